@@ -1,4 +1,4 @@
-"""The ``[arch]`` generator: areas, centroids, symmetry, skewbacks, and what it refuses."""
+"""The ``[arch]`` generator: areas, centroids, symmetry, skewbacks and errors."""
 
 import math
 
@@ -16,7 +16,8 @@ def arch(**changes):
 
 
 def test_weights_are_those_of_annular_sectors_and_balance_there_or_on_the_centreline():
-    """Between the radii 9 and 11: ∫∫ r dr da, and ∫∫ r² cos a dr da over it."""
+    """A sector between the radii 9 and 11 has the area ∫∫ r dr da. The distance of its centroid is ∫∫ r² cos
+    a dr da divided by the area."""
     first, angle = arch().blocks(thickness=1.0)[0], math.pi / 9
     area = angle * (11**2 - 9**2) / 2
     assert first.weight == pytest.approx(3 * area, rel=1e-12)
@@ -49,7 +50,7 @@ def test_measures_without_proportion_end_in_a_message(changes):
         mo.solve(mo.Scene(joints={"friction": 0.5}, blocks=by_rise(**{"rise": 6.0} | changes).blocks()))
 
 
-# By span and rise
+# Arches by span and rise
 
 
 def by_rise(rise, **changes):
@@ -59,7 +60,8 @@ def by_rise(rise, **changes):
 
 @pytest.mark.parametrize("rise", [1.0, 2.0, 3.5])
 def test_a_segment_by_span_and_rise_is_that_by_radius_and_angles(rise):
-    """Of the intrados r = (s² / 4 + h²) / 2 h; half the angle has the sine s / 2 r."""
+    """An intrados of span s and rise h has the radius r = (s² / 4 + h²) / (2 h). Half of its angle has the
+    sine s / (2 r)."""
     within = (16 + rise**2) / (2 * rise)
     half = math.degrees(math.asin(4 / within))
     circular = mo.Arch(
@@ -76,7 +78,7 @@ def test_a_segment_by_span_and_rise_is_that_by_radius_and_angles(rise):
 
 @pytest.mark.parametrize("rise", [5.0, 4 * math.sqrt(3), 12.0])
 def test_a_pointed_arch_springs_level_and_meets_upright(rise):
-    """4√3: the equilateral arch, whose arcs have the span for radius."""
+    """A rise of 4√3 is that of an equilateral arch, where the radius of the arcs is the span."""
     arch = by_rise(rise)
     joints = assemble(mo.Scene(joints={"friction": 0.5}, blocks=arch.blocks())).joints
     assert len(joints.extent) == 9
@@ -98,7 +100,8 @@ def test_a_pointed_arch_springs_level_and_meets_upright(rise):
 
 @pytest.mark.parametrize("voussoirs", [2, 8])
 def test_a_pointed_arch_weighs_what_lies_between_its_arcs(voussoirs):
-    """By slices, and moments about the springing line. (Between chords: see the tests of generators.)"""
+    """The area between the arcs and its moment about the springing line are integrated by slices. The tests
+    of generators cover weights between chords."""
     built = by_rise(6.0, weights="sector", voussoirs=voussoirs).blocks(thickness=1.0)[:voussoirs]
     radius = (16 + 36) / 8
     y = (np.arange(400_000) + 0.5) / 400_000 * 10.0
@@ -112,7 +115,8 @@ def test_a_pointed_arch_weighs_what_lies_between_its_arcs(voussoirs):
 
 SEGMENT = {"span": 4.0, "rise": 1.0, "thickness": 0.5, "voussoirs": 9, "unit_weight": 2.0}
 
-#: Of that segment: inner radius 2.5, half angle with sin 0.8 and cos 0.6. Across and up of its foot.
+#: Horizontal and vertical extent of the foot of the segment. Its inner radius is 2.5, and its half angle has
+#: the sine 0.8 and the cosine 0.6.
 ACROSS, UP = 0.5 * 0.8, 0.5 * 0.6
 
 
@@ -137,7 +141,7 @@ def test_a_skewback_fills_the_corner_between_foot_bed_and_back():
     for block in (left, right):
         assert block.weight == pytest.approx(2.0 * UP * (1.0 - ACROSS / 2) * 0.3)
         assert block.live_per_weight == (0.5, 0)
-    # Abutments lie under the beds, as high as the arch is thick.
+    # Abutments are under the beds, and they are as high as the arch is thick.
     assert np.array(blocks["abutment 1"].vertices) == pytest.approx(
         np.array([(-3, -0.5), (-2, -0.5), (-2, 0), (-3, 0)]), abs=1e-12
     )
@@ -153,7 +157,8 @@ def test_as_wide_as_the_foot_it_is_a_wedge():
 
 
 def test_ends_at_different_heights_have_beds_of_their_own():
-    """Of radius and angles, the other way round, moved: the bed is level with the inner end of its foot."""
+    """The arch has a radius and angles in reverse order, and is moved. Each bed is level with the inner end
+    of its foot."""
     ring = {"radius": 2, "angles": (45, 150), "thickness": 0.4, "voussoirs": 5, "unit_weight": 1}
     blocks = named(mo.Arch(**ring, skewbacks=0.8, at=(1, -1), name="a").blocks())
     for name, angle, side in (("a skewback 1", 45, 1), ("a skewback 2", 150, -1)):
@@ -165,7 +170,7 @@ def test_ends_at_different_heights_have_beds_of_their_own():
 
 
 def test_narrow_skewbacks_turn_with_the_arch_and_wide_ones_do_not():
-    """The wider the bed the more the arch carries, up to what it does between fixed abutments."""
+    """The load factor increases with the width of the bed, up to that of the arch between fixed abutments."""
     loads = [mo.Load(block=f"v{number}", live=(1, 0)) for number in range(1, 10)]
     between = solved(segment().blocks(), loads=loads).load_factor
     widths = (ACROSS, 0.6, 1.0, 2.5, 20.0)

@@ -1,4 +1,5 @@
-"""What generators share: names, places, weights; several in one file; columns and façades by hand."""
+"""Names, places and weights of all generators, several generators in one file, and columns and façades by
+hand."""
 
 import itertools
 from operator import attrgetter
@@ -21,7 +22,7 @@ COLUMN = {"width": (2.0, 1.0), "height": 3.0, "drums": 3, "live": (1.0, 0.0)}
 ARCH = {"span": 4.0, "rise": 3.0, "thickness": 0.5, "voussoirs": 6, "unit_weight": 2.0, "live": (1.0, 0.0)}
 RING = {"radius": 10.0, "angles": (180.0, 0.0), "thickness": 2.0, "voussoirs": 9, "unit_weight": 3.0}
 
-#: Of each generator what it is built of, its weights by area.
+#: For each generator, its record and keys. The weights are unit weights.
 BUILT = {
     "wall": (mo.Wall, WALL | {"unit_weight": 2.0}),
     "facade": (mo.Facade, FACADE | {"unit_weight": 2.0}),
@@ -52,8 +53,8 @@ def test_a_name_and_a_place_change_nothing_else(kind):
             assert getattr(one, key) == getattr(other, key)
 
 
-#: Of each, placed at (10, 5): least and greatest x and y of what moves, those x of its base, and the base's
-#: least y.
+#: For each generator at (10, 5): the least and greatest x and y of its movable blocks, those of x of its
+#: base, and the least y of the base.
 PLACED = {
     "wall": ((10, 14), (5, 7), (8, 16), 4),
     "facade": ((10, 20), (5, 11), (8, 22), 4),
@@ -86,7 +87,7 @@ def test_unit_weight_weighs_the_blocks_drawn(kind):
             np.testing.assert_allclose(block.weight_at, centroid + shapes.origin, atol=1e-12)
 
 
-#: Generators of every kind of weight: by area, between arcs, along the centreline, and forces as they are.
+#: Generators with each kind of weight: by area, between arcs, along the centreline, and as forces.
 WEIGHED = BUILT | {
     "centreline": (mo.Arch, RING | {"weights": "centreline"}),
     "pointed centreline": (mo.Arch, ARCH | {"weights": "centreline"}),
@@ -137,7 +138,7 @@ def test_blocks_at_a_thickness_have_a_force_that_no_scene_multiplies(kind):
             assert other.weight == pytest.approx((0.3 if per_area else 1.0) * one.weight, rel=1e-12)
 
 
-#: What is told of changes to them.
+#: Kinds of generators, changes of their keys, and words of the error message.
 REFUSED = [
     *(
         (kind, {"unit_weight": None}, "exactly one of the keys 'weight' and 'unit_weight'")
@@ -195,7 +196,7 @@ ON_PIERS = CASES / "examples" / "arch_on_piers.toml"
 
 
 def test_a_file_may_hold_several_generators():
-    """Its blocks and joints are counted by hand in the case file."""
+    """The case file lists its blocks and joints, which are counted by hand."""
     names = [block.name for block in mo.load(ON_PIERS).blocks]
     drums = {"left pier": 8, "left buttress": 4, "right pier": 8, "right buttress": 4}
     columns = [f"{name} d{number}" for name, count in drums.items() for number in range(1, count + 1)]
@@ -229,7 +230,8 @@ STRESSES = {
 
 @pytest.mark.parametrize("kind", STRESSES)
 def test_thickness_multiplies_stresses_once(kind, tmp_path):
-    """Thickness t with stresses is thickness 1 with everything that is a stress multiplied by t."""
+    """A scene of thickness t has the same forces as a scene of thickness 1 whose stresses are all multiplied
+    by t."""
     t, assembled = 0.3, []
     for thickness, by in ((t, 1.0), (1.0, t)):
         text = f"thickness = {thickness}\n[joints]\nfriction = 0.6\ncohesion = {0.2 * by}\ndilatancy = 0.2\n"
@@ -241,7 +243,7 @@ def test_thickness_multiplies_stresses_once(kind, tmp_path):
         path.write_text(text)
         assembled.append(assemble(mo.load(path)).problem)
     one, other = assembled
-    # The same forces: force_unit is measured in them.
+    # Both problems have the same force unit, which is derived from their forces.
     assert one.force_unit == pytest.approx(other.force_unit, rel=1e-12)
     for name in ("dead", "live", "cohesion", "law.dilatancy_force", "friction"):
         own, others = map(attrgetter(name), (one, other))
@@ -256,7 +258,7 @@ SLENDER = {"width": 1.0, "height": 4.0, "drums": 5, "weight": 8.0}
 @pytest.mark.parametrize("batter", ["left", "right", "both"])
 def test_drums_share_the_weight_by_their_areas(batter):
     blocks = mo.Column(**SLENDER | {"width": (3.0, 1.0), "drums": 2, "batter": batter}).blocks()
-    # Widths 3, 2, 1 at heights 0, 2, 4.
+    # The widths are 3, 2 and 1 at the heights 0, 2 and 4.
     assert [block.weight for block in blocks[:-1]] == pytest.approx([8.0 * 5 / 8, 8.0 * 3 / 8])
     left = {"left": [0, 1, 2], "right": [0, 0, 0], "both": [0, 0.5, 1]}[batter]
     assert [blocks[0].vertices[0][0], *(block.vertices[3][0] for block in blocks[:-1])] == pytest.approx(left)
@@ -276,7 +278,7 @@ def facade(**changed):
 
 
 def courses(built):
-    """Blocks by course, bottom first, without the base."""
+    """Return the blocks of each course, from the bottom, without the base."""
     rows = {}
     for block in built.blocks()[:-1]:
         rows.setdefault(int(block.name.split("-")[0]), []).append(block)
@@ -287,7 +289,7 @@ def test_jambs_are_straight_and_the_lintel_spans_the_opening():
     rows = courses(facade())
     for course in rows[1:3]:
         ends = {x for block in course for x, _ in block.vertices}
-        assert {4.0, 6.0} <= ends  # from two to three blocks of length 2
+        assert {4.0, 6.0} <= ends  # the opening is the third block of length 2
         assert not any(4.0 < x < 6.0 for x in ends)
     lintel = rows[3][2]
     assert lintel.vertices == [(3.0, 3.0), (7.0, 3.0), (7.0, 4.0), (3.0, 4.0)]
@@ -296,21 +298,27 @@ def test_jambs_are_straight_and_the_lintel_spans_the_opening():
 
 
 def test_blocks_and_joints_are_those_counted_by_hand():
-    """Five blocks wide, six courses. Sill: 5 whole. Opening: half, 1, half on either side; then 2 on
-    either side. Lintel: half, 1, lintel (which bears half a block left and right), 1, half. Spandrel: 5
-    whole; half, 4, half, of which the leftmost is left away. Joints within courses, and below each."""
+    """The façade is five blocks wide and has six courses: a sill, two courses of the opening, a lintel and
+    two of the spandrel.
+
+    The sill has 5 whole blocks. The opening has a half, a whole and a half on either side, then 2 whole ones
+    on either side. The course of the lintel has a half and a whole on either side of it, and the lintel bears
+    half a block left and right. The spandrel has 5 whole blocks, then 4 and a half, because the leftmost half
+    is omitted.
+    """
     rows = courses(facade())
     assert [len(course) for course in rows] == [5, 6, 4, 5, 5, 5]
-    assert len(courses(made("facade"))[-1]) == 6  # nothing is left away unless asked
+    assert len(courses(made("facade"))[-1]) == 6  # by default, no block is omitted
     within = sum(
         left.vertices[1][0] == right.vertices[0][0]
         for course in rows
         for left, right in itertools.pairwise(course)
     )
     assert within == 4 + 4 + 2 + 4 + 4 + 4  # two of these courses have a gap
-    # On the base 5. Jamb courses on wholes, and wholes on them: 1 + 2 + 1 on either side, twice. The
-    # lintel's course on wholes: 1 + 2 on either side and the lintel's two bearings. Wholes on that: 2 each,
-    # but the middle one lies on the lintel alone. Half blocks on wholes, the leftmost left away: 4 · 2 + 1.
+    # Joints below each course: 5 on the base, and 1 + 2 + 1 on either side below the two courses after it.
+    # Below the lintel's course there are 1 + 2 on either side and the lintel's two bearings. Below the first
+    # spandrel course there are 2 per block, but 1 for the middle block, on the lintel alone. The last course
+    # has 4 · 2 + 1.
     between = 5 + 8 + 8 + 8 + 9 + 9
     scene = mo.Scene(joints={"friction": 0.75}, blocks=facade().blocks())
     size = mo.solve(scene, "static").size
@@ -325,19 +333,19 @@ def test_a_door_reaches_the_ground():
     closed, open_ = facade(**keys), facade(**keys, doors=[2])
     assert closed.width == 12
     assert [len(course) for course in courses(closed)[:3]] == [12, 13, 12]
-    # The door spans blocks 8 to 10. Left of it 8 whole, right of it 2; shifted: a half, 7, a half, and as of
-    # every jamb a half, 1, a half.
+    # The door spans blocks 8 to 10, with 8 whole blocks on its left and 2 on its right. In the shifted
+    # course, it has a half, 7 and a half on its left, and a half, 1 and a half on its right.
     assert [len(course) for course in courses(open_)[:3]] == [10, 12, 10]
     for course in courses(open_)[:5]:
         ends = {x for block in course for x, _ in block.vertices}
         assert {16.0, 20.0} <= ends
         assert not any(16.0 < x < 20.0 for x in ends)
-    # What is gone weighs as much as the blocks that fill it, 2 in each of 3 courses; else all is as it was.
+    # The door removes the weight of 2 blocks in each of 3 courses. All other blocks are unchanged.
     without, weight = (sum(block.weight or 0 for block in one.blocks()) for one in (closed, open_))
     assert without - weight == pytest.approx(6 * 3.0)
     for below, above in zip(courses(closed)[3:], courses(open_)[3:], strict=True):
         assert [block.vertices for block in below] == [block.vertices for block in above]
-    # Two piers on the ground carry it all.
+    # The base carries the whole weight.
     scene = mo.Scene(joints={"friction": 0.75}, blocks=open_.blocks())
     joints = mo.solve(scene, "static").joints
     on_base = joints[(joints["first"] == "base") | (joints["second"] == "base")]

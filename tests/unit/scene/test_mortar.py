@@ -328,7 +328,8 @@ def test_parallel_arcs_in_chords_are_one_line_across_mortar(chords: tuple[int, i
 
 
 def test_a_tolerance_that_hides_all_joints_of_touching_stones_is_named() -> None:
-    """Two cubes of 0.1 on a floor and on each other: faces narrower than ten tolerances make no joint."""
+    """Two cubes of 0.1 are on a floor and on each other. Faces narrower than ten times the tolerance form no
+    joint."""
     cubes = [rectangle(name, (0, 0.1), (z, z + 0.1)) for name, z in (("A", 0), ("B", 0.1))]
     scene = mo.extrude(scene_of(FLOOR, *cubes), thickness=0.1)
     said = message(scene.replace(tolerance=0.011))

@@ -1,4 +1,4 @@
-"""Solids and scenes of them: shapes, what is refused and how, files and back."""
+"""Solids and scenes of solids: their shapes, the errors of wrong keys, and reading and writing of files."""
 
 import numpy as np
 import pytest
@@ -31,12 +31,12 @@ def test_faces_of_a_box_are_counter_clockwise_from_outside():
     for face in part.faces:
         a, b, c, d = part.vertices[face]
         outwards = np.cross(b - a, c - b)
-        # Each is a rectangle whose normal points away from the middle.
+        # Each face is a rectangle whose normal points away from the middle of the box.
         assert (d - a).tolist() == (c - b).tolist()
         assert outwards @ (a - (2, -0.5, 2.5)) > 0
 
 
-#: What is wrong with a solid, and words of the message: the block's name, and the keys.
+#: Keys of a wrong solid, and words of the error message: the name of the block, and the keys.
 WRONG_SOLIDS = {
     "three corners": ({**WEDGE, "vertices": CORNERS[:3]}, ["'A'", "'vertices'"]),
     "a corner before the first": ({**WEDGE, "faces": [*FACES[:3], [0, -1, 2]]}, ["'A'", "'faces[3][1]'"]),
@@ -83,7 +83,7 @@ def test_a_wrong_solid_is_refused_by_name_and_key(name):
 A = {"name": "A", "box": UNIT, "weight": 1}
 PUSHED = A | {"live": (1, 0, 0)}
 
-#: Keys of a scene of solids, or other blocks, and words of the message.
+#: Changed keys of a scene of solids, and words of the error message.
 WRONG_SCENES = {
     "no gravity": ({"gravity": (0, 0, 0)}, ["'gravity'"]),
     "both kinds": ({"blocks": [PUSHED, FLOOR, FLAT]}, ["'A'", "'flat'"]),
@@ -173,7 +173,8 @@ def test_a_scene_knows_its_dimension_and_what_is_down_there():
         plane.in_space()
     oblique = scene(A, gravity=(0, -3, -4), tilt=(0, 0, 7))
     assert oblique.down == pytest.approx([0, -0.6, -0.8], rel=1e-15)
-    # By hand: (0, 0, 1) less its part along gravity, (0, 0, 1) + 0.8 (0, -0.6, -0.8), to length 1.
+    # By hand: (0, 0, 1) minus its component along gravity is (0, 0, 1) + 0.8 (0, -0.6, -0.8), here of length
+    # 1.
     assert oblique.tilt_direction == pytest.approx([0, -0.8, 0.6], rel=1e-14)
 
 

@@ -1,4 +1,4 @@
-"""A drawing of a test, written to a file."""
+"""A fixture that writes a drawing to a file."""
 
 import ezdxf
 import pytest
@@ -7,7 +7,8 @@ from sheets import FLOOR
 
 @pytest.fixture
 def sheet(tmp_path):
-    """Draws what it is given in the model space of a new drawing, with a floor, and gives its path."""
+    """Return a function that writes a new drawing and returns its path. The function calls its argument with
+    the model space of the drawing, which contains a floor by default."""
 
     def draw(make, floor=True, version="R2010", **header):
         document = ezdxf.new(version)

@@ -1,4 +1,4 @@
-"""COMPAS JSON to scenes, in the plane and in space: files written here in the forms that COMPAS writes."""
+"""COMPAS JSON is read as scenes in the plane and in space, from files in the forms that COMPAS writes."""
 
 import json
 
@@ -12,16 +12,16 @@ from masonry_opt.scene.space.shapes import shapes
 BASE = [(-2, -1), (5, -1), (5, 0), (-2, 0)]
 LOW = [(0, 0), (2, 0), (2, 1), (0, 1)]
 HIGH = [(0, 1), (1.5, 1), (1.5, 4), (0, 4)]
-#: With notches: the stone stands on two feet.
+#: Outline of a stone with a notch, which has two feet.
 PORTAL = [(0, 0), (1, 0), (1, 2), (3, 2), (3, 0), (4, 0), (4, 3), (0, 3)]
 
-#: Coordinates of a point of a wall: along it, upwards, and across it.
+#: Names of the coordinates of a point of a wall: along the wall, upwards, and across it.
 ACROSS_Y = "xzy"
 ACROSS_X = "yzx"
 
 
 def prism(outline, begin=0.0, end=0.5, order=ACROSS_Y, old=False):
-    """The content of a mesh: two ends, and a face for each edge of the outline."""
+    """Return the content of a mesh of a prism: two ends, and a face for each edge of the outline."""
     corners = [(*point, depth) for depth in (begin, end) for point in outline]
     count = len(outline)
     faces = [list(range(count))[::-1], list(range(count, 2 * count))]
@@ -37,7 +37,7 @@ def wrapped(kind, data):
 
 
 def assembly(meshes, supports):
-    """As compas_assembly and compas_cra write it today."""
+    """Return an assembly in the present form of compas_assembly and compas_cra."""
     node = {
         str(number): {"block": wrapped("compas_assembly.datastructures/Block", mesh)}
         | ({"is_support": True} if number in supports else {})
@@ -63,7 +63,7 @@ def assembly_of_2018(meshes, supports):
 
 
 def model(meshes, supports):
-    """As compas_dem writes it."""
+    """Return a model in the form of compas_dem."""
     elements = {}
     for number, mesh in enumerate(meshes):
         geometry = wrapped("compas.datastructures/Mesh", mesh)
@@ -77,7 +77,7 @@ def problem(meshes, supports):
 
 
 def assert_outline(block, outline):
-    """The same corners, in whatever order."""
+    """Assert that a block has the corners of an outline, in any order."""
     found, expected = (np.array(sorted(map(tuple, np.round(ring, 6)))) for ring in (block.vertices, outline))
     assert found == pytest.approx(expected, abs=1e-6)
 
@@ -105,18 +105,18 @@ def test_prisms_are_seen_across_the_wall(file, write, order):
     assert [block.fixed for block in scene.blocks] == [True, False, False]
     for block, outline in zip(scene.blocks, (BASE, LOW, HIGH), strict=True):
         assert_outline(block, outline)
-    # Unit weight times area times thickness.
+    # A weight is unit weight times area times thickness.
     assert [block.weight for block in scene.blocks[1:]] == pytest.approx([10 * 2 * 0.5, 10 * 4.5 * 0.5])
-    # The high stone overturns: half its width over half its height; live is its weight.
+    # The live load is the weight. The high stone overturns at half its width over half its height.
     assert mo.solve(scene, "static").required() == pytest.approx(0.5, rel=1e-6)
     rough = read(file(write(meshes, {0})), friction=2.0, live=(-1, 0))
-    # Both together about the base's corner under x = 0: the arms of the weights over their heights.
+    # To the left, both stones overturn about x = 0: the moments of the weights over those of the live loads.
     arm, height = (10 * 1 + 22.5 * 0.75), (10 * 0.5 + 22.5 * 2.5)
     assert mo.solve(rough, "static").required() == pytest.approx(min(0.75 / 1.5, arm / height), rel=1e-6)
 
 
 def test_each_block_keeps_its_own_thickness(file):
-    """With their middles in one plane, or where the direction is named."""
+    """Blocks may differ in thickness if their middles are in one plane, or if the direction is an option."""
     middle = [prism(BASE, -1, 1), prism(LOW, -0.25, 0.25), prism(HIGH, -0.5, 0.5)]
     assert [block.weight for block in read(file(assembly(middle, {0}))).blocks[1:]] == pytest.approx([10, 45])
     aside = [prism(BASE, -1, 1), prism(LOW, -0.25, 0.25), prism(HIGH, 0, 1)]
@@ -130,7 +130,7 @@ def test_each_block_keeps_its_own_thickness(file):
 
 
 def test_single_precision_and_triangles(file):
-    """Coordinates of seven digits; ends in triangles; a portal has notches."""
+    """The mesh of a portal has coordinates of seven digits and ends in triangles."""
     mesh = prism([(x / 3, y / 3) for x, y in PORTAL], 0.1, 0.4)
     mesh["vertex"] = {
         key: {axis: float(f"{value:.7g}") for axis, value in point.items()}
@@ -147,7 +147,7 @@ def test_single_precision_and_triangles(file):
 
 
 def test_holes_through_a_block(file):
-    """A frame of four ends at either side: [-2, 4] × [-1, 4] around the stones."""
+    """A frame, [-2, 4] × [-1, 4], has a hole around the stones. Each end of the frame is four faces."""
     outer, inner = [(-2, -1), (4, -1), (4, 4), (-2, 4)], [(-1, 0), (3, 0), (3, 3), (-1, 3)]
     frame, hole = prism(outer), prism(inner)
     for key, point in hole["vertex"].items():
@@ -169,7 +169,7 @@ def test_holes_through_a_block(file):
 def test_transformations_of_elements(file):
     data = model([prism(BASE), prism(LOW), prism(LOW)], {0})
     element = data["data"]["elements"]["guid-2"]["data"]
-    # A quarter turn about y (x to -z, z to x), then to the place on the lower stone.
+    # The matrix is a quarter turn about y (x to -z, z to x), then a translation onto the lower stone.
     matrix = [[0, 0, 1, 0.5], [0, 1, 0, 0], [-1, 0, 0, 3], [0, 0, 0, 1]]
     element["transformation"] = wrapped("compas.geometry/Transformation", {"matrix": matrix})
     scene = read(file(data))
@@ -193,7 +193,7 @@ def test_supports_by_name_and_by_a_mesh_of_a_list(file):
 @pytest.mark.parametrize("as_objects", [False, True])
 @pytest.mark.parametrize("upright", [False, True])
 def test_polygons_are_taken_as_they_are(file, as_objects, upright):
-    """In the plane of x and y, or upright in space; unit weights are by area."""
+    """Polygons are in the xy plane or vertical in space, and their unit weights are per area."""
     rings = [[(x, 0.3, y) if upright else (x, y) for x, y in [*ring, ring[0]]] for ring in (BASE, PORTAL)]
     if as_objects:
         rings = [wrapped("compas.geometry/Polygon", {"points": ring}) for ring in rings]
@@ -206,7 +206,7 @@ def test_polygons_are_taken_as_they_are(file, as_objects, upright):
 
 
 def wedge():
-    """A prism whose farther end is shifted along x: its sides lean."""
+    """Return a prism whose far end is shifted along x, so that its sides are inclined."""
     mesh = prism(LOW)
     for key in "4567":
         mesh["vertex"][key]["x"] += 0.1
@@ -214,7 +214,7 @@ def wedge():
 
 
 def stepped():
-    """Half of an end lies farther back."""
+    """Return a prism with half of its far end moved back."""
     mesh = prism([(0, 0), (1, 0), (2, 0), (2, 1), (1, 1), (0, 1)])
     mesh["vertex"] |= {"12": {"x": 1, "y": 0.25, "z": 0}, "13": {"x": 1, "y": 0.25, "z": 1}}
     mesh["vertex"]["8"]["y"] = mesh["vertex"]["9"]["y"] = 0.25
@@ -244,7 +244,7 @@ def test_what_is_no_prism_is_named(file, wrong):
 
 
 def test_a_stack_of_boxes_has_two_directions(file):
-    """Cubes are prisms along x and y alike: which is meant must be said."""
+    """Cubes are prisms both along x and along y, so the option 'along' is needed."""
     square = [(0, 0), (1, 0), (1, 1), (0, 1)]
     cubes = [prism(square, 0, 1), prism([(x, y + 1) for x, y in square], 0, 1)]
     with pytest.raises(mo.CaseError, match=r"along y.*along x.*'along'"):
@@ -272,8 +272,8 @@ def test_files_that_are_no_json(tmp_path, content):
 
 
 def test_ends_in_fans_of_triangles(file):
-    """As exporters write notched ends: of a fan about the first corner some triangles lie outside, turned
-    round."""
+    """Some exporters divide notched ends into fans of triangles about the first corner. Some of these
+    triangles are then outside of the outline and wound the other way."""
     mesh = prism(PORTAL)
     for end in ("0", "1"):
         first, *rest = mesh["face"].pop(end)
@@ -292,7 +292,7 @@ def mesh(corners, faces):
 
 
 def frustum(low, high, z0, z1):
-    """A stone that narrows upwards: a prism along no level direction."""
+    """Return a stone that narrows upwards, which is no prism along a horizontal direction."""
     corners = [(x, y, z) for half, z in ((low, z0), (high, z1)) for x, y in _corners(half)]
     sides = [(i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) for i in range(4)]
     return mesh(corners, [(3, 2, 1, 0), (4, 5, 6, 7), *sides])
@@ -321,10 +321,10 @@ def test_what_is_no_prism_of_one_wall_is_read_whole(file):
         mo.read_compas(file(data), **GIVEN, space=True),
     ):
         assert scene.dimension == 3
-        # Of a frustum h (A + a + sqrt(A a)) / 3.
+        # The volume of a frustum is h (A + a + sqrt(A a)) / 3.
         assert shapes(scene).size[1] == pytest.approx(3 * (4 + 1 + 2) / 3)
     pushed = mo.read_compas(file(data), **GIVEN | {"friction": 2.0}, live=(1, 0, 0))
-    # It overturns about an edge of its base: half of it over the height of its centroid.
+    # It overturns about an edge of its base, at half the width of the base over the height of its centroid.
     height = 3 / 4 * (4 + 2 * 2 + 3 * 1) / (4 + 2 + 1)
     assert mo.solve(pushed, "static").required() == pytest.approx(1 / height, rel=1e-5)
     with pytest.raises(mo.CaseError, match=r"not a prism.*give 'live' three components"):
@@ -348,7 +348,7 @@ def test_a_flat_support_is_the_top_of_a_slab(file, order):
 
 
 def test_boxes_in_courses(file):
-    """As lists of lists; the upper one turned by a quarter about the vertical."""
+    """The boxes are in lists of lists, and the upper box is rotated by 90° about the vertical."""
     low, high = box((4, 2, 1), (0, 0, 0.5)), box((2, 4, 1), (0, 0, 1.5), xaxis=(0, 1, 0), yaxis=(-1, 0, 0))
     scene = mo.read_compas(file({"courses": [[low], [high]]}), **GIVEN, fixed_below=0, space=True)
     assert [block.fixed for block in scene.blocks] == [True, False]
@@ -390,7 +390,7 @@ def test_options_that_mean_nothing_are_named(file, wrong, named):
 @pytest.mark.parametrize("more", [{}, {"along": "y"}, {"live": (1, 0, 0)}], ids=["plane", "along y", "space"])
 @pytest.mark.parametrize("number", range(6))
 def test_a_missing_face_is_refused(file, more, number):
-    """The ends of the prism are faces 0 and 1, its sides the others."""
+    """Faces 0 and 1 are the ends of the prism, and the others are its sides."""
     stone = prism(LOW)
     del stone["face"][str(number)]
     with pytest.raises(mo.CaseError, match=r"wall\.json: .*is not closed at its edge from"):

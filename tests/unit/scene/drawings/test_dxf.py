@@ -1,4 +1,4 @@
-"""DXF drawings to scenes, and back."""
+"""DXF drawings are read as scenes, and scenes are written as drawings."""
 
 import itertools
 import math
@@ -22,27 +22,29 @@ def area_of(scene, number=0):
 
 @pytest.mark.parametrize("version", ["R2000", "R2010", "R2018"])
 def test_outlines_are_blocks_and_layers_say_what_is_fixed(sheet, version):
-    """One that is drawn clockwise, with a corner twice."""
+    """The outline of the stone is drawn clockwise and repeats a corner."""
     scene = read(sheet(polylines([*STONE[::-1], STONE[-1]]), version=version))
     assert [block.fixed for block in scene.blocks] == [True, False]
     (stone,) = movable(scene)
     assert sorted(stone.vertices) == sorted(STONE)
-    # 4 wide, 1 high: it slides, at λ = μ, before it overturns.
+    # The stone is 4 wide and 1 high, so it slides, at λ = μ, before it overturns.
     assert mo.solve(scene, "static").required() == pytest.approx(0.5, rel=1e-6)
 
 
 def chords(sagitta, radius, angle):
-    """Equal chords of an arc that rise by no more than the sagitta: r (1 - cos(half a chord's angle))."""
+    """Return the number of equal chords of an arc whose rise, r (1 - cos(half a chord's angle)), is at most
+    the sagitta."""
     return math.ceil(angle / (2 * math.acos(1 - sagitta / radius)))
 
 
-#: In twelve chords, to a sagitta of .01: triangles between the centre and the chords.
+#: Area of half a disc of radius 1 in twelve chords, for a sagitta of 0.01: triangles between the centre and
+#: the chords.
 HALF_DISC = 6 * math.sin(math.pi / 12)
 
 
 @pytest.mark.parametrize(("bulge", "sign"), [(1.0, 1), (-1.0, -1)])
 def test_arcs_are_flattened_with_the_sagitta(sheet, bulge, sign):
-    """A stone with half a disc on its top, or cut out of it."""
+    """Half a disc is added to the top of a stone, or cut out of it."""
 
     def make(space):
         corners = [(0, 0, 0), (4, 0, 0), (4, 2, 0), (3, 2, bulge), (1, 2, 0), (0, 2, 0)]
@@ -56,7 +58,8 @@ def test_arcs_are_flattened_with_the_sagitta(sheet, bulge, sign):
 
 
 def test_loops_of_lines_and_arcs_are_outlines(sheet):
-    """The same half disc, by an arc; a whole circle; a loop of three open polylines."""
+    """The outlines are half a disc drawn with an arc, a whole circle, and loops of lines, arcs and open
+    polylines."""
 
     def make(space):
         corners = [(1, 2), (0, 2), (0, 0), (4, 0), (4, 2), (3, 2)]
@@ -76,14 +79,14 @@ def test_loops_of_lines_and_arcs_are_outlines(sheet):
 
 
 def test_mirrored_entities_are_seen_from_above(sheet):
-    """Their own x axis runs to the left, and their arcs turn the other way."""
+    """The x axis of a mirrored entity points to the left, and its arcs turn the other way."""
 
     def make(space):
         corners = [(0, 0, 0), (4, 0, 0), (4, 2, 0), (3, 2, 1.0), (1, 2, 0), (0, 2, 0)]
         mirrored = [(-x, y, -bulge) for x, y, bulge in corners]
         space.add_lwpolyline(mirrored, format="xyb", close=True, dxfattribs={"extrusion": (0, 0, -1)})
         space.add_lwpolyline([(7, 0), (5, 0)], dxfattribs={"layer": "other"})
-        # From (7, 0) counter-clockwise over the top to (5, 0), in a plane seen from below.
+        # The arc runs from (7, 0) counter-clockwise over the top to (5, 0), in a plane seen from below.
         arc = {"layer": "other", "extrusion": (0, 0, -1)}
         space.add_arc((-6, 0), 1, 0, 180, dxfattribs=arc)
 
@@ -94,8 +97,8 @@ def test_mirrored_entities_are_seen_from_above(sheet):
 
 
 def arch(space, curve):
-    """Voussoirs between two ellipses, which ``curve`` draws from one parameter to another, and the lines
-    between them."""
+    """Draw voussoirs between two ellipses, and the lines between the voussoirs. ``curve`` draws an ellipse
+    from one parameter to another."""
     ends = np.linspace(0, math.pi, 6)
     for number, (start, end) in enumerate(itertools.pairwise(ends)):
         layer = {"layer": f"stone {number}"}
@@ -111,7 +114,7 @@ def by_ellipse(space, size, start, end, layer):
 
 
 def by_spline(space, size, start, end, layer):
-    """Rational of degree 2: the same piece of the ellipse exactly."""
+    """Draw a rational spline of degree 2, which is exactly the same piece of the ellipse."""
     middle, half = (start + end) / 2, (end - start) / 2
     corners = [(start, 1.0), (middle, 1 / math.cos(half)), (end, 1.0)]
     points = [(size * far * math.cos(at), size / 2 * far * math.sin(at)) for at, far in corners]
@@ -120,22 +123,23 @@ def by_spline(space, size, start, end, layer):
 
 @pytest.mark.parametrize("curve", [by_ellipse, by_spline])
 def test_an_arch_of_ellipses_and_splines(sheet, curve):
-    """Of an ellipse with half axes a and a/2, the sector between two parameters has a²/4 (t1 - t0)."""
+    """In an ellipse with half axes a and a/2, the sector between two parameters has the area a²/4 (t1 -
+    t0)."""
     sagitta = 1e-4
     scene = read(sheet(lambda space: arch(space, curve)), sagitta=sagitta)
     found = [area_of(scene, number) for number in range(5)]
     exact = (9 - 4) / 4 * math.pi / 5
-    # Curves no longer than 3 π/5 of either side lose, or gain, up to the sagitta times their length.
+    # A curve of length up to 3 π/5 loses or gains an area of up to the sagitta times its length.
     assert found == pytest.approx([exact] * 5, abs=sagitta * 3 * math.pi / 5)
     assert found != pytest.approx([exact] * 5, abs=1e-3 * sagitta)
-    # The joints between voussoirs are as long as those lines; the springers stand on the floor.
+    # The joints between voussoirs are as long as the lines between them. The springers are on the floor.
     extent = contacts_of(scene).extent
     lines = [math.hypot(math.cos(at), math.sin(at) / 2) for at in np.linspace(0, math.pi, 6)]
     assert sorted(extent) == pytest.approx(sorted(lines))
 
 
 def test_closed_ellipses_and_splines_are_outlines(sheet):
-    """As large as they are drawn: π a b; and the mirror image of a piece of one, closed by a line."""
+    """An ellipse has the area π a b. The last outline is a mirrored half of an ellipse, closed by a line."""
 
     def make(space):
         space.add_ellipse((0, 2), (2, 0), 0.5)
@@ -146,14 +150,16 @@ def test_closed_ellipses_and_splines_are_outlines(sheet):
         space.add_line((18, 0), (22, 0), dxfattribs={"layer": "half"})
 
     scene = read(sheet(make), sagitta=1e-5)
-    # The drop is two parabolas that meet at (12, 1), each with 2/3 of its triangle of control points (1).
+    # The drop is two parabolas that meet at (12, 1), each with 2/3 of the area of its triangle of control
+    # points, 1.
     expected = [2 * math.pi, 4 / 3, math.pi]
     assert [area_of(scene, number) for number in range(3)] == pytest.approx(expected, abs=1e-5 * 10)
     assert min(y for _, y in movable(scene)[2].vertices) == pytest.approx(-1)
 
 
 def test_a_curved_joint_is_the_same_from_both_sides(sheet):
-    """Stones drawn one clockwise, the other not, share the chords of the arc between them."""
+    """Two stones, one drawn clockwise and the other counter-clockwise, share the chords of the arc between
+    them."""
 
     def make(space):
         space.add_lwpolyline([(0, 0, 0), (2, 0, 0.3), (2, 2, 0), (0, 2, 0)], format="xyb", close=True)
@@ -161,7 +167,7 @@ def test_a_curved_joint_is_the_same_from_both_sides(sheet):
 
     scene = read(sheet(make), sagitta=1e-3)
     angle = 4 * math.atan(0.3)
-    number = chords(1e-3, 1 / math.sin(angle / 2), angle)  # of a chord of 2
+    number = chords(1e-3, 1 / math.sin(angle / 2), angle)  # the arc has a chord of 2
     joints = contacts_of(scene)
     between = (joints.first != 0) & (joints.second != 0) & (joints.extent > 0)
     assert between.sum() == number > 5
@@ -169,7 +175,7 @@ def test_a_curved_joint_is_the_same_from_both_sides(sheet):
 
 def test_gaps_within_the_tolerance_are_closed(sheet):
     def make(space):
-        space.add_lwpolyline([*STONE, (0, 0.001)])  # not closed
+        space.add_lwpolyline([*STONE, (0, 0.001)])  # the polyline is not closed
         ring = [(0.5, 1.001), (3, 1.001), (3, 2), (0.5, 2)]
         for a, b in zip(ring, [*ring[1:], ring[0]], strict=True):
             space.add_line((a[0] + 0.001, a[1]), b, dxfattribs={"layer": "upper"})
@@ -192,9 +198,10 @@ def test_gaps_within_the_tolerance_are_closed(sheet):
     ],
 )
 def test_stones_of_loose_lines_may_stand_nearer_than_the_tolerance(sheet, loose, tolerances):
-    """Two stones of 1 × 1 on one layer, 2 mm apart, each of four lines that end short of its corners.
+    """Two stones of 1 × 1 are on one layer, 2 mm apart. Each consists of four lines that end short of its
+    corners.
 
-    Both beds end where the joint between the stones is, in the middle of the gap, at x = 1.001.
+    Both beds end at the joint between the stones, in the middle of the gap, at x = 1.001.
     """
 
     def make(space):
@@ -209,14 +216,15 @@ def test_stones_of_loose_lines_may_stand_nearer_than_the_tolerance(sheet, loose,
     assert [area_of(scene, number) for number in (0, 1)] == pytest.approx([1, 1], abs=2 * loose + 1e-12)
     lengths = [1, 1.001, 1.001]
     assert sorted(contacts_of(scene).extent) == pytest.approx(lengths, abs=2 * loose + 2e-6)
-    # What nothing says is not guessed: both stones' ends lie within the tolerance.
+    # Without an outline tolerance, the ends of both stones are within the tolerance, and nothing is guessed.
     if loose:
         with pytest.raises(mo.CaseError, match=r"ends of curves touch .* \(LINE \w+ on layer '0'"):
             read(path, tolerance=0.0025)
 
 
 def test_holes_and_what_stands_in_them(sheet):
-    """An outline inside another is a hole, one inside that a block, and so on; one drawn twice is filled."""
+    """An outline inside another is a hole, an outline inside the hole is a block, and so on. A hole drawn
+    twice is filled."""
     rings = [
         [(0, 0), (10, 0), (10, 10), (0, 10)],
         [(1, 1), (9, 1), (9, 9), (1, 9)],
@@ -236,12 +244,13 @@ def test_holes_and_what_stands_in_them(sheet):
     areas = [area_of(scene, number) for number in range(4)]
     assert areas == pytest.approx([100 - 64, 4 - 1, 90 - 1, 1])
     assert movable(scene)[0].live_per_weight == (1.0, 0.0)
-    # The frame and the other stone on the ground, the stone in its hole, the filling on four sides.
+    # Two stones are on the ground, one stone is in a hole, and the filling has four sides.
     assert len(contacts_of(scene).extent) == 2 + 1 + 4
 
 
 def test_texts_name_blocks(sheet):
-    """A text that stands in one block, alone; else layer and handle are its name."""
+    """A text names a block if it is inside the block and no other block has it. Otherwise, the name is the
+    layer and handle."""
 
     def make(space):
         polylines(STONE, [(0, 1), (4, 1), (4, 2), (0, 2)], [(0, 2), (4, 2), (4, 3), (0, 3)])(space)
@@ -257,7 +266,7 @@ def test_texts_name_blocks(sheet):
 
 
 def test_layers_that_are_read(sheet):
-    """What lies on others, or on layers that are not shown, is not looked at."""
+    """Curves on other layers, and on layers that are frozen or off, are ignored."""
 
     def make(space):
         polylines(STONE)(space)
@@ -293,7 +302,8 @@ def test_units_are_scaled_only_if_asked_for(sheet):
 
 
 def test_stones_of_any_shape_come_back(tmp_path):
-    """A notch; a hole that another block fills, drawn first; two parts that touch; names of other letters."""
+    """The stones have a notch, a hole that another block fills, two parts that touch, and names with unusual
+    characters."""
     hole, around = [(1, 1), (2, 1), (2, 2), (1, 2)], [(0, 0), (4, 0), (4, 3), (0, 3)]
     notched = [[(4, 0), (6, 0), (6, 1), (4, 1)], [(4, 1), (5, 1), (5, 3), (4, 3)]]
     scene = mo.Scene(
@@ -317,7 +327,8 @@ def test_stones_of_any_shape_come_back(tmp_path):
 
 @pytest.mark.parametrize("degrees", [200.0, 300.0, 360.0])
 def test_long_arcs_keep_their_side(sheet, degrees):
-    """A circle's segment: r²/2 (θ - sin θ), from below by the chords' sagitta."""
+    """The segment of a circle has the area r²/2 (θ - sin θ). Chords reduce it by up to the sagitta times
+    their length."""
 
     def make(space):
         ends = [(math.cos(math.radians(a)), 3 + math.sin(math.radians(a))) for a in (0, degrees)]

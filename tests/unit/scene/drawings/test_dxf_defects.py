@@ -1,4 +1,5 @@
-"""Drawings as exported: copies, frames, several defects, layers, doubtful units, supports by height."""
+"""Defects of exported drawings: copies, frames, open outlines, unread layers, unlikely units and supports by
+height."""
 
 import math
 import re
@@ -37,7 +38,8 @@ def turned(brick, start, step):
 
 @pytest.mark.parametrize(("start", "step"), [(0, 1), (2, 1), (1, -1)])
 def test_copies_are_left_out_and_named(tmp_path, start, step):
-    """Copies may begin at another corner or run in the other direction; three copies of one stone are one."""
+    """A copy may begin at another corner or run in the other direction. Three copies of a stone are one
+    block."""
     stones = [brick(0, y) for y in (0, 1)]
     copies = [turned(stone, start, step) for stone in (*stones, stones[1])]
     path = drawn(tmp_path / "a.dxf", FLOOR, *stones, *copies)
@@ -58,7 +60,7 @@ def test_a_stone_that_is_also_drawn_as_support_is_a_support(tmp_path):
 
 
 def test_a_hole_may_be_drawn_with_its_filling_and_further_copies(tmp_path):
-    """A hole drawn three times is a hole with one filling. The area of the stone around it is 12 - 2."""
+    """A hole that is drawn three times has one filling, and one outline is reported as a copy."""
     around = "", [(0, 0), (4, 0), (4, 3), (0, 3)]
     path = drawn(tmp_path / "a.dxf", FLOOR, around, *[brick(1, 1)] * 3)
     with pytest.warns(DrawingWarning, match="1 outline is drawn twice"):
@@ -70,7 +72,8 @@ def test_a_hole_may_be_drawn_with_its_filling_and_further_copies(tmp_path):
 
 
 def test_lines_drawn_twice_are_read_once(tmp_path):
-    """Four sides of a stone as separate lines, each drawn twice, the second time in the other direction."""
+    """The four sides of a stone are separate lines. Each is drawn twice, the second time in the other
+    direction."""
     (_, ring) = brick(0, 0)
     sides = [("", [ring[number - 1], ring[number]]) for number in range(4)]
     path = drawn(tmp_path / "a.dxf", *sides, *((name, side[::-1]) for name, side in sides), closed=False)
@@ -96,7 +99,7 @@ def test_all_defects_are_named_at_once_by_kind_and_place(tmp_path):
     assert "is a reference to a block definition near (7, 7)" in reference
     assert "2 outlines are open (LWPOLYLINE" in opened
     assert "near (8, 0), 1 from the nearest free end; LWPOLYLINE" in opened
-    # The diagonals of the outline of 4 × 1 cross in its middle.
+    # The diagonals of the outline of 4 × 1 cross at its middle.
     assert "on layer 'stones' crosses itself near (2, 5.5)" in crossing
     assert "has no area near (5, 5): delete it" in empty
 
@@ -105,7 +108,7 @@ def test_all_defects_are_named_at_once_by_kind_and_place(tmp_path):
 @pytest.mark.parametrize("supports", ["fixed", "plinth"])
 @pytest.mark.parametrize("mortar", [0.0, 0.1])
 def test_a_frame_around_all_stones_is_named_with_its_remedy(tmp_path, outside, supports, mortar):
-    """The title block may be beside the frame. The supports may be named by layer, or by their height."""
+    """The title block may be outside the frame. Supports are named by their layer or by their height."""
     frame = "frame", [(-9, -9), (9, -9), (9, 9), (-9, 9)]
     stones = brick(0, 0, supports), brick(0, 1 + mortar), brick(0, 2 + 2 * mortar)
     path = drawn(tmp_path / "a.dxf", *outside, frame, *stones)
@@ -135,7 +138,7 @@ def test_a_net_may_have_a_frame(tmp_path):
 
 
 def test_a_stone_with_holes_is_no_frame(tmp_path):
-    """A perforated stone on a floor; most outlines are its holes."""
+    """A perforated stone is on a floor, and most outlines are its holes."""
     holes = [("", [(x, 0.2), (x + 0.2, 0.2), (x + 0.2, 0.8), (x, 0.8)]) for x in (0.2, 0.6, 1.0, 1.4)]
     scene = mo.read_dxf(drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0), *holes), **GIVEN)
     assert [len(block.holes) for block in scene.blocks] == [0, 4]
@@ -146,7 +149,7 @@ def test_a_stone_with_holes_is_no_frame(tmp_path):
     [(6, 3000, "as much as 12000 m"), (4, 0.003, "only 1.2e-05 m"), (4, 3, "only 0.012 m"), (4, 3000, "")],
 )
 def test_units_that_do_not_fit_the_size_are_doubted(tmp_path, unit, factor, size):
-    """The drawing is 4 wide, times the factor."""
+    """The drawing is 4 times the factor wide."""
     rings = [(layer, [(factor * x, factor * y) for x, y in ring]) for layer, ring in (FLOOR, brick(0, 0))]
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
@@ -187,7 +190,7 @@ def test_the_command_lists_layers_and_prints_warnings(tmp_path, monkeypatch, cap
 
 
 def test_the_advised_tolerance_is_the_thickness_of_a_curved_overlap(tmp_path):
-    """A half ring around an arch of radius 4 overlaps it by 0.02.
+    """A half ring around an arch of radius 4 overlaps the arch by 0.02.
 
     The lines that enclose the common region, also a half ring, are 4.0 apart.
     """
@@ -207,7 +210,7 @@ def test_the_advised_tolerance_is_the_thickness_of_a_curved_overlap(tmp_path):
     advised = float(re.search("'contact_tolerance' to ([0-9.]+)", str(refusal.value))[1])
     # The advice is an upper bound: π times the area over half the perimeter.
     assert 0.02 <= advised <= 1.01 * math.pi * 0.02
-    # Each half ring stands on the floor with both ends, and on the other one.
+    # Each half ring touches the floor with both ends, and the other half ring.
     assert len(contacts_of(scene.replace(contact_tolerance=advised)).extent) >= 5
 
 

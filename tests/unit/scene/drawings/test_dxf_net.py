@@ -1,4 +1,4 @@
-"""Drawings of nets of joint lines, whose cells are the stones; drawings and scenes refused by name."""
+"""Drawings of nets of joint lines, whose cells are the stones, and errors of drawings and scenes."""
 
 import math
 from itertools import pairwise
@@ -20,7 +20,7 @@ FACADE = Facade(
 
 
 def long_lines(polygons):
-    """Straight lines along all sides, each as long as it goes on."""
+    """Yield straight lines along all sides of polygons, merged to their greatest length."""
     sides = shapely.union_all([polygon.boundary for polygon in polygons])
     for axis in (0, 1):
         runs = {}
@@ -35,7 +35,8 @@ def long_lines(polygons):
 
 
 def facade(change=lambda line: line, windows="window"):
-    """Its joints as lines, its openings as outlines, and its base as another."""
+    """Return a function that draws a façade: its joints as lines, and its openings and its base as
+    outlines."""
     stones = [shapely.Polygon(block.vertices) for block in FACADE if not block.fixed]
     holes = [list(ring.coords)[:-1] for ring in shapely.union_all(stones).interiors]
 
@@ -76,7 +77,8 @@ def test_openings_are_blocks_but_for_their_layer(sheet):
 
 
 def test_lines_of_windows_that_enclose_none_are_no_stone_in_silence(sheet):
-    """Jambs and a lintel, as doors are often drawn; and layers of windows where nothing is a net."""
+    """Jambs and a lintel, as doors are often drawn, enclose no cell and raise an error. So do layers of
+    windows in a drawing that is not a net."""
 
     def make(space):
         facade(lambda line: line, "panes")(space)
@@ -91,7 +93,7 @@ def test_lines_of_windows_that_enclose_none_are_no_stone_in_silence(sheet):
 
 @pytest.mark.parametrize("off", [-0.004, 0.004])
 def test_lines_that_miss_each_other_by_a_little(sheet, off):
-    """Too short or too long at both ends."""
+    """Lines that are too short or too long at both ends need an outline tolerance."""
 
     def change(line):
         way = line[1] - line[0]
@@ -147,9 +149,9 @@ def test_a_stone_in_a_stone_fills_a_hole(sheet):
 
 
 ON, UPRIGHT = {"layer": "stone"}, {"layer": "stone", "extrusion": (0, 1, 0)}
-#: Two triangles beside each other.
+#: Lines of two triangles with a common side.
 NET = [((0, 0), (1, 0)), ((1, 0), (1, 1)), ((1, 1), (0, 0)), ((1, 0), (2, 0)), ((2, 0), (1, 1))]
-#: What closes a spline with a period.
+#: Control points of a periodic spline.
 RING = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 
 WRONG = {

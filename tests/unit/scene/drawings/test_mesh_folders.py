@@ -26,7 +26,7 @@ def triangles(shape):
 
 
 def turned(shape):
-    """A shape as glTF stores it, with y upwards."""
+    """Return a shape as glTF stores it, with the y axis upwards."""
     corners, faces = triangles(shape)
     return corners[:, [0, 2, 1]] * [1, 1, -1], faces
 
@@ -109,13 +109,15 @@ def read_glb(tmp_path, data, **more):
 
 
 def test_a_binary_gltf_file_is_a_scene_with_y_upwards(tmp_path):
-    """Nodes with translations, a quaternion, a scale and a matrix; a mesh of two materials is one stone.
+    """The nodes have translations, a quaternion, a scale and a matrix. A mesh of two materials is one stone.
 
-    The low stone is a unit box, scaled by its node. The high stone is lying on its side and turned upright.
+    The low stone is a unit box that its node scales. The high stone is stored on its side, and its node
+    rotates it.
     """
     unit = turned(box((0, 1), (0, 1), (0, 1)))
     lying = turned((HIGH[0] @ Rotation.from_euler("y", 90, degrees=True).as_matrix().T, HIGH[1]))
-    # In the file, z of the scene is y, and y of the scene is -z: a turn about y of the scene is one about -z.
+    # In the file, z of the scene is y, and y of the scene is -z. A rotation about y of the scene is one about
+    # -z.
     upright = Rotation.from_euler("z", 90, degrees=True).as_quat().tolist()
     moved = np.eye(4)
     moved[:3, 3] = [-1, -1, 1]
@@ -155,7 +157,7 @@ GOOD = glb([{"name": "stone", "mesh": 0}], [[turned(HIGH)]])
 
 
 def changed(**keys):
-    """A text glTF file of a stone, with some keys replaced."""
+    """Return a text glTF file of a stone, with some keys replaced."""
     size = int.from_bytes(GOOD[12:16], "little")
     return json.dumps(json.loads(GOOD[20 : 20 + size]) | keys).encode()
 

@@ -1,4 +1,4 @@
-"""OBJ, PLY and STL to scenes in space; the command `convert`: what it writes, and how it ends."""
+"""OBJ, PLY and STL files are read as scenes in space, and the command `convert` writes case files."""
 
 import random
 import re
@@ -17,7 +17,7 @@ import masonry_opt as mo
 from masonry_opt.scene.drawings import meshes as mesh_checks
 from masonry_opt.scene.space.shapes import shapes
 
-#: A high stone on a low one: corners that coincide.
+#: A high stone on a low stone on the ground, with corners that coincide.
 STONES = {
     "fixed ground": box((-1, 3), (-1, 2), (-1, 0)),
     "low": box((0, 2), (0, 1), (0, 1)),
@@ -48,7 +48,7 @@ def test_each_closed_mesh_is_a_block(file, write, name):
     assert [len(block.faces) for block in scene.blocks] == [6, 6, 6]
     assert shapes(scene).size == pytest.approx([12, 2, 8], rel=1e-6)
     assert sorted(contacts_of(scene).extent) == pytest.approx([2, 2], rel=1e-6)
-    # The stone on top overturns: half its width over half its height.
+    # Both stones overturn together: their width of 2 over their height of 5.
     assert mo.solve(scene, "static").required() == pytest.approx(2 / 5, rel=1e-5)
 
 
@@ -81,7 +81,7 @@ def test_supports_by_layer_name_and_height(file):
 
 
 def test_axes_and_units(file):
-    """As it comes with y upwards, in millimetres: the same scene."""
+    """A mesh in millimetres with the y axis upwards becomes the same scene."""
     turned = {name: (1000 * at[:, [0, 2, 1]] * [1, 1, -1], faces) for name, (at, faces) in STONES.items()}
     one, other = read(file(obj(STONES), "z.obj")), read(file(obj(turned), "y.obj"), up="y", scale=0.001)
     assert shapes(other).size == pytest.approx(shapes(one).size)
@@ -95,7 +95,7 @@ U = [(0, 0), (1, 0), (1, 2), (3, 2), (3, 0), (4, 0), (4, 3), (0, 3)]
 
 @pytest.mark.parametrize("flip", [False, True])
 def test_notched_blocks_become_convex_parts(file, flip):
-    """A portal on two feet, its ends of eight corners; faces of any sense."""
+    """A portal has two feet and ends with eight corners. Its faces may be wound inconsistently."""
     corners, faces = prism(U, 0.5)
     faces = [face[::-1] if flip and number % 3 else face for number, face in enumerate(faces)]
     scene = read(file(obj({"fixed": box((-1, 5), (-1, 2), (-1, 0)), "portal": (corners, faces)})))
@@ -107,7 +107,7 @@ def test_notched_blocks_become_convex_parts(file, flip):
 
 
 def test_a_block_with_a_hole_through_it_and_one_in_the_hole(file):
-    """A frame in triangles, with a stone that fills it."""
+    """A frame of triangles has a hole, which another stone fills."""
     outer, inner = [(-1, 0), (2, 0), (2, 3), (-1, 3)], [(0, 1), (1, 1), (1, 2), (0, 2)]
     (corners, outside), (hole, inside) = prism(outer, 1.0), prism(inner, 1.0)
     faces = [*outside[2:], *(tuple(8 + corner for corner in face[::-1]) for face in inside[2:])]
@@ -123,7 +123,7 @@ def test_a_block_with_a_hole_through_it_and_one_in_the_hole(file):
 
 @pytest.mark.parametrize("digits", [3, 4, 5])
 def test_coordinates_of_few_digits_still_touch(file, digits):
-    """A running bond out of all axes, its corners rounded each for itself."""
+    """A wall in running bond is rotated, and the corners of each stone are rounded separately."""
     wall = {"fixed": box((0, 4), (0, 1), (-0.5, 0))}
     for course in range(3):
         ends = [0, 2, 4] if course % 2 else [0, 1, 3, 4]
@@ -134,13 +134,14 @@ def test_coordinates_of_few_digits_still_touch(file, digits):
     scene = read(file(obj(wall, digits)))
     assert scene.tolerance == pytest.approx(2 * 10.0**-digits)
     found = contacts_of(scene)
-    # Beds of 4 each, and the head joints of 2, 1 and 2 of 0.5.
+    # The beds have an area of 4 each, and the head joints 0.5: there are 2, 1 and 2 of them.
     assert sum(found.extent) == pytest.approx(3 * 4 + 5 * 0.5, abs=40 * 10.0**-digits)
     assert len(found.extent) == 3 + 4 + 4 + 5
 
 
 def test_faces_that_are_not_flat_are_shared_by_triangles(file):
-    """Two blocks that meet in a warped face, each with its own first corner: no gap, no overlap."""
+    """Two blocks meet at a warped face, which each block starts at another corner. There is neither a gap nor
+    an overlap."""
     low, _ = box((0, 1), (0, 1), (0, 1))
     high, _ = box((0, 1), (0, 1), (1, 2))
     low[6, 2] = high[2, 2] = 1.2
@@ -188,14 +189,14 @@ DIVIDED = divided_box((0, 2), (0, 1), (1, 5), 2)
 
 
 def without(shape, number):
-    """A shape without one of its faces."""
+    """Return a shape without one of its faces."""
     corners, faces = shape
     return corners, faces[:number] + faces[number + 1 :]
 
 
 @pytest.mark.parametrize("number", range(48))
 def test_a_missing_triangle_is_refused_with_its_place(file, number):
-    """Inside a side of the box, at its rim and at its corners, where the two triangles of a net meet."""
+    """The missing triangle is inside a side of the box, at its rim, or at a corner."""
     with pytest.raises(mo.CaseError) as refused:
         read(file(obj(STONES | {"high": without(DIVIDED, number)})))
     message = str(refused.value)
@@ -219,13 +220,13 @@ def test_a_missing_triangle_is_refused_in_each_form_of_mesh(file, tmp_path, writ
 
 
 def test_a_missing_quadrilateral_is_refused_in_ply(file):
-    """Writers of PLY give each face corners of its own: corners of one place are one."""
+    """In PLY files, each face has separate corners. Corners at one place are merged."""
     path = file(ply(STONES | {"high": without(STONES["high"], 2)}), "a.ply")
     with pytest.raises(mo.CaseError, match=r"a\.ply: block .* is not closed at its edge"):
         read(path, fixed_below=-0.5)
 
 
-#: Closed blocks that a careless test of edges would call open, with their tolerance.
+#: Closed blocks that a simple test of edges would call open, each with its volume. The tolerance is 1e-5.
 CORNERS, TRIANGLES = divided_box((0, 2), (0, 1), (1, 5), 1)
 NEAR_TWIN = np.vstack([CORNERS, CORNERS[0] + 4e-6]), [
     *(tuple(8 if corner == 0 else corner for corner in face) for face in TRIANGLES[:1]), *TRIANGLES[1:]
@@ -242,7 +243,7 @@ CLOSED = {
 
 @pytest.mark.parametrize(("shape", "volume"), CLOSED.values(), ids=CLOSED)
 def test_closed_blocks_are_read_whatever_their_corners(file, shape, volume):
-    """Volumes by hand: of a box 2 × 1 × 4, of a portal its area by its depth."""
+    """The volumes are known by hand: 2 × 1 × 4 for the box, and area times depth for the portal."""
     scene = read(file(obj({"fixed": GROUND, "high": shape})), tolerance=1e-5)
     assert shapes(scene).size[-1] == pytest.approx(volume, rel=1e-4)
 
@@ -286,7 +287,7 @@ def test_a_drawing_becomes_a_case_file(wall, tmp_path, monkeypatch, capsys):
 
 
 def test_options_of_dxf(tmp_path, monkeypatch, capsys):
-    """One stone of 4 m × 1 m drawn in millimetres; the other layers are not read."""
+    """One stone of 4 m × 1 m is drawn in millimetres, and all other layers are omitted."""
     document = ezdxf.new()
     document.header["$INSUNITS"] = 4
     space = document.modelspace()
@@ -346,8 +347,8 @@ def test_what_can_be_done_with_a_case_file_is_told(tmp_path, monkeypatch, capsys
 
 
 def test_a_drawing_with_a_thickness_becomes_solids(wall, tmp_path, monkeypatch, capsys):
-    """The same load factor in its plane (the wall of Table 1, whose weights are unit weight times thickness),
-    and blocks that can be pushed out of it."""
+    """The drawing is the wall of Table 1. The weights of the solids are unit weight times thickness, and live
+    loads may act out of the plane of the wall."""
     out = tmp_path / "wall.toml"
     options = ["--friction", "0.65", "--unit-weight", "1", "--thickness", "0.5"]
     code, told, err = run_command(monkeypatch, capsys, "convert", wall, out, *options, "--live", "1,0")
@@ -356,7 +357,7 @@ def test_a_drawing_with_a_thickness_becomes_solids(wall, tmp_path, monkeypatch, 
     solid = mo.load(out)
     assert solid.blocks[0].live_per_weight in ((1, 0, 0), (0, 0, 0))
     weight = sum(block.weight for block in solid.blocks if not block.fixed)
-    assert weight == pytest.approx(0.5 * 6 * 5 * 4 * 1.75)  # six courses as long as five blocks
+    assert weight == pytest.approx(0.5 * 6 * 5 * 4 * 1.75)  # six courses, each as long as five blocks
     run_command(monkeypatch, capsys, "convert", wall, out, *options, "--live", "0,1,0")
     assert mo.load(out).blocks[-1].live_per_weight in ((0, 1, 0), (0, 0, 0))
 
@@ -386,9 +387,10 @@ def test_a_mesh_becomes_a_case_file_that_holds_or_names_it(tmp_path, monkeypatch
 
 
 def box_in_strips(strips: int) -> mesh_checks.Mesh:
-    """A unit box whose top and bottom are strips of quadrilaterals, every other strip shifted by half of one.
+    """Return a unit box whose top and bottom are strips of quadrilaterals, with every other strip shifted by
+    half of one.
 
-    Corners of one strip lie on edges of the next, so that one face alone has each of these edges.
+    Corners of one strip are on edges of the next strip, so each of these edges belongs to one face only.
     """
     points: list[tuple[float, float, float]] = []
     faces: list[list[int]] = []
@@ -421,7 +423,8 @@ def test_edges_on_edges_are_no_holes_and_a_missing_face_among_them_is():
 
 
 def test_edges_are_compared_with_few_others(monkeypatch):
-    """Each open edge lies beside a few others, however many there are: 0.8 s where all pairs took 27 s."""
+    """Each open edge is compared with a few others, however many there are: 0.8 s instead of 27 s for all
+    pairs."""
     compared: dict[int, list[int]] = {}
     covered = mesh_checks._is_covered
 

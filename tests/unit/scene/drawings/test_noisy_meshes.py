@@ -1,4 +1,5 @@
-"""Meshes as other programs export them: corners off their planes, by a little more than the tolerance."""
+"""Meshes with rounding errors of other programs, whose corners are off their planes by more than the
+tolerance."""
 
 import re
 from itertools import pairwise
@@ -14,11 +15,11 @@ from touching_solids import contacts_of
 import masonry_opt as mo
 from masonry_opt.scene.space.shapes import shapes
 
-#: Two stones of the EPFL data set Rigid-Block-3D, made from scans of a wall (MIT licence).
+#: Two stones of the EPFL data set Rigid-Block-3D, which come from scans of a wall (MIT licence).
 SCANNED = Path(__file__).parent / "stones" / "scanned_stone.obj"
 
-#: Two frusta on six sides, as exported: all faces are closed and consistently wound, and corners are off
-#: their planes by up to 6e-6 of the size. Faces with the numbers of corners from 1.
+#: Corners and faces of two exported frusta with six sides. All faces are closed and consistently wound, and
+#: corners are off their planes by up to 6e-6 of the size. Corners are numbered from 1.
 FRUSTUM = """
 1.00000271 0.00000416 0  0.49999861 0.86601598 0  -0.50000740 0.86602651 0  -1.00000359 0.00000173 0
 -0.50000851 -0.86602298 0  0.50000429 -0.86601911 0  1.19999416 0.00000116 0.59999300
@@ -38,7 +39,8 @@ def ring(count, radius):
 
 
 def frustum(low, high, height):
-    """A solid between two polygons with as many corners each, and its faces seen from outside."""
+    """Return a solid between two polygons of equally many corners, with its faces counter-clockwise from
+    outside."""
     count = len(low)
     corners = np.vstack([np.insert(low, 2, 0.0, axis=1), np.insert(high, 2, height, axis=1)])
     around = [[i, (i + 1) % count, (i + 1) % count + count, i + count] for i in range(count)]
@@ -67,16 +69,18 @@ CONVEX = [name for name in STONES if name not in ("L", "U", "voussoir")]
 
 
 def volume(corners, faces):
-    """By the divergence theorem, from tetrahedra between the origin and fans of triangles."""
+    """Return the volume by the divergence theorem, from tetrahedra between the origin and fans of
+    triangles."""
     fans = [(face[0], *edge) for face in faces for edge in pairwise(face[1:])]
     return abs(np.linalg.det(corners[fans]).sum() / 6)
 
 
 def noisy(seed, names=tuple(STONES)):
-    """A stone with noise on all corners: its corners and faces, its exact volume, and the noise (a length).
+    """Return a stone with noise on all corners: its corners and faces, its exact volume, and the noise (a
+    length).
 
-    The noise is 3e-7 to 1e-3 of the diagonal. Some stones are turned, moved, or drawn in another unit; faces
-    are polygons, or triangles by either diagonal.
+    The noise is 3e-7 to 1e-3 of the diagonal. Some stones are rotated, moved or scaled. Their faces are
+    polygons, or triangles by either diagonal.
     """
     rng = np.random.default_rng(seed)
     name = names[seed % len(names)]
@@ -100,9 +104,10 @@ def noisy(seed, names=tuple(STONES)):
 
 
 def refused(seeds, tmp_path, names=tuple(STONES)):
-    """The seeds of the stones that are refused, or whose weight is off by more than the noise on the surface.
+    """Return the seeds of the stones that are refused, or whose weight is wrong by more than the noise on the
+    surface.
 
-    A file is read as a scene, and its solids are checked as a solution checks them.
+    Each file is read as a scene, and its solids are checked as in a solution.
     """
     wrong = {}
     for seed in seeds:
@@ -125,7 +130,7 @@ def refused(seeds, tmp_path, names=tuple(STONES)):
 
 @pytest.mark.slow
 def test_noisy_stones_are_read_and_weigh_what_they_weigh(tmp_path):
-    """Forty stones of simple shapes; the divergence theorem gives their weight without noise."""
+    """Forty stones of simple shapes have the weight without noise, by the divergence theorem."""
     simple = [name for name in STONES if "triangles" not in name]
     assert refused(range(40), tmp_path, simple) == {}
 
@@ -133,7 +138,8 @@ def test_noisy_stones_are_read_and_weigh_what_they_weigh(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("first", [1000, 1300, 1540])
 def test_of_60_noisy_stones_none_is_refused(tmp_path, first):
-    """Read stones with noise. A run with all 600 seeds from 1000 on refused no stone; this test has 60."""
+    """No stone with noise is refused. A run with all 600 seeds from 1000 on refused none; this test has 60 of
+    them."""
     assert refused(range(first, first + 20), tmp_path) == {}
 
 
@@ -157,7 +163,7 @@ def test_a_frustum_as_exported_slides(tmp_path, ends):
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize(("name", "sides", "parts"), [("box in triangles", 6, 1), ("L", 6, 2), ("U", 6, 3)])
 def test_noise_of_a_few_tolerances_is_flattened(tmp_path, noise, turned, name, sides, parts):
-    """A box keeps its six faces, an L has two boxes and a U three, whatever the noise on their corners."""
+    """Whatever the noise on its corners, a box keeps its six faces, an L becomes two boxes, and a U three."""
     corners, faces = STONES[name]
     tolerance = 1e-4
     rng = np.random.default_rng(int(10 * noise))
@@ -173,7 +179,7 @@ def test_noise_of_a_few_tolerances_is_flattened(tmp_path, noise, turned, name, s
 
 
 def test_flattened_stones_touch_their_neighbours(tmp_path):
-    """Two boxes that share noisy corners: both flatten the shared face to one plane."""
+    """Two boxes share noisy corners, and both flatten the shared face to one plane."""
     tolerance = 1e-4
     low, faces = STONES["box"]
     high = low + np.array([0, 0, 0.5])
@@ -211,7 +217,8 @@ def test_scanned_stones_are_read(tolerance):
 
 
 def test_surfaces_that_cross_are_refused_with_a_place_in_both(tmp_path):
-    """Two boxes in one object; the place that is named lies in both of them, 1 < x < 2 and 2 < z < 3."""
+    """Two boxes are in one object. The place that the error names is in both of them, at 1 < x < 2 and 2 < z
+    < 3."""
     box = frustum(SQUARE, SQUARE, 2.0)
     corners = np.vstack([box[0] + [0, 0, 1], box[0] + [1, 0, 2]])
     faces = [*box[1], *([8 + corner for corner in face] for face in box[1])]

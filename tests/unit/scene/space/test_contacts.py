@@ -18,7 +18,7 @@ def same_points(found, expected):
 
 
 def ridge(name, along, below, **keys):
-    """A prism of triangles with its ridge on z = 0, three long, from below or from above."""
+    """Return a triangular prism, 3 long, with a ridge on z = 0 and the rest below or above."""
     z = -1.0 if below else 1.0
     corners = [(at, off, height) for at in (-1.5, 1.5) for off, height in ((0, 0), (-1, z), (1, z))]
     return hull(name, [(y, x, z) for x, y, z in corners] if along else corners, **keys)
@@ -29,11 +29,11 @@ def test_a_box_on_another_shares_the_overlap_of_their_faces():
     (pair, area, normal, points), below = joints(blocks)
     assert pair == ("A", "B")
     assert area == pytest.approx(1.5 * 0.75)
-    assert normal == pytest.approx([0, 0, 1])  # from B, the second, up into A
+    assert normal == pytest.approx([0, 0, 1])  # from the second block, B, up into A
     same_points(points, [(0.5, 0, 1), (2, 0, 1), (2, 0.75, 1), (0.5, 0.75, 1)])
     assert below[:1] == (("B", "floor"),)
     found = contacts_of(blocks)
-    assert np.abs(found.tangent[0]) == pytest.approx([1, 0, 0])  # the longest side
+    assert np.abs(found.tangent[0]) == pytest.approx([1, 0, 0])  # the tangent is along the longest side
     np.testing.assert_array_equal(found.joint, [0] * 4 + [1] * 4)
 
 
@@ -41,7 +41,7 @@ def test_a_square_turned_by_45_degrees_on_a_square_shares_an_octagon():
     r = math.sqrt(0.5)
     turned = hull("A", [(x, y, z) for z in (1, 2) for x, y in ((r, 0), (0, r), (-r, 0), (0, -r))])
     (_, area, _, points), _ = joints(scene(turned, box("B", (-0.5, 0.5), (-0.5, 0.5), (0, 1)), FLOOR))
-    # A regular octagon round a circle of radius 1/2: 8 tan(π/8) / 4.
+    # A regular octagon around a circle of radius 1/2 has the area 8 tan(π/8) / 4.
     assert area == pytest.approx(2 * math.tan(math.pi / 8), rel=1e-9)
     t = math.tan(math.pi / 8) / 2
     same_points(points, [(x, y, 1) for a, b in ((0.5, t), (t, 0.5)) for x in (-a, a) for y in (-b, b)])
@@ -74,7 +74,8 @@ def test_a_ring_on_a_floor_has_the_corners_of_its_hole_too():
 
 
 def tip(name, z, x=0.0, y=0.0, **keys):
-    """A tetrahedron that stands on its corner, upwards or downwards."""
+    """Return a tetrahedron with one corner at z = 0 and its opposite face at a height z, which may be
+    negative."""
     return hull(name, [(x, y, 0), (-1, -1, z), (1, -1, z), (0, 1, z)], **keys)
 
 
@@ -85,13 +86,13 @@ LOWER = ridge("lower", 1, below=True, fixed=True)
 @pytest.mark.parametrize(
     ("blocks", "upwards", "expected"),
     [
-        # A wedge on its edge; an edge that reaches over a face touches along the part above it.
+        # A wedge touches along its edge, or along the part of the edge that is above the floor.
         ((ridge("A", 1, below=False), FLOOR), 1, [(0, -1.5, 0), (0, 1.5, 0)]),
         ((ridge("A", 0, below=False), SHORT), 1, [(-1, 0, 0), (1, 0, 0)]),
-        # A corner on a face, from above and from below.
+        # A corner touches a face from above or from below.
         ((tip("A", 1, 0.25, 0.5), FLOOR), 1, [(0.25, 0.5, 0)]),
         ((tip("A", -1, 0.25, 0.5), ABOVE), -1, [(0.25, 0.5, 0)]),
-        # Two ridges that cross: normal to both.
+        # Two ridges cross, and the normal is perpendicular to both.
         ((ridge("A", 0, below=False), LOWER), 1, [(0, 0, 0)]),
         ((LOWER, ridge("A", 0, below=False)), -1, [(0, 0, 0)]),
     ],
@@ -136,7 +137,7 @@ def test_faces_may_lean_as_far_as_the_tolerance_over_what_they_share(rise, point
     corners = [(x, y, z + rise * x) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
     found = contacts_of(scene(hull("A", corners), FLOOR, tolerance=1e-3))
     assert len(found.point) == points
-    # The plane that bisects them, or that of the floor under an edge.
+    # The joint is in the plane that bisects the faces, or in the plane of the floor if only an edge touches.
     slope = math.atan(rise) / 2 if points == 4 else 0.0
     assert found.normal[0] == pytest.approx([-math.sin(slope), 0, math.cos(slope)])
 
@@ -150,7 +151,7 @@ def test_blocks_that_overlap_are_refused_with_place_volume_and_depth():
 
 @pytest.mark.parametrize("off", [-0.05, 0.05])
 def test_blocks_drawn_apart_or_into_one_another_touch_within_the_contact_tolerance(off):
-    """Details of less than ten times that stay: the upper stone stands on feet of 0.2."""
+    """Feet of 0.2 keep their joints, although they are narrower than ten times the contact tolerance."""
     stone = parted("stone", *(((x, x + 0.2), (0, 1), (off, 2)) for x in (0, 0.8)))
     with pytest.raises(mo.CaseError, match=r"'contact_tolerance' to 0\.05"):
         contacts_of(scene(FLOOR, stone))
@@ -180,7 +181,7 @@ def test_a_strip_narrower_than_ten_tolerances_is_no_joint():
 
 
 def test_a_corner_on_a_corner_has_a_joint_after_the_advised_cut():
-    """Two pyramids, apex on apex, and four slack wires that keep the upper one upright.
+    """Two pyramids touch apex on apex, and four slack wires keep the upper pyramid upright.
 
     The wires may stay slack, because the centroid is above the apex: the joint can carry the weight alone.
     """

@@ -1,4 +1,5 @@
-"""Shapes of solids in closed form, and what is refused; joints do not depend on how a scene lies."""
+"""Shapes of solids agree with closed forms, wrong solids raise errors, and joints do not depend on the
+position of a scene."""
 
 import math
 
@@ -26,7 +27,8 @@ import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.space.shapes import shapes
 
-#: Square prisms turned on each other, solids of parts, a wedge on its edge, a cone on its tip, a crossing.
+#: A scene with joints of every kind: rotated square prisms, solids of parts, a wedge on its edge, a cone on
+#: its tip and two ridges that cross.
 TURNED = [(0.7, 0, 0), (0, 0.7, 0), (-0.7, 0, 0), (0, -0.7, 0)]
 SCENE = scene(
     parted("L", ((0, 3), (0, 1), (0, 1)), ((0, 1), (1, 3), (0, 1))),
@@ -47,8 +49,12 @@ MIRROR = np.diag([1.0, -1.0, 1.0])
 
 
 def seen_back(blocks, matrix=UNTURNED, shift=(0, 0, 0)):
-    """Joints in order of names and places, as they were before corners were multiplied by a matrix and
-    shifted: names, area, normal into the one whose name is less, and contact points."""
+    """Return all joints in a fixed order, in the frame before a matrix and a shift were applied to the
+    corners.
+
+    Each joint has the names of its blocks, its contact points, its area, and its normal into the block whose
+    name comes first.
+    """
     scale = abs(np.linalg.det(matrix)) ** (1 / 3)
     found = []
     for pair, area, normal, points in joints(blocks):
@@ -106,7 +112,7 @@ def test_tangents_and_the_order_of_contact_points_turn_with_the_scene():
     frame = np.stack([one.normal, one.tangent, np.cross(one.normal, one.tangent)], axis=1)
     np.testing.assert_allclose(frame @ frame.mT, np.broadcast_to(np.eye(3), frame.shape), atol=1e-12)
     np.testing.assert_allclose(one.tangent @ ANY.T, other.tangent, atol=1e-9)
-    # Seen from the first corner: the middle of the scene is another point of it.
+    # Positions are relative to the first contact point, because the two scenes have different origins.
     np.testing.assert_allclose((one.point - one.point[0]) @ ANY.T, other.point - other.point[0], atol=1e-9)
 
 
@@ -119,8 +125,8 @@ def test_joints_do_not_depend_on_numbers_or_on_faces_in_triangles(matrix):
 
 
 def cells(count, seed):
-    """Cells of random points in a unit cube, one of them fixed, and of each two that share a face its area
-    and number of corners. Points mirrored at its sides bound the cells."""
+    """Return Voronoi cells of random points in a unit cube, one of them fixed, and the area and number of
+    corners of each shared face. Points mirrored at the sides of the cube bound the cells."""
     points = np.random.default_rng(seed).random((count, 3))
     mirrored = [np.where(np.arange(3) == k, 2 * side - points, points) for k in range(3) for side in (0, 1)]
     diagram = Voronoi(np.concatenate([points, *mirrored]))
@@ -130,7 +136,7 @@ def cells(count, seed):
     for pair, face in zip(diagram.ridge_points.tolist(), diagram.ridge_vertices, strict=True):
         if max(pair) < count:
             own, normal = diagram.vertices[face], points[pair[1]] - points[pair[0]]
-            # Seen along a coordinate axis it is smaller by that component of the normal.
+            # The projection along an axis is smaller than the face by that component of its unit normal.
             axis = int(np.abs(normal).argmax())
             seen = ConvexHull(np.delete(own, axis, axis=1)).volume
             area = seen * np.linalg.norm(normal) / abs(normal[axis])
@@ -146,9 +152,9 @@ def test_cells_of_a_voronoi_diagram_share_its_faces(turned):
     tolerance = 3e-6
     shared = {(i, j): a for i, j, a in zip(found.first, found.second, found.extent, strict=True)}
     corners = dict(zip(shared, np.bincount(found.joint), strict=True))
-    assert len(shared) == len(found.first)  # one joint a pair
+    assert len(shared) == len(found.first)  # one joint per pair
     assert shared.keys() <= faces.keys()
-    # What is missing is narrower than ten tolerances; corners nearer than a tolerance are one.
+    # Faces without a joint are narrower than ten tolerances. Corners within a tolerance are merged.
     assert all(faces[pair][0] < 10 * tolerance for pair in faces.keys() - shared.keys())
     for pair, area in shared.items():
         assert area == pytest.approx(faces[pair][0], abs=tolerance)
@@ -176,14 +182,15 @@ CUBE = box("A", (0, 1), (0, 2), (0, 3))
 
 
 def of_first(blocks):
-    """Of the first block volume, centroid in the scene's coordinates and areas of faces, falling."""
+    """Return the volume, the centroid in scene coordinates and the descending face areas of the first
+    block."""
     found = shapes(blocks)
     areas = shapely.area(found.faces.polygon[found.faces.block == 0])
     return found.size[0], found.centroid[0] + found.origin, sorted(areas, reverse=True)
 
 
 def cube(change):
-    """A cube of unit sides with other vertices and faces, on a floor."""
+    """Return a unit cube on a floor, with its vertices and faces changed by a function."""
     unit = scene(box("A", (0, 1), (0, 1), (0, 1)), FLOOR)
     return unit.model_copy(update={"blocks": [with_parts(unit, change).blocks[0], FLOOR]})
 
@@ -226,7 +233,7 @@ def test_faces_turned_inwards_are_turned_round(number):
 
 def test_coplanar_pieces_are_one_face():
     assert of_first(in_triangles(scene(CUBE, FLOOR)))[2] == pytest.approx([6, 6, 3, 3, 2, 2])
-    # Two parts side by side are a box: where they meet is no outer face.
+    # Two parts side by side form a box, which has no face where they meet.
     halves = parted("A", ((0, 1), (0, 1), (0, 3)), ((0, 1), (1, 2), (0, 3)))
     volume, centroid, areas = of_first(scene(halves, FLOOR))
     assert volume == pytest.approx(6)
@@ -245,14 +252,14 @@ def solid(name, vertices, faces):
     return mo.Solid(name=name, weight=1, vertices=[*map(tuple, vertices)], faces=[[*face] for face in faces])
 
 
-#: A unit cube one corner of whose top is lifted by h: its corners lie h/4 off the plane through their middle
-#: that is square to the area's normal, to the first order in h.
+#: A unit cube with one corner of its top lifted by h = 0.04. To first order in h, the corners of the top are
+#: h/4 from the plane through their middle that is normal to the area vector.
 LIFTED = cube(lambda at, faces: (at + 0.04 * np.outer(np.arange(8) == 6, [0, 0, 1]), faces))
-#: Its notch is .5 deep, and the far walls of the notch are .6 in front of each other's planes.
+#: A prism whose outline is a U. Its notch is 0.5 deep, and the walls of the notch are 0.6 apart.
 U = prism([(0, 0), (1, 0), (1, 1), (0.8, 1), (0.8, 0.5), (0.2, 0.5), (0.2, 1), (0, 1)], 1.0)
 PARTS = parted("A", ((0, 1), (0, 1), (0, 1)), ((0.5, 2), (0, 1), (0, 1)), ((0, 1), (1, 2), (0, 1)))
-#: Six triangles round a ring of a projective plane with six corners, closed by the rest of it: every edge is
-#: in two faces, and they cannot be turned one way.
+#: The ten triangles of a projective plane with six corners. Every edge is in two faces, but the faces cannot
+#: be oriented consistently.
 LOOSE = np.random.default_rng(1).normal(size=(6, 3))
 RING = [map(int, face) for face in ("014", "015", "023", "024", "035", "123", "125", "134", "245", "345")]
 NO_SOLIDS = {
@@ -282,7 +289,7 @@ def test_a_face_is_as_flat_as_the_tolerance():
 
 
 def test_the_thin_end_of_a_part_has_two_faces():
-    """Near its tip a wedge is thinner than the tolerance: its upper face is no piece of its lower one."""
+    """Near its tip, a wedge is thinner than the tolerance, but its upper and lower faces remain separate."""
     low = [(0, 0), (4, 0), (4, 0.02), (0.2, 0.0009), (0, 0.0005)]
     ground = box("ground", (-1, 5), (-1, 2), (-1, 0), fixed=True)
     wedge = solid("wedge", *prism(low, 1.0))
@@ -292,7 +299,8 @@ def test_the_thin_end_of_a_part_has_two_faces():
 
 
 def test_holes_count_against_the_middle():
-    """A ring of 4 × 4 with a hole from (1, 1) to (2, 3): (16·(2, 2) − 2·(1.5, 2)) / 14."""
+    """The middle of a joint accounts for holes. For a ring of 4 × 4 with a hole from (1, 1) to (2, 3), the
+    middle is (16·(2, 2) − 2·(1.5, 2)) / 14."""
     sides = (((0, 4), (0, 1)), ((0, 4), (3, 4)), ((0, 1), (1, 3)), ((2, 4), (1, 3)))
     ring = parted("ring", *((x, y, (-1, 0)) for x, y in sides), weight=None, fixed=True)
     assembly = assemble(scene(box("plate", (0, 4), (0, 4), (0, 1), live=(1, 0, 0)), ring))
@@ -306,7 +314,7 @@ def test_boxes_and_distances_outside_of_hulls():
     low, high = shapes.boxes
     assert low[0] + shapes.origin == pytest.approx([0, 0, 0])
     assert high[0] + shapes.origin == pytest.approx([1, 2, 3])
-    # Inside, on a face, 2 in front of one, and off a corner by (3, 4, 12).
+    # The points are inside, on a face, 2 in front of a face, and (3, 4, 12) from a corner.
     points = np.array([(0.5, 1, 1), (0, 1, 1), (0.5, 4, 1), (4, 6, 15)]) - shapes.origin
     found = shapes.outside(np.zeros(4, dtype=int), points)
     assert found == pytest.approx([0, 0, 2, 13], abs=1e-6)
