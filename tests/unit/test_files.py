@@ -1,4 +1,4 @@
-"""Files that stand in the way: replaced where they bear this package's mark, else only by force."""
+"""Existing files are replaced if they have the mark of this package, and otherwise only by force."""
 
 import json
 import os
@@ -14,7 +14,7 @@ from masonry_opt.errors import OptionError
 
 FOREIGN = b"mine: written by hand, not by masonry_opt\n"
 
-#: Names of files, whose first letter says what writes them.
+#: Names of files. The first letter selects the function that writes the file.
 SAVED = ("a.png", "a.svg", "a.pdf", "a.html")
 PROGRAMS = ("d.lp", "d.mps", "d.nl", "d.cnf")
 CASE_FILES = ("c.toml", "c.json")
@@ -34,7 +34,7 @@ def write(path, **force):
 @pytest.mark.parametrize("name", [*SAVED, "b.PDF", *CASE_FILES, *PROGRAMS, "e.dxf"])
 def test_its_own_files_are_replaced_and_others_only_by_force(tmp_path, name):
     path = tmp_path / name
-    path.touch()  # nothing to lose, as of a temporary file
+    path.touch()  # an empty file, like a temporary one, may be replaced
     write(path)
     written = path.read_bytes()
     write(path)
@@ -47,7 +47,7 @@ def test_its_own_files_are_replaced_and_others_only_by_force(tmp_path, name):
     write(path, force=True)
     assert len(path.read_bytes()) == pytest.approx(len(written), rel=0.01)
     if b"masonry_opt" in written:
-        # A file of the same kind by someone else, though it names the package elsewhere.
+        # A file of the same kind without the mark is not replaced, even if it names the package elsewhere.
         path.write_bytes(written.replace(b"masonry_opt", b"masonry-opt") + b"\n% written by masonry_opt\n")
         with pytest.raises(OptionError):
             write(path)
@@ -82,7 +82,7 @@ def test_marks_are_where_other_tools_look_for_them(tmp_path):
     assert Image.open(tmp_path / "a.png").text["Software"] == "masonry_opt"
     named = ElementTree.parse(tmp_path / "a.svg").iter("{http://purl.org/dc/elements/1.1/}creator")
     assert [text.strip() for text in next(named).itertext() if text.strip()] == ["masonry_opt"]
-    # A comment in one, a key in the other, which is no key of a scene.
+    # The mark is a comment in TOML. In JSON it is a key, which is not a key of a scene.
     keys = json.loads((tmp_path / "c.json").read_text("utf-8"))
     assert keys.pop("written_by") == "masonry_opt"
     assert tomllib.loads((tmp_path / "c.toml").read_text("utf-8")).keys() == keys.keys()
@@ -114,7 +114,7 @@ def test_commands_refuse_with_code_2_before_they_print(monkeypatch, capsys, tmp_
     assert err.startswith(f"error: {out}: ")
     assert "--force" in err
     assert out.read_bytes() == FOREIGN
-    for force in (["--force"], []):  # once by force: then it is this package's own
+    for force in (["--force"], []):  # after one forced write, the file has the mark
         code, _, err = run_command(monkeypatch, capsys, *given, *force)
         assert (code, err) == (0, "")
         assert out.read_bytes() != FOREIGN

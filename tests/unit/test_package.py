@@ -1,4 +1,4 @@
-"""The package as a whole: its names, what importing it loads, and what it needs to find its models."""
+"""The package as a whole: its public names, the modules that it imports, and the files that it needs."""
 
 import ast
 import json
@@ -18,7 +18,7 @@ PACKAGE = ROOT / "masonry_opt"
 
 
 def in_a_process_of_its_own(program, **keys):
-    """Standard output of a Python program."""
+    """Return the standard output of a Python program that runs in a new process."""
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=120, **keys)
     assert ran.returncode == 0, ran.stderr
     return ran.stdout.strip()
@@ -41,10 +41,10 @@ def test_type_checkers_are_told_the_same_names_from_the_same_modules():
     assert sorted(told) == sorted(mo._HOMES.items())
 
 
-#: What puts the rooms of the package together: none of them knows it.
+#: Subpackages that combine the others. No other subpackage imports them.
 TOGETHER = ("analysis", "duality", "exports", "cli")
 
-#: What a room of the package may not know beside that, because it comes after it.
+#: For each subpackage or file, the further subpackages that it must not import, because they depend on it.
 LATER = {
     "scene": ("problem", "answer", "solvers", "models", "standing", "methods", "words", "drawing"),
     "problem": ("answer", "solvers", "models", "standing", "methods", "words", "drawing"),
@@ -54,17 +54,18 @@ LATER = {
     "methods": ("words", "drawing"),
     "words": ("methods", "drawing"),
     "drawing": (),
-    # Of the files that put the rooms together, the one that every analysis goes through.
+    # Among the files that combine the subpackages, this one is part of every analysis.
     "analysis.py": ("words", "drawing", "duality", "exports", "cli"),
 }
 
 
-#: What is said and drawn of a result when it is asked to: imported there, within its methods.
+#: Subpackages that a file may import only inside its functions, to write or draw a result on request.
 FETCHED = {"result.py": ("masonry_opt.reporting", "masonry_opt.drawing")}
 
 
 def test_no_module_knows_what_comes_after_it():
-    """Studies use the package as a user does: the command line alone, which comes last, imports them."""
+    """No subpackage imports a later one. Studies use the package like a user, and only the command line, the
+    last subpackage, imports them."""
     for path in PACKAGE.rglob("*.py"):
         room = path.relative_to(PACKAGE).parts[0]
         later = LATER.get(room, ())
@@ -86,18 +87,18 @@ def test_models_know_the_problem_and_each_other_alone():
 
 @pytest.fixture
 def copied(tmp_path):
-    """A folder with the package and its models, as a clone has them, and a case file."""
+    """Return a folder with the package and its models, as in a clone, and with a case file."""
     for name in ("masonry_opt", "models"):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "cases" / "gilbert" / "two_blocks.toml", tmp_path)
     return tmp_path
 
 
-#: What takes seconds to import.
+#: Packages whose import takes seconds.
 DEAR = ("cvxpy", "pyomo", "casadi", "highspy", "matplotlib", "altair")
 
-#: Prints the modules imported after names, a linear program and method "coulomb" were asked for, λ of the
-#: loop, and the folders of the package and its models.
+#: Program that prints the imported modules, λ of the loop, and the folders of the package and its models. The
+#: modules are listed after names, a linear program and method "coulomb" were used.
 IN_A_CLONE = """
 import json, sys
 import masonry_opt as mo
@@ -118,8 +119,9 @@ print(json.dumps([imported, load_factor, drawing, loaded(), mo.__file__, cvxpy_t
 
 @pytest.mark.slow
 def test_python_started_in_a_clone_finds_the_models_there_and_loads_what_it_uses(copied):
-    """Whatever is installed beside it, and without a path of Python's. A modelling language is imported by
-    what is declared in it, pictures and IPOPT by no solve, studies and what only they need by no command."""
+    """In a clone, Python finds the models without a search path, whatever else is installed. A modelling
+    language is imported only with a program declared in it. No solve imports pictures or IPOPT, and no
+    command imports studies."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     printed = in_a_process_of_its_own(IN_A_CLONE, cwd=copied, env=environment)
     imported, load_factor, solved, by_command, package, models = json.loads(printed)
@@ -136,7 +138,7 @@ def test_python_started_in_a_clone_finds_the_models_there_and_loads_what_it_uses
 
 
 def test_hints_install_extras_of_the_clone():
-    """There is no package of this name on the public index."""
+    """Hints install the extras from the clone, because the public index has no package of this name."""
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
     told = [
         hint
@@ -150,7 +152,8 @@ def test_hints_install_extras_of_the_clone():
 
 
 def test_every_package_and_file_of_the_tree_is_in_the_wheel():
-    """Folders, and files that are no modules, are listed in pyproject.toml by hand."""
+    """In pyproject.toml, folders and files that are not modules are listed by hand. The lists must be
+    complete."""
     setuptools = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
     found = {".".join(path.parent.relative_to(ROOT).parts) for path in PACKAGE.rglob("__init__.py")}
     assert found | {"masonry_opt.models"} <= set(setuptools["packages"])
@@ -167,7 +170,7 @@ def test_every_package_and_file_of_the_tree_is_in_the_wheel():
     assert there == listed
 
 
-#: Prints what the command line and its list of commands import.
+#: Program that prints the modules that the command line and its list of commands import.
 LISTED = """
 import json, sys, masonry_opt.cli
 import masonry_opt.cli.app as app
@@ -199,7 +202,7 @@ except SystemExit as ended:
 @pytest.mark.slow
 @pytest.mark.parametrize("case", ["gilbert/two_blocks", "ferris_tinloi/wall_1"])
 def test_a_default_solve_imports_only_what_its_steps_use(case):
-    """Small scenes in the plane need no modelling language, and no tables, pictures or studies."""
+    """For small scenes in the plane, no modelling language, tables, pictures or studies are imported."""
     program = SOLVED.format(case=str(ROOT / "cases" / f"{case}.toml"))
     *printed, modules = in_a_process_of_its_own(program, cwd=ROOT).splitlines()
     assert "load factor λ" in printed

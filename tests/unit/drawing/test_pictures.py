@@ -1,4 +1,5 @@
-"""Pictures of every kind, and pages: elements and nothing else, numbers in their places, what is refused."""
+"""Pictures and pages have all their elements and no others, with the right numbers, and wrong requests are
+refused."""
 
 import json
 import re
@@ -43,7 +44,7 @@ def result():
 
 
 def points_of(artist):
-    """Where the marks of an artist are."""
+    """Return the points of the marks of an artist."""
     if isinstance(artist, LineCollection):
         return np.array(artist.get_segments())
     if isinstance(artist, Quiver):
@@ -60,7 +61,7 @@ def test_a_picture_has_the_elements_and_their_legend(case, kind):
     assert result.assembly.scene.title in title.replace("\n", " ")
     assert float(re.search(r"λ = (\S+)", title)[1]) == pytest.approx(result.load_factor, rel=1e-5)
     marks = [each for each in elements.shown(kind) if each.shape != "bar"]
-    # Before them come supports, blocks, and outlines at rest.
+    # The first artists are supports, blocks and, for a mechanism, outlines at rest.
     artists = figure.axes[0].collections[3 if kind == "mechanism" else 2 :]
     share = START if kind == "mechanism" else 0.0
     for each, artist in zip(marks, artists, strict=True):
@@ -76,7 +77,7 @@ def test_a_picture_has_the_elements_and_their_legend(case, kind):
     ("kind", "ending"), list(zip([*PICTURE_KINDS, PICTURE_KINDS[0]], BEGINS, strict=True))
 )
 def test_every_kind_is_written_in_every_format(result, kind, ending, tmp_path):
-    """As the ending says; a page shows first the kind asked for."""
+    """The ending of the file determines its format. A page first shows the requested kind."""
     result.save(tmp_path / f"picture.{ending}", kind)
     written = (tmp_path / f"picture.{ending}").read_bytes()
     assert written.startswith(BEGINS[ending])
@@ -116,7 +117,8 @@ def test_without_forces_the_picture_says_so(kind):
 
 @pytest.mark.parametrize("height", [1, 20, 100])
 def test_the_scale_keeps_its_label_beside_slender_scenes(height):
-    """The bar is up to 12 % of the height long: more than a slender column leaves free beside it."""
+    """The scale bar is up to 12 % of the height long, which is more than the free width beside a slender
+    column."""
     blocks = [rectangle(str(y), 0, y, 0.5, y + 1, weight=1, live=(1, 0)) for y in range(height)]
     scene = mo.Scene(joints={"friction": 0.6}, blocks=[*blocks, rectangle("floor", -1, -1, 2, 0)])
     figure = mo.solve(scene, "static").plot("thrust")
@@ -181,13 +183,14 @@ ARCH = CASES / "casapulla_lauro" / "arch.toml"
 
 
 def data_of(text):
-    """What the page's script knows."""
+    """Return the data that the script of a page uses."""
     return json.loads(re.search(r'id="data">(.*?)</script>', text, re.DOTALL)[1])
 
 
 @pytest.mark.parametrize("case", [WALLS[0], ARCH], ids=["wall", "arch"])
 def test_a_page_has_the_elements_and_their_legends(case):
-    """All that pictures have, in the same colours and at the same places, beside a slider that moves it."""
+    """A page has all elements of the pictures, in the same colours and at the same places. A slider moves the
+    elements."""
     result = solved(case)
     elements, text = result_elements(result), page(result)
     canvas = Canvas(elements, elements.all_marks)
@@ -276,7 +279,7 @@ def test_a_notebook_shows_a_picture_that_clashes_with_no_other():
 
 @pytest.mark.parametrize(("push", "is_left"), [(1.0, True), (-1.0, False)])
 def test_the_arrow_of_all_weights_is_in_the_corner_that_the_live_load_leaves(push, is_left):
-    """Forty blocks, whose weights are one arrow: beside the blocks, and not above them."""
+    """One arrow represents the weights of forty blocks. It is beside the blocks, not above them."""
     wall = small_wall(10, 4)
     blocks = [
         block if block.fixed else block.replace(live_per_weight=(push, 0.0), live=(0.0, 0.0))

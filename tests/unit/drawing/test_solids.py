@@ -1,4 +1,4 @@
-"""Solids as they are drawn: their surfaces, how they move, and what hides what."""
+"""Pictures of solids: their surfaces, their motion, and the parts that are hidden."""
 
 import json
 import re
@@ -21,12 +21,13 @@ def result():
 
 
 def enclosed(triangles):
-    """Volume by Gauss: positive if the triangles are counter-clockwise seen from outside."""
+    """Return the volume by Gauss's theorem, positive if the triangles are counter-clockwise seen from
+    outside."""
     return float(np.linalg.det(triangles).sum()) / 6
 
 
 def bracket():
-    """A block of two parts, one on the other and half beside it."""
+    """Return a scene with a block of two parts, of which the upper part overhangs the lower one by half."""
     parts = [mo.Part(box=((0, 2), (0, 1), (0, 1))), mo.Part(box=((1, 3), (0, 1), (1, 2)))]
     floor = mo.box("floor", (0, 3), (0, 1), (-1, 0), fixed=True)
     return mo.Scene(joints={"friction": 0.6}, blocks=[mo.Solid(name="A", parts=parts, weight=1), floor])
@@ -51,7 +52,8 @@ def test_each_edge_of_a_box_is_drawn_once():
 
 @pytest.mark.parametrize("far", [3.0, 1e3, 1e6])
 def test_supports_are_cut_where_they_reach_far(far):
-    """A floor that slopes by 1 in 10: what is shown of it is closed, and the slope is what it was."""
+    """A floor slopes by 1 in 10 and reaches far. The portion that is drawn is closed and has the same
+    slope."""
     top = [(x, y, x / 10) for x, y in ((-far, -far), (far, -far), (far, far), (-far, far))]
     faces = [[3, 2, 1, 0], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
     floor = mo.Solid(name="f", vertices=[(x, y, -2 * far) for x, y, _ in top] + top, faces=faces, fixed=True)
@@ -62,17 +64,17 @@ def test_supports_are_cut_where_they_reach_far(far):
     drawn = surface(elements)
     own = drawn.triangles[drawn.of_triangle == 1] + elements.assembly.geometry.origin
     low, high = own.reshape(-1, 3).min(axis=0), own.reshape(-1, 3).max(axis=0)
-    # The block is 3.2 high: a fifth of that beside, and below.
+    # The block is 3.2 high, and the floor is drawn up to a fifth of that height beside and below the block.
     reach = 0.2 * 3.2
     assert low == pytest.approx([-reach, -reach, -reach], abs=1e-6)
     assert high[:2] == pytest.approx([2 + reach, 1 + reach], abs=1e-6)
     wide, deep = 2 + 2 * reach, 1 + 2 * reach
-    # Below the slope z = x / 10, whose mean height is that in the middle, x = 1.
+    # The mean height of the slope z = x / 10 is its height in the middle, at x = 1.
     assert enclosed(own) == pytest.approx(wide * deep * (reach + 0.1), rel=1e-6)
 
 
 def test_the_fastest_corner_moves_by_a_tenth_of_the_wall_s_length(result):
-    """Of 6. (How each block moves: tests of solids as files.)"""
+    """The wall is 6 long. The tests of solid files check the motion of each block."""
     elements = result_elements(result)
     drawn = surface(elements)
     steps = drawn.moved(elements.motion)[0] - drawn.moved(np.zeros_like(elements.motion))[0]
@@ -80,7 +82,8 @@ def test_the_fastest_corner_moves_by_a_tenth_of_the_wall_s_length(result):
 
 
 def through(boxes, points, towards):
-    """How far rays from points towards the eye run inside axis-parallel boxes, the most in any."""
+    """Return the greatest length that each ray, from a point towards the eye, has inside one of the
+    axis-parallel boxes."""
     low, high = (side[None] for side in np.moveaxis(boxes, -1, 0))
     with np.errstate(divide="ignore"):
         first, last = ((side - points[:, None]) / towards for side in (low, high))
@@ -90,7 +93,7 @@ def through(boxes, points, towards):
 
 @pytest.mark.parametrize("view", [(-60, 22), (137, -15)])
 def test_what_blocks_hide_is_hidden_and_nothing_else(view):
-    """Against rays through the boxes themselves."""
+    """The raster and rays through the boxes agree on the points that are visible."""
     scene = corner_wall(3, 2, 4)
     elements, _ = elements_of(scene)
     drawn, axes, origin = surface(elements), axes_of(view), elements.assembly.geometry.origin
@@ -102,7 +105,7 @@ def test_what_blocks_hide_is_hidden_and_nothing_else(view):
     boxes = np.array([block.box for block in scene.blocks], dtype=float) - origin[:, None]
     grown = boxes + np.array([-0.03, 0.03])
     shrunk = boxes - np.array([-0.03, 0.03])
-    # Off the surface, so that a ray does not run along the faces of its own block.
+    # Rays start a little off the surface, so that they do not run along the faces of their own block.
     start = points + 0.05 * axes[2]
     free, hidden = through(grown, start, axes[2]) == 0, through(shrunk, start, axes[2]) > 0
     found = seen.sees(points @ axes.T)
@@ -114,7 +117,8 @@ def test_what_blocks_hide_is_hidden_and_nothing_else(view):
 
 @pytest.mark.slow
 def test_a_scene_and_its_results_are_drawn_from_one_view():
-    """Pushed askew along the wider side, the box slides; the view is that of the load, and of the drawing."""
+    """An oblique push along its wider side makes the box slide. All pictures of the scene and of its result
+    have one view."""
     scene = box_on_floor((4.0, 1.0, 4.0), live=(1.0, 0.4, 0.0))
     result = mo.solve(scene, "static")
     pictures = [mo.draw(scene), *(result.plot(kind) for kind in PICTURE_KINDS)]
@@ -152,7 +156,7 @@ def test_no_view_is_refused(result, view, tmp_path):
 def test_names_are_written_where_blocks_are_seen(result):
     written = {text.get_text() for text in result.plot(names=True, view=(-60, 22)).axes[0].texts}
     assert {"x 1-1", "x 4-3", "y 4-2", "base"} <= written
-    # Behind the wall that stands before it.
+    # This block is hidden behind the other wall.
     assert "y 1-2" not in written
 
 
@@ -167,7 +171,8 @@ def test_a_page_shows_first_the_kind_asked_for(kind, tmp_path):
     assert f'value="{kind}"' in chosen
     told = json.loads(re.search(r'id="data">(.*?)</script>', text, re.DOTALL)[1])
     assert told["figure"]["view"] == [10, 20]
-    # It slides without turning, and the base presses on it evenly: not by rounding, but by zero.
+    # The box slides without rotating, and the base presses on it evenly. Both values are exactly zero,
+    # without rounding.
     assert told["joints"]["n"] == [pytest.approx(1.0)]
     assert told["joints"]["rotation"] == [0]
     assert told["joints"]["torsion"] == [0]
@@ -182,7 +187,8 @@ def test_a_page_without_trimesh_is_refused_before_long_work(without, tmp_path):
 
 
 def test_forces_at_contact_points_are_drawn_to_the_scale_of_resultants():
-    """A box 1 × 2 × 3 of weight 1 tips at a third of it, about the edge x = 1: half on either end."""
+    """A box 1 × 2 × 3 of weight 1 overturns at λ = 1/3 about the edge x = 1. Each end of the edge carries
+    half of the resultant."""
     result = mo.solve(box_on_floor(), "static")
     ends, resultant = (np.sort(marks(result, name, "thrust"), axis=1) for name in ("contacts", "resultants"))
     assert sorted(ends.mean(axis=1)[:, 1]) == pytest.approx([0, 2], abs=1e-6)

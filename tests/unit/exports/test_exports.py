@@ -1,4 +1,5 @@
-"""Exported programs: other readers find the numbers that the methods find, under names that can be traced."""
+"""Other programs read exported files and find the load factors of the methods, under names that can be
+traced."""
 
 import re
 
@@ -40,7 +41,7 @@ NO_LIVE_LOAD = two_blocks().replace(blocks={"A": {"live": (0.0, 0.0)}})
 
 
 def solved_by_highs(path):
-    """HiGHS, having read a file and solved it."""
+    """Return HiGHS after it has read a file and solved its program."""
     highs = highspy.Highs()
     highs.silent()
     highs.setOptionValue("mip_rel_gap", 1e-9)
@@ -51,13 +52,15 @@ def solved_by_highs(path):
 
 
 def times(text):
-    """What the objective is divided by to be a load factor, as a file says of itself."""
+    """Return the number by which the objective is divided to obtain λ, as the header of the file states
+    it."""
     return float(re.search(r"the objective is .* times ([\d.e+-]+), which is the sum", text)[1])
 
 
 @pytest.mark.parametrize("name", KINDS_OF_JOINTS)
 def test_highs_finds_the_associative_load_factor(tmp_path, name):
-    """Against CVXPY's declaration of statics, solved by simplex: of crushing both have the same chords."""
+    """The reference is the static program of CVXPY, solved by the simplex method. Both programs have the same
+    chords of the crushing law."""
     scene = KINDS_OF_JOINTS[name]
     expected = pytest.approx(mo.solve(scene, "static", model="cvxpy", solver="highs").required(), rel=1e-6)
     for end in (".lp", ".mps"):
@@ -78,7 +81,7 @@ def test_highs_finds_the_associative_load_factor(tmp_path, name):
 def test_highs_finds_the_least_load_factor_of_two_blocks_by_binaries(tmp_path, end):
     (path,) = mo.export(two_blocks(), tmp_path / f"two{end}", "global")
     highs = solved_by_highs(path)
-    # By hand: 1.5 μ, and 2.5 μ where sliding dilates. Two joints slide, three rock.
+    # By hand, λ is 1.5 μ, or 2.5 μ if sliding dilates. Two joints can slide, and three can rock.
     assert highs.getInfo().objective_function_value / times(path.read_text()) == pytest.approx(0.15, abs=1e-7)
     lp = highs.getLp()
     binary = [name for name, kind in zip(lp.col_names_, lp.integrality_, strict=True) if int(kind)]
@@ -93,7 +96,8 @@ def test_highs_finds_the_least_load_factor_of_two_blocks_by_binaries(tmp_path, e
     "name", ["one joint cannot slide", pytest.param("corner on an edge", marks=pytest.mark.slow)]
 )
 def test_ipopt_finds_the_load_factor_of_mpec(tmp_path, name):
-    """From the start in the file. Products of ε let λ fall, by what they dissipate: about ε Σ|f_L|⁻¹ each."""
+    """IPOPT starts from the point in the file. Products of ε reduce λ by what they dissipate: about ε
+    Σ|f_L|⁻¹ each."""
     scene = KINDS_OF_JOINTS[name]
     path, *_ = mo.export(scene, tmp_path / "program.nl", "mpec")
     found = solved_by_ipopt(path) / times(path.read_text())
@@ -103,7 +107,7 @@ def test_ipopt_finds_the_load_factor_of_mpec(tmp_path, name):
 
 
 def solved_by_ipopt(path):
-    """The least objective, by the IPOPT in CasADi, which reads the file itself."""
+    """Return the least objective by the IPOPT of CasADi, which reads the file itself."""
     casadi = pytest.importorskip("casadi")
     read = casadi.NlpBuilder()
     read.import_nl(str(path))
@@ -116,7 +120,8 @@ def solved_by_ipopt(path):
 
 
 def by_name(result, friction, cohesion=0.0, dilatancy=0.0):
-    """Values of an answer's rows and columns by the names in an ``.nl``, from its frames, by hand."""
+    """Return the values of rows and columns by their names in an ``.nl`` file, computed from the tables of a
+    result."""
     problem = result.assembly.problem
     force, length = problem.force_unit, problem.length_unit
     values, times_seen = {"load_factor": result.load_factor}, {}
@@ -124,7 +129,7 @@ def by_name(result, friction, cohesion=0.0, dilatancy=0.0):
         pair = f"{joint.first}|{joint.second}"
         times_seen[pair] = times_seen.get(pair, 0) + 1
         at = f"[{pair}~{times_seen[pair]}]" if times_seen[pair] > 1 else f"[{pair}]"
-        # A corner on an edge has no length: it does not resist turning, and its two points are one.
+        # A corner on an edge has no length, so its moment is zero and its two points coincide.
         half = joint.length / 2
         n, s, m = joint.n / force, joint.s / force, joint.m / half / force if half else 0.0
         values |= {f"n1{at}": (n - m) / 2, f"n2{at}": (n + m) / 2, f"s{at}": s}
@@ -141,7 +146,7 @@ def by_name(result, friction, cohesion=0.0, dilatancy=0.0):
 
 
 def two_feet():
-    """A block on two feet, pushed: two joints with the ground, and units far from one."""
+    """Return a pushed block on two feet. It has two joints with the ground, and units far from 1."""
     bridge = [(0, 0), (200, 0), (200, 100), (300, 100), (300, 0), (500, 0), (500, 300), (0, 300)]
     return mo.Scene(
         joints=mo.JointDefaults(friction=0.4, cohesion=0.5),
@@ -173,18 +178,18 @@ def test_mcp_s_equations_and_pairs_hold_at_our_answer(tmp_path, name):
     bodies = rows[list(file.pairs)]
     assert min(bodies.min(), x[paired].min()) >= -1e-9 * scale
     assert np.abs(bodies * x[paired]).max() <= 1e-9 * scale
-    # A mechanism moves, and not every face is at yield.
+    # The mechanism moves, and some face is not at yield.
     assert x[paired].max() > 1e-2
     assert bodies.max() > 1e-2
 
-    # Without the live load forces are not in equilibrium, and nothing is left out of the equations.
+    # Without the live load, the forces are not in equilibrium. Every column has a coefficient.
     at_rest = np.array([0.0 if column == "load_factor" else known[column] for column in file.columns])
     left = (file.matrix @ at_rest)[equations] - np.array(list(file.equal.values()))
     assert np.abs(left).max() > 1e-2
     assert np.abs(file.matrix).sum(axis=0).min() > 0
 
-    # Square, as solvers of complementarity problems want it: z and p of each face, q, d and λ. In the header
-    # no objective, and as many linear pairs as faces: of each slack with its own rate.
+    # The problem is square, as solvers of complementarity problems require: z and p of each face, q, d and λ.
+    # The header has no objective, and as many linear pairs as faces. Each slack is paired with its own rate.
     problem = result.assembly.problem
     assert file.matrix.shape == (2 * problem.faces + 3 * problem.joints + 3 * problem.blocks + 1,) * 2
     assert (file.counts[0][2], file.counts[1][2], len(file.pairs)) == (0, problem.faces, problem.faces)
@@ -242,11 +247,12 @@ def test_scenes_that_a_method_does_not_know_are_refused(tmp_path, scene, method,
 @pytest.mark.parametrize("end", [".lp", ".mps"])
 @pytest.mark.parametrize(("method", "columns"), [("static", 3 * 28 + 1), ("kinematic", 6 * 4 + 25 * 28)])
 def test_programs_in_space_are_exported_by_polygons(tmp_path, method, columns, end):
-    """7 joints of four points: n, s and t of each, and λ; or velocities of four blocks and rates of faces."""
+    """The wall has 7 joints of four points. The static program has n, s and t of each point, and λ. The
+    kinematic program has the velocities of four blocks and the rates of all faces."""
     scene = corner_wall(1, 1, 2)
     (path,) = mo.export(scene, tmp_path / f"wall{end}", method)
     head = path.read_text().splitlines()[:6]
-    # cos(π/24) = 0.9914.
+    # The polygon has at least cos(π/24) = 0.9914 times the friction of the cone.
     assert [line for line in head if "friction: " in line and " 24 sides" in line and "0.86 %" in line]
     highs, known = solved_by_highs(path), mo.solve(scene, method, solver="highs")
     work = abs(highs.getInfo().objective_function_value)
@@ -268,7 +274,7 @@ def test_units_and_titles_stand_in_the_header_whatever_the_title(tmp_path):
     for end in (".lp", ".mps"):
         (path,) = mo.export(titled, tmp_path / f"program{end}", "static")
         head = path.read_text().split("Source")[0]
-        # The median block weighs 1500; feet are 200 wide, blocks 500.
+        # The median weight of a block is 1500. Feet are 200 wide, and blocks are 500 wide.
         assert "movable blocks: 2, joints: 3" in head
         assert "the unit of force is 1500.0, and the unit of length is 100.0, in units of the case" in head
         assert "Br?cke" in head
@@ -280,7 +286,7 @@ ODD_NAMES = ["a b", "a-b", "a_b", "a_b~2", "größe [m]", "e1", "x" * 199 + "1",
 
 
 def row_of_stones(names=ODD_NAMES):
-    """Stones side by side on a ground, each named oddly."""
+    """Return stones side by side on a ground, with unusual names."""
     stones = [
         mo.Block(name=name, vertices=[(i, 0), (i + 1, 0), (i + 1, 1), (i, 1)], weight=1, live=(1, 0))
         for i, name in enumerate(names)
@@ -307,7 +313,8 @@ def test_every_row_and_column_has_a_name_of_its_own(scene):
 
 @pytest.mark.parametrize("end", [".lp", ".mps"])
 def test_highs_reads_every_name(tmp_path, end):
-    """As many columns as forces and λ, under the names of the blocks, with what is not legal left out."""
+    """There is one column for each force and for λ. Its name contains the names of the blocks, without
+    illegal characters."""
     scene = row_of_stones()
     (path,) = mo.export(scene, tmp_path / f"stones{end}", "static")
     names = solved_by_highs(path).getLp().col_names_

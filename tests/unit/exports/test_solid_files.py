@@ -1,4 +1,4 @@
-"""Solids written for other programs: readers of their own find blocks, mechanism and forces."""
+"""Files of solids for other programs contain the blocks, the mechanism and the forces."""
 
 import json
 from itertools import pairwise
@@ -20,7 +20,7 @@ def result():
 
 
 def objects(path):
-    """Corners and faces of each object of an OBJ file, by its name."""
+    """Return the corners of the faces of each object of an OBJ file, by name."""
     found, corners = {}, []
     for line in path.read_text().splitlines():
         kind, *rest = line.split(" ")
@@ -34,7 +34,7 @@ def objects(path):
 
 
 def expected(result, share):
-    """Corners of each box, moved by the velocities of its centroid and its rotation, by its name."""
+    """Return the corners of each box, moved by the velocity of its centroid and its rotation, by name."""
     scale = share * FULL * 2.0 / fastest(result.assembly, result.solution.d)
     frame = result.blocks.set_index("block")
     moved = {}
@@ -77,8 +77,8 @@ def test_gltf_has_the_moved_blocks_with_y_upwards(result, ending, tmp_path):
 
 
 def test_compas_has_forces_in_equilibrium_and_velocities(result, tmp_path):
-    """Forces at the interfaces, put together from their frames, carry each block's weight and λ times its
-    live load."""
+    """The forces at the interfaces, computed from their frames, balance the weight of each block and λ times
+    its live load."""
     (path,) = mo.export(result, tmp_path / "a.json")
     data = json.loads(path.read_text())["data"]
     graph = data["graph"]["data"]
@@ -113,7 +113,7 @@ VAULT = {"span": 4.0, "rise": 1.2, "thickness": 0.4, **LOADED}
 PLAN = [{"name": "front", "axis": [(0.5, 0.5), (5.5, 0.5)], "openings": [{"at": 2, "width": 1, "height": 2}]}]
 PLAN += [{"name": "side", "axis": [(0.5, 0.5), (0.5, 4)]}]
 
-#: Meshes have no weights, so that the barrel weighs by its straight edges.
+#: Meshes have no weights, so the weight of the barrel is computed from straight edges.
 GENERATED = {
     "barrel": mo.Barrel(**VAULT, voussoirs=5, length=3, stone=1.0, skewbacks=0.5, weights="straight"),
     "dome": mo.Dome(radius=2.0, thickness=0.3, rings=2, voussoirs=6, at=(0.1, 0.2, 0.3), **LOADED),
@@ -126,13 +126,13 @@ GENERATED = {
 
 
 def turned(box, faces):
-    """A box as a part some of whose faces look inwards."""
+    """Return a box as a part with some of its faces turned inwards."""
     part = mo.box("part", *box, fixed=True).polyhedra[0]
     kept = [face[::-1] if number in faces else face for number, face in enumerate(part.faces)]
     return mo.Part(vertices=part.vertices.tolist(), faces=kept)
 
 
-#: Parts that share a whole face and of one another a part, some of them inside out.
+#: Parts that share a whole face or a portion of a face. Some parts are inside out.
 PARTS = {
     "T": [mo.Part(box=((0, 3), (0, 1), (1, 2))), turned(((1, 2), (0, 1), (0, 1)), range(6))],
     "two halves": [turned(((0, 1), (0, 2), (0, 2)), (1, 4)), mo.Part(box=((1, 3), (0, 2), (0, 2)))],
@@ -161,7 +161,7 @@ IN_FULL = [pytest.param(each, id=name, marks=SLOW.get(name, ())) for name, each 
 
 @pytest.mark.parametrize("blocks", IN_FULL)
 def test_what_is_written_is_read_back(blocks, tmp_path):
-    """The same blocks by name, supports, joints and load factor."""
+    """The blocks that are read have the same names, supports, joints and load factor."""
     scene = mo.Scene(joints={"friction": 0.6}, blocks=blocks)
     wanted = mo.solve(scene, "static")
     given = {"friction": 0.6, "unit_weight": 2.0, "live": LOADED["live_per_weight"]}

@@ -1,4 +1,4 @@
-"""The loop's parts: its steps, when it stops, its options, remedies, and its exact end."""
+"""Parts of the loop: its steps, its termination, its options, its remedies, and its exact end."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -30,7 +30,7 @@ CLARABEL = find_solver("cvxpy", None)
 
 
 def an_update(problem, about, alpha=0.3, small_cohesion=0.01):
-    """An update about those normal forces, all else arbitrary."""
+    """Return an update about the normal forces given; all other values are arbitrary."""
     k = len(problem.sliding)
     solved = Solved(Verdict.OPTIMAL, "", 0.0)
     last = SubProblem(1, solved, None, None, float("nan"), np.zeros(k), False)
@@ -39,8 +39,8 @@ def an_update(problem, about, alpha=0.3, small_cohesion=0.01):
 
 @pytest.mark.parametrize(("cohesion", "dilatancy"), [(0.0, 0.0), (0.1, 0.2), (0.1, 0.65)])
 def test_step_4_turns_each_limit_about_its_normal_force(cohesion, dilatancy):
-    """|s| ≤ c⁰ + (1 + α) n μ − α n' μ: at n' = n the true law and the small cohesion, falling by α μ less
-    tan φ₀. Joints that dilate at their friction angle keep theirs."""
+    """The limit is |s| ≤ c⁰ + (1 + α) n μ − α n' μ. At n' = n it is the true law plus the small cohesion, and
+    its slope is tan φ₀ minus α μ. Joints that dilate at their friction angle keep their limits."""
     problem = assemble(small_wall(cohesion=cohesion, dilatancy=dilatancy)).problem
     about = np.linspace(0.5, 4.0, problem.joints)
     limits, small = an_update(problem, about).limits(), 0.01 if dilatancy < 0.65 else 0.0
@@ -62,7 +62,7 @@ def test_step_6_takes_off_the_small_cohesion_of_every_slip():
 
 
 def test_slopes_halve_from_alpha_to_alpha_min():
-    """Step 5, literally: halved while above α_min, which it may undershoot once."""
+    """In step 5 of the paper, α is halved while it is above α_min, so it may be below α_min once."""
     problem = assemble(small_wall(6, 5)).problem
     options, said = LoopOptions(**PAPER | {"alpha_min": 0.05, "always": True}), []
     attempt = Attempt(options.parameters(problem.joints, CLARABEL), CLARABEL)
@@ -91,7 +91,7 @@ def test_dilatancy_at_friction_is_the_flow_of_the_first_sub_problem():
         ([-1.0, 2.1, 4.3, 8.7, 17.5, 35.1], False),
         ([1.0, *(1001 * 1.011**step for step in range(31))], True),  # thirty rises by more than 1 %
         ([1.0, *(1001 * 1.009**step for step in range(31))], False),
-        ([1.0, *(1.011**step for step in range(31))], False),  # not to a thousand times the first
+        ([1.0, *(1.011**step for step in range(31))], False),  # less than a thousand times the first
     ],
 )
 def test_divergence(load_factors, expected):
@@ -105,7 +105,7 @@ def test_a_cycle_is_found_when_it_came_back_twice(length):
     normal = [np.array([value, 1.0]) for value in load_factors]
     assert period(load_factors, normal) == length
     assert period(load_factors[:-1], normal[:-1]) == 0
-    # λ alone comes back: the forces are others.
+    # Only λ repeats, and the forces differ.
     assert period(load_factors, [np.array([1.0 + step, 1.0]) for step in range(len(normal))]) == 0
 
 
@@ -129,7 +129,8 @@ def test_sub_problems_are_rough_or_accurate_by_size():
 
 @pytest.mark.parametrize("solver", ["highs", "highs-ipm", "scs"])
 def test_solvers_that_cannot_stop_early_solve_accurately(solver):
-    """HiGHS's interior point ends "unknown" at 1e-4, its simplex in a vertex all the same."""
+    """With a tolerance of 1e-4, the interior-point method of HiGHS ends with "unknown". Its simplex method
+    ends in a vertex in any case."""
     solver = find_solver("cvxpy", solver)
     accurate = LoopOptions(sub_problems="accurate").parameters(1, solver)
     assert LoopOptions().parameters(ROUGH_FROM, solver) == accurate
@@ -146,7 +147,7 @@ def test_the_preset_is_section_5_and_what_stands_beside_it_counts():
 
 
 def test_limits_may_be_revised_in_another_way():
-    """Limits that are never turned are the associative ones: λ stands still at 2.5 μ."""
+    """Limits that never change are the associative ones, so λ remains 2.5 μ."""
     turns = []
 
     def left_as_they_are(turn):
@@ -163,7 +164,7 @@ ROUGH = Attempt(LoopOptions(sub_problems="rough").parameters(1, CLARABEL), CLARA
 
 
 def series(failure, attempt):
-    """The names of the remedies for a failure, each taken on the one before."""
+    """Return the names of the remedies for a failure, each applied to the attempt of the previous remedy."""
     names = []
     for remedy in REMEDIES[failure]:
         following = remedy(attempt)
@@ -173,7 +174,7 @@ def series(failure, attempt):
     return names
 
 
-#: By failure of the first run.
+#: Remedies in order, by the failure of the first run.
 ORDER = {
     Status.NO_STATE: ["alpha=0.1", "alpha=0.033", "alpha=0.011", "alpha=0.0037", "alpha=0.0012"],
     Status.CYCLING: ["beta=0.3", "beta=0.15", "solver=highs-ipm"],
@@ -195,7 +196,8 @@ NOT_BY_ROUGH = [Status.CYCLING, Status.SOLVER_FAILED, Shortfall.ROUGH, Shortfall
 
 @pytest.mark.parametrize("failure", NOT_BY_ROUGH)
 def test_rough_sub_problems_are_first_solved_accurately(failure):
-    """What a rough run could not do proves little."""
+    """The failure of a run with rough sub-problems proves little, so accurate sub-problems are the first
+    remedy."""
     assert series(failure, ROUGH)[0] == "sub_problems=accurate"
     accurate = REMEDIES[failure][0](ROUGH)
     assert accurate.parameters == ROUGH.parameters.model_copy(update={"tolerance": None})
@@ -208,14 +210,15 @@ def test_another_solver_is_another():
 
 
 def test_rough_sub_problems_leave_the_associative_load_factor_to_a_program_of_its_own():
-    """Of wall 2, .58000 (Gilbert, Casapulla & Ahmed 2006, Table 1), they end 4e-4 above it."""
+    """The associative load factor of wall 2 is 0.58000 (Gilbert, Casapulla & Ahmed 2006, Table 1). Rough
+    sub-problems end 4e-4 above it, so a separate program computes it."""
     found = mo.solve(WALLS[1], "nonassociative", sub_problems="rough", incremental=False)
     assert found.associative == pytest.approx(
         mo.solve(WALLS[1], "static", solver="highs").load_factor, rel=1e-9
     )
 
 
-#: Programs solved to 1e-9 of numbers near one.
+#: Tolerance of comparisons of programs that are solved to 1e-9, with numbers near 1.
 SAME = 1e-7
 ENDED = {
     "wall": small_wall(4, 3),
@@ -227,7 +230,7 @@ ENDED = {
 
 @pytest.fixture(scope="module")
 def exact_states():
-    """By scene: the problem and the state that the loop ends in."""
+    """Return, for each scene, the problem and the state in which the loop ends."""
     found = {}
     for name, scene in ENDED.items():
         result = mo.solve(scene, "nonassociative", sub_problems="accurate", always=True)
@@ -240,13 +243,13 @@ def exact_states():
 @pytest.mark.parametrize("name", ENDED)
 def test_a_rough_mechanism_leads_back_to_an_exact_state(name, exact_states):
     problem, state = exact_states[name]
-    # What an interior point leaves: the same energy in every face.
+    # An interior-point method leaves the same energy in every face.
     noise = 1e-4
     rough = state.p + noise / np.maximum(problem.slacks(state.q), noise)
     effort = Effort()
     found = rough_end(problem, replace(state, p=rough), CLARABEL, effort)
     assert effort.lp_solves == 2
-    # λ may fall by what noise · faces of energy are worth.
+    # λ may fall by the energy that the noise adds, noise times the number of faces.
     assert found.load_factor == pytest.approx(state.load_factor, rel=1e-2)
     assert problem.slacks(found.q).min() > -SAME
     left = certify(problem, found.load_factor, found.q, found.d, found.slope)
@@ -264,7 +267,8 @@ def test_without_a_mechanism_of_its_own_flow_the_sub_problem_s_is_kept(failing, 
 
 
 def test_no_forces_no_end(exact_states):
-    """Hung up, every joint of a wall would have to pull: there are no forces for any mechanism."""
+    """With the dead load reversed, every joint of the wall would be in tension. No forces exist for any
+    mechanism."""
     problem, state = exact_states["wall"]
     assert rough_end(problem, state, CLARABEL, Effort()) is not None
     effort = Effort()
@@ -273,7 +277,8 @@ def test_no_forces_no_end(exact_states):
 
 
 def test_no_exact_state_on_faces_that_cannot_all_be_at_yield():
-    """A block that slides to the right is not at yield to the left; on that mechanism there is no state."""
+    """A block that slides to the right is not at yield to the left. No exact state exists for a mechanism
+    with both rates."""
     result = mo.solve(block_on_floor(4, 2, 0.65), "static")
     problem, solution = result.assembly.problem, result.solution
     to_both_sides = np.array([1.0, 1.0, 0.0, 0.0])
@@ -284,7 +289,8 @@ def test_no_exact_state_on_faces_that_cannot_all_be_at_yield():
 
 
 def test_an_early_end_that_fails_is_tried_again_after_a_pause(failing):
-    """Also where λ stands still all the while, as it does at every step for so large a tolerance."""
+    """With such a large tolerance, λ counts as constant at every step. The failed end is nevertheless tried
+    only at every other step."""
     problem = assemble(mo.load(WALLS[0])).problem
     parameters = LoopOptions(sub_problems="rough", tol=0.5, max_iterations=14).parameters(1, CLARABEL)
     seen, tried_after = [], []
@@ -303,8 +309,8 @@ def test_an_early_end_that_fails_is_tried_again_after_a_pause(failing):
 
 
 def test_the_dual_answers_where_a_program_ends_short():
-    """With ever more iterations of Clarabel: nothing, then by the dual, then by the program itself; λ of wall
-    2 is .58000 (Gilbert, Casapulla & Ahmed 2006, Table 1: .58000)."""
+    """With more and more iterations of Clarabel, the answer is first missing, then that of the dual, then
+    that of the program itself. λ of wall 2 is 0.58000 (Gilbert, Casapulla & Ahmed 2006, Table 1)."""
     problem, solver = assemble(mo.load(WALLS[1])).problem, find_solver("cvxpy", None)
     found = []
     for most in range(10, 15):

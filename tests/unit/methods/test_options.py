@@ -1,4 +1,4 @@
-"""Options that a method does not take are refused by name, with what there is instead."""
+"""An option that a method does not have raises an error, which names the option and the possible ones."""
 
 import pytest
 from scenes import two_blocks
@@ -6,7 +6,7 @@ from scenes_in_space import box_on_floor
 
 import masonry_opt as mo
 
-#: By method: an option and a value out of its range.
+#: Method, option and a value out of its range.
 OUT_OF_RANGE = [
     *(("nonassociative", name, value) for name, value in (
         ("preset", "fast"), ("sub_problems", "fast"), ("beta", 0), ("beta", 1.5), ("beta", 7), ("tol", 0),
@@ -27,7 +27,7 @@ STATIC = {"method": "static"}
 INCREMENTAL = {"method": "incremental"}
 NEWTON = {"model": "pyomo", "solver": "newton"}
 
-#: What is asked, and the names that the message must hold in this order.
+#: Arguments of `solve`, and the names that the error message must contain in this order.
 NOT_TAKEN = [
     ({"bta": 0.5}, ["'bta'", "'beta'", "nonassociative"]),
     (LOOP | {"bta": 0.5}, ["'bta'", "'beta'"]),

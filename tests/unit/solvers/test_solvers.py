@@ -1,4 +1,4 @@
-"""Each solver of the registry: accuracy on small scenes, statuses, tolerances, and what is refused."""
+"""Each solver of the registry: its accuracy on small scenes, statuses, tolerances and errors."""
 
 from types import SimpleNamespace
 
@@ -19,20 +19,21 @@ from masonry_opt.solvers.cvxpy_engine import solve_balanced
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import SOLVERS, Verdict, find_solver, in_cvxpy, rougher
 
-#: All solvers of linear programs: every extra is installed where the tests run.
+#: All solvers of linear programs. The tests run with every extra installed.
 LINEAR = [pair for pair, entry in SOLVERS.items() if entry.linear]
 
-#: What a solver leaves of a certificate: a few times the tolerance asked of it, or the digits that
-#: first-order methods come to.
+#: Bounds of the certificate's residuals for first-order methods. Other solvers have a few times their
+#: tolerance.
 LEFT = {"osqp": 1e-6, "scs": 1e-6}
 
 
 @pytest.mark.parametrize("formulation", ["static", "kinematic"])
 @pytest.mark.parametrize(("language", "solver"), LINEAR)
 def test_an_optimum_and_its_duals(language, solver, formulation):
-    """What is primal in eq. (9) is dual in eq. (10): of either formulation all conditions hold, q and p
-    themselves among them. Forces in median block weights, velocities near 1. HiPO ends "unknown" on most
-    scenes this small: of a block that slides, at μ + c L / W, and of a façade in `duality`."""
+    """The forces and rates of either formulation satisfy all conditions, because primal variables of eq. (9)
+    are dual variables of eq. (10). Forces are in median block weights, and velocities are near 1. HiPO ends
+    with "unknown" on most scenes this small. Its scene is a block that slides at μ + c L / W, and `duality`
+    tests it on a façade."""
     wall, block = small_wall(cohesion=0.05), block_on_floor(4, 2, 0.5).replace(cohesion=0.05)
     problem = assemble(block if solver == "highs-hipo" else wall).problem
     driver = declared(problem, formulation, language, solver)
@@ -59,7 +60,7 @@ def test_an_optimum_and_its_duals(language, solver, formulation):
 @pytest.mark.parametrize("formulation", ["static", "kinematic"])
 @pytest.mark.parametrize(("language", "solver"), LINEAR)
 def test_programs_without_an_optimum(language, solver, falls, formulation):
-    """Infeasible or unbounded, by the solver's own word."""
+    """The solver itself reports that the program is infeasible or unbounded."""
     problem = assemble(overhanging() if falls else pressed_down()).problem
     answer = declared(problem, formulation, language, solver).solve()
     assert answer.state is None
@@ -71,7 +72,7 @@ def test_programs_without_an_optimum(language, solver, falls, formulation):
 
 @pytest.mark.parametrize(("language", "solver"), LINEAR)
 def test_scenes_without_a_load_factor(language, solver):
-    """The statuses do not depend on the solver, even where its word cannot be trusted."""
+    """The statuses do not depend on the solver. If a solver's own status is unreliable, Clarabel decides."""
     falls = mo.solve(overhanging(), "static", model=language, solver=solver)
     assert (falls.status, falls.reasons[0].code) == (mo.Status.UNSTABLE, Code.FALLS)
     assert falls.reasons[0].values["blocks"] == ["A"]
@@ -109,8 +110,8 @@ def test_the_solver_asked_for_does_everything_that_it_can():
     assert of_pyomo.solvers == {purpose: ["highs-ipm"] for purpose in result.solvers}
 
 
-#: By method: in what it is declared, and which solver does what. The loop, with which the MPEC begins, is
-#: declared in CVXPY.
+#: The model of each method, and its solvers by purpose. The MPEC begins with the loop, which is declared in
+#: CVXPY.
 DECLARED = {"mpec": "pyomo", "coulomb": "matrices", "global": "pyomo"}
 DOES = {
     "mpec": dict.fromkeys(("sub-problems", "exact end"), "clarabel")
@@ -153,7 +154,8 @@ def test_a_program_that_is_out_of_time_is_not_begun_again(watched):
 
 @pytest.mark.slow
 def test_a_limit_is_of_one_run_whatever_those_before_took():
-    """HiGHS counts the time of all runs: a search would end where it had come to half of its own."""
+    """HiGHS counts the time of all runs. Without a correction, a search would end when its runs had taken
+    half of its time limit."""
     forces, effort = CvxpyForces(assemble(mo.load(WALLS[5])).problem), Effort()
     session, rng = HighsSession(forces.program, effort, "often"), np.random.default_rng(0)
     session.set_costs(forces.statics.load_factor, np.array([-1.0]))
@@ -190,7 +192,7 @@ def test_tolerance_must_be_one(tolerance):
 
 @pytest.mark.parametrize("pair", LINEAR)
 def test_tolerances_reach_the_solver(pair):
-    """Somewhere among its options, however it calls them."""
+    """The options of each solver contain the tolerance, under any name."""
     options = str(find_solver(*pair, 3.25e-6).options)
     assert "3.25e-06" in options
 
@@ -202,7 +204,7 @@ def test_rougher_is_the_same_solver_asked_for_less(name):
     assert (rough.name, rough.tolerance) == (name, 1e-4)
     changed = {key: value for key, value in rough.options.items() if solver.options.get(key) != value}
     assert {value for value in changed.values() if value is not False} == {1e-4}
-    # Never tighter than was asked for.
+    # The tolerance is never smaller than the one requested first.
     assert rougher(rough, 1e-9) == rough
 
 
@@ -234,9 +236,11 @@ def solved(data):
 
 
 def pushed_block(cone: bool) -> dict:
-    """max λ of a block of weight 1 under λ sideways, half as wide as high: |s| ≤ μ n, λ ≤ n / 2.
+    """Return the program of the largest λ for a block of weight 1 that is pushed sideways by λ and half as
+    wide as high.
 
-    x = (n, s, λ); rows: n = 1, s = λ, rocking, friction.
+    The conditions are |s| ≤ μ n and λ ≤ n / 2. The variables are x = (n, s, λ), and the rows are n = 1, s =
+    λ, rocking and friction.
     """
     A = [[1, 0, 0], [0, 1, -1], [-0.5, 0, 1], [-FRICTION, 0, 0], [0, -1, 0]]
     if not cone:
@@ -249,7 +253,7 @@ def pushed_block(cone: bool) -> dict:
 
 @pytest.mark.parametrize("cone", [False, True], ids=["sides", "cone"])
 def test_large_friction_leaves_no_condition_open(cone):
-    """By hand: λ = 1/2, from the row of rocking alone, whose multiplier is 1; Aᵀz = −c."""
+    """By hand, λ = 1/2 follows from the row of rocking alone, whose multiplier is 1. Then Aᵀz = −c."""
     data = pushed_block(cone)
     found = solve_balanced(solved, data)
     assert found.x == pytest.approx([1.0, 0.5, 0.5], abs=1e-7)
@@ -258,7 +262,8 @@ def test_large_friction_leaves_no_condition_open(cone):
 
 
 def test_rows_of_one_cone_share_a_factor_and_equations_have_none():
-    """Else a point of one cone would be taken for one of another."""
+    """With different factors, a point of the scaled cone would not correspond to a point of the original
+    cone."""
     seen, given = [], pushed_block(cone=True)
     solve_balanced(lambda data: seen.append(data) or solved(data), given)
     A, scaled = given["A"].toarray(), seen[0]["A"].toarray()

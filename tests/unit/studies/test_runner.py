@@ -1,4 +1,4 @@
-"""Tasks in processes: what they return, and how they end; one task ends alone."""
+"""Tasks in worker processes: their values, the ways in which they end, and their independence."""
 
 import multiprocessing
 import os
@@ -16,8 +16,8 @@ from masonry_opt.studies.runner import Workers, run_alone
 
 
 def test_tasks_run_beside_each_other_and_are_taken_as_workers_become_free():
-    """The first is begun first and ends last; of many only a few are made ahead. The third takes long enough
-    for the end of the second to be seen before its own."""
+    """The first task starts first and ends last, and only a few tasks are created in advance. The third task
+    takes long enough for the end of the second to be seen first."""
     made, seconds = [], {0: 0.5, 2: 0.3}
 
     def tasks():
@@ -71,7 +71,7 @@ def test_a_task_that_kills_its_workers_is_given_up_alone(tmp_path):
     tasks = [partial(hogs.leave_mark_and_die, tmp_path), *[os.getpid] * 8]
     with Workers(count=1) as workers:
         ends = dict(workers.map(enumerate(tasks)))
-        # Whoever lost all of its processes goes on with others.
+        # After the loss of all processes, the workers continue with new ones.
         again = dict(workers.map([(0, os.getpid)]))
     assert ends.pop(0).how == runner.DIED
     assert len(list(tmp_path.iterdir())) == runner.MOST_DEATHS
@@ -109,7 +109,7 @@ def test_a_process_does_not_import_the_main_program(tmp_path):
 def test_a_process_over_its_limits_is_killed():
     slow = run_alone(partial(time.sleep, 30.0), 0.3, 4000)
     assert (slow.how, slow.reason, slow.value) == (runner.TIME_LIMIT, "over 0.3 s", None)
-    assert 0.3 < slow.seconds < 10  # of 30
+    assert 0.3 < slow.seconds < 10  # the task takes 30 s
     large = run_alone(partial(hogs.hoard, 3000), 30, 400)
     assert (large.how, large.reason) == (runner.MEMORY_LIMIT, "over 400 MB")
     assert 400 < large.peak < 3000
