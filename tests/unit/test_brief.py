@@ -1,4 +1,4 @@
-"""Texts of objects at the prompt of Python: two lines at most, whatever an object contains."""
+"""The `repr` of an object has two lines at most, whatever the object contains."""
 
 import math
 from dataclasses import dataclass
@@ -43,7 +43,8 @@ def test_matrices_of_a_large_wall():
 
 
 def test_records_of_many_points():
-    """A polygon of 500 corners, solids of many corners and parts, and a road of many points."""
+    """The records are a polygon of 500 corners, solids of many corners and parts, a road of many points, and
+    others."""
     shape = mo.load(CASES / "space" / "corner_wall.toml").blocks[0]
     corners = [(x, y, z) for z in (0.0, 1.0) for x, y in ring(200)]
     sides = [[i, (i + 1) % 200, 200 + (i + 1) % 200, 200 + i] for i in range(200)]
@@ -117,7 +118,7 @@ def test_answers_of_slower_studies():
 
 @dataclass
 class Everything:
-    """Values of every kind."""
+    """A class with values of every kind."""
 
     array: np.ndarray
     nothing: None

@@ -1,4 +1,4 @@
-"""The architecture of the package: no circles of imports, no file of many purposes, names of one meaning."""
+"""The architecture of the package: no cycles of imports, no overlong files, and one meaning for each name."""
 
 import ast
 from collections import defaultdict
@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import connected_components
 ROOT = Path(__file__).parents[2]
 
 
-#: Lines of the longest file: what is longer has more than one reason to change.
+#: Largest number of lines of a file. A longer file has more than one reason to change.
 MOST_LINES = 500
 
 
@@ -46,7 +46,8 @@ def test_no_two_classes_share_a_name():
 
 
 def test_no_two_files_import_each_other():
-    """Neither at once nor by way of others, at the top or where first needed."""
+    """There are no cycles of imports, neither direct nor indirect, at the top of a file or inside
+    functions."""
     modules = {module_of(path): path for path in files()}
     number = {name: index for index, name in enumerate(modules)}
     known = {name: set(imports_of(path)) & modules.keys() for name, path in modules.items()}
@@ -58,7 +59,8 @@ def test_no_two_files_import_each_other():
 
 
 def constants_of(path: Path) -> Iterator[tuple[str, str]]:
-    """Names in capital letters that a file assigns at its top level, each with the code of its value."""
+    """Yield the names in capital letters that a file assigns at its top level, with the code of their
+    values."""
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.Assign):
             targets = node.targets
@@ -77,7 +79,7 @@ def module_of(path: Path) -> str:
 
 
 def imports_of(path: Path, within: Callable[[ast.Module], Iterable[ast.AST]] = ast.walk) -> Iterator[str]:
-    """Full names of the modules that a file imports: wherever in it, or among certain nodes."""
+    """Yield the full names of the modules that a file imports, anywhere or among certain nodes."""
     for node in within(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)

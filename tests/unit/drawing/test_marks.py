@@ -1,4 +1,5 @@
-"""What is drawn of loads, and of joints by how they move and what they carry: by hand, and in equilibrium."""
+"""Marks of loads and of joints, by their motion and forces, are compared with values by hand and with
+equilibrium."""
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ ARCH = CASES / "casapulla_lauro" / "arch.toml"
 
 
 def test_a_face_that_separates_does_not_slide():
-    """A block that is pushed away from a wall: it slides on the floor and leaves the wall."""
+    """A block is pushed away from a wall: it slides on the floor and separates from the wall."""
     scene = block_on_floor(4, 2, 0.5)
     result = mo.solve(scene.replace(blocks=[*scene.blocks, rectangle("wall", -1, 0, 0, 3)]))
     motion = joint_motion(result.assembly, result.solution)
@@ -27,7 +28,7 @@ def test_a_face_that_separates_does_not_slide():
     assert motion.slides.tolist() == [number == on["floor"] for number in range(2)]
     assert motion.separates.tolist() == [number == on["wall"] for number in range(2)]
     (face,), (bed,) = marks(result, "separates"), marks(result, "slides")
-    # Midway between the wall, at rest, and the block, moved to the right by 6 % of its width.
+    # The mark is midway between the wall, at rest, and the block, moved to the right by 6 % of its width.
     assert face == pytest.approx(np.array([[0.12, 2], [0.12, 0]]))
     assert bed == pytest.approx(np.array([[0.12, 0], [4.12, 0]]))
     assert {"sliding joint", "separating joint"} <= set(labels(result))
@@ -38,7 +39,7 @@ def test_an_arch_has_four_hinges():
     result = solved(ARCH)
     hinges = marks(result, "hinges")[:, 0]
     assert len(hinges) == 4
-    # That on the support has not moved: at the arch's extrados, 10.55 from its middle.
+    # The hinge on the support does not move. It is at the extrados, 10.55 from the middle of the arch.
     assert hinges[np.argmin(hinges[:, 1])] == pytest.approx([10.55, 0], abs=1e-6)
     assert not len(marks(result, "slides"))
     assert "sliding joint" not in labels(result)
@@ -52,7 +53,8 @@ def test_a_toe_that_crushes_is_crossed():
 
 
 def test_the_fastest_corner_moves_by_a_tenth_and_stays_in_the_picture():
-    # A block of 1 × 2 overturns about its toe (1, 0): fastest is the corner furthest from it, (0, 2).
+    # A block of 1 × 2 overturns about its toe (1, 0). Its fastest corner is (0, 2), the farthest from the
+    # toe.
     elements = result_elements(mo.solve(block_on_floor(1, 2, 0.8)))
     corners = np.array([[0, 2], [0, 0], [1, 0], [1, 2]]) - elements.assembly.geometry.origin
     after = moved(corners, elements.motion[0])
@@ -68,8 +70,9 @@ def motion_of(result):
 
 @pytest.mark.slow
 def test_a_block_that_turns_about_an_edge_hinges_whatever_presses_there():
-    """Blocks of a pile of diamonds turn about a corner that they share with a neighbour at rest, on which
-    they do not press; another comes off. (Of its many mechanisms one has three that turn so, one two.)"""
+    """In a pile of diamonds, some blocks rotate about a corner of a neighbour at rest without pressing on it,
+    and another block separates. The scene has many mechanisms: in one of them three blocks rotate so, in
+    another one two."""
     result = mo.solve(CASES / "paterson_zwick" / "diamond_4.toml")
     motion, joints = motion_of(result), result.joints
     farther = (joints["opening"] + joints["rotation"].abs() * joints["length"] / 2).to_numpy()
@@ -83,7 +86,8 @@ def test_a_block_that_turns_about_an_edge_hinges_whatever_presses_there():
 
 
 def test_what_opens_and_slips_and_carries_nothing_separates():
-    """A keystone that is pulled out: a joint keeps an edge in touch, but presses on nothing."""
+    """A keystone is pulled out. An edge of a joint stays in contact but presses on nothing, so the joint
+    separates."""
     result = mo.solve(CASES / "closed_forms" / "keystone.toml")
     motion = motion_of(result)
     idle = result.joints["n"].abs().to_numpy() < 1e-9
@@ -93,20 +97,21 @@ def test_what_opens_and_slips_and_carries_nothing_separates():
 
 
 def extruded_and_rough(scene):
-    """Without contact points that slide there is no cone."""
+    """Return an extruded scene without sliding contact points, and therefore without cones."""
     return mo.extrude(scene.replace(friction=np.inf))
 
 
 @pytest.mark.parametrize("shaped", [lambda scene: scene, mo.extrude, extruded_and_rough])
 @pytest.mark.parametrize("beyond", [1.0, 1e-3, 1e-5])
 def test_a_block_that_falls_off_an_edge_turns_about_it(beyond, shaped):
-    """By hand: of 3 by 1, its centroid 0.5 above the edge and a beyond it, it begins to turn as a pendulum
-    does, by a / ((3² + 1²) / 12 + a² + 0.5²) of gravity (0.48 for a = 1); friction holds the edge."""
+    """By hand: the centroid of a block of 3 by 1 is 0.5 above an edge and a beyond it. The block starts to
+    rotate like a pendulum, at a / ((3² + 1²) / 12 + a² + 0.5²) times gravity (0.48 for a = 1), while friction
+    holds the edge."""
     result = mo.solve(shaped(overhanging(beyond)))
     assert [reason.code for reason in result.reasons] == [Code.FALLS, Code.NO_FRICTION_HOLDS]
     motion, block = motion_of(result), result.blocks.iloc[0]
     speed = beyond / (10 / 12 + beyond**2 + 0.25)
-    # From x to z a block turns about -y.
+    # In space, a rotation from x to z is about -y.
     up, turns, sense = ("vy", "omega", -1) if result.contacts is None else ("vz", "wy", 1)
     assert block[turns] == pytest.approx(sense * speed, rel=1e-4)
     assert block[["vx", up]].to_numpy(float) == pytest.approx([0.5 * speed, -beyond * speed], rel=1e-4)
@@ -116,8 +121,8 @@ def test_a_block_that_falls_off_an_edge_turns_about_it(beyond, shaped):
 
 
 def test_a_block_that_slides_off_keeps_its_friction():
-    """On a slope of 1 in 2, friction 0.2, by associative flow: its speed is what gravity leaves along the
-    direction in which it slides and lifts off."""
+    """A block is on a slope of 1 in 2 with friction 0.2, under associative flow. Its speed is the component
+    of gravity along the direction in which it slides and lifts off."""
     block = mo.Block(name="A", vertices=[(0, 0), (2, 1), (1, 3), (-1, 2)], weight=1, live=(1, 0))
     ground = mo.Block(name="ground", vertices=[(-4, -2), (6, 3), (6, -3)], fixed=True)
     result = mo.solve(mo.Scene(joints={"friction": 0.2}, blocks=[block, ground]))
@@ -130,8 +135,8 @@ def test_a_block_that_slides_off_keeps_its_friction():
 
 @pytest.mark.parametrize("floor_first", [False, True])
 def test_weight_and_push_meet_the_floor_below_their_resultant(floor_first):
-    # A block of 4 × 2 and weight 3 slides at the push 0.5 × 3 to the right at its centroid, (2, 1). The
-    # line of both runs through there at 1 : 2 and meets the floor at x = 2.5; the floor pushes back.
+    # A block of 4 × 2 and weight 3 slides under a push of 0.5 × 3 to the right at its centroid, (2, 1). The
+    # resultant of both has the slope 1 : 2 and meets the floor at x = 2.5, where the floor reacts.
     scene = block_on_floor(4, 2, 0.5, weight=3.0, live=(3.0, 0.0))
     if floor_first:
         scene = scene.model_copy(update={"blocks": scene.blocks[::-1]})
@@ -144,11 +149,11 @@ def test_weight_and_push_meet_the_floor_below_their_resultant(floor_first):
 
 @pytest.mark.parametrize("scene", [ARCH, on_a_corner()], ids=["arch", "corner on an edge"])
 def test_resultants_balance_the_loads_of_every_block(scene):
-    """Forces and moments about the centroid."""
+    """The resultants balance the forces, and the moments about the centroid, of all blocks."""
     result = mo.solve(scene)
     assembly, joints = result.assembly, result.assembly.joints
     resultant, point = thrust(result)
-    # A joint that nothing presses together carries nothing in these scenes, without cohesion.
+    # In these scenes without cohesion, a joint without compression carries no force.
     acts = np.isfinite(point[:, 0])
     largest = np.abs(resultant).max()
     assert np.abs(resultant[~acts]).max(initial=0.0) < 1e-5 * largest
@@ -168,12 +173,12 @@ def test_the_line_of_thrust_runs_through_an_arch_from_support_to_support():
     assert line.shape == (27, 2, 2)
     points, times = np.unique(line.reshape(-1, 2).round(9), axis=0, return_counts=True)
     assert sorted(times) == [1, 1] + [2] * 26
-    # Between intrados and extrados; voussoirs have straight edges.
+    # The points are between intrados and extrados. Voussoirs have straight edges.
     radius = np.hypot(*points.T)
     assert (radius > 9.45 - 1e-6).all()
     assert (radius < 10.55 + 1e-6).all()
     assert points[times == 1][:, 1] == pytest.approx([0, 0], abs=1e-9)
-    # The resultants on supports say how large all are.
+    # Only the resultants on the supports are drawn, as a scale of the forces.
     assert len(marks(result, "resultants", "thrust")) == 2
 
 
@@ -181,7 +186,7 @@ def test_a_wall_has_no_chain_and_a_column_has_one():
     wall = assemble(mo.load(WALLS[0]))
     assert len(chains(wall, np.ones(wall.problem.joints, dtype=bool))) == 0
     column = assemble(mo.load(CASES / "closed_forms" / "dam_overturns.toml"))
-    # The top lift has one joint; three lifts lie between two.
+    # The top lift has one joint, and three lifts are between two joints.
     assert len(chains(column, np.ones(column.problem.joints, dtype=bool))) == 3
     assert len(chains(column, np.zeros(column.problem.joints, dtype=bool))) == 0
 
@@ -200,14 +205,14 @@ def test_every_joint_has_the_colour_of_its_utilisation():
 def test_forces_start_at_the_centroid_and_end_on_a_face_that_they_push():
     scene = block_on_floor(2, 3, live=(1.0, 0.0), dead=(0.0, -2.0), dead_at=(0.5, 3.0))
     (weight,), (live,), (dead,) = (arrows(scene, kind) for kind in ("weight", "live", "dead"))
-    # The longest of each kind takes 9 % of the scene's larger side.
+    # The longest arrow of each kind has 9 % of the larger side of the scene.
     assert weight == pytest.approx(np.array([[1, 1.5], [1, 1.5 - 0.27]]))
     assert live == pytest.approx(np.array([[1, 1.5], [1.27, 1.5]]))
     assert dead == pytest.approx(np.array([[0.5, 3.27], [0.5, 3]]))
 
 
 def test_every_load_of_a_block_has_an_arrow_where_it_acts():
-    """On one block: its own force, and two of loads, one of them at a point inside it."""
+    """A block has a force of its own and two loads, one of them at a point inside the block."""
     loads = [mo.Load(block="A", live=(2, 0), at=(0.5, 2.5)), mo.Load(block="A", live=(0, -1), dead=(0, -1))]
     scene = block_on_floor(2, 3).replace(loads=loads)
     assert arrows(scene, "live") == pytest.approx(
@@ -217,7 +222,7 @@ def test_every_load_of_a_block_has_an_arrow_where_it_acts():
 
 
 def test_arrows_go_with_their_points_and_keep_their_direction():
-    # A block of 1 × 2 overturns about its toe (1, 0) by 6 % of 2 for its fastest corner, (0, 2).
+    # A block of 1 × 2 overturns about its toe (1, 0). Its fastest corner, (0, 2), moves by 6 % of 2.
     result = mo.solve(block_on_floor(1, 2, 0.8))
     (tail, tip) = arrows(result, "live")[0]
     turn = 0.12 / np.sqrt(5)
@@ -253,7 +258,8 @@ def test_water_pushes_more_the_deeper():
 
 @pytest.mark.parametrize("along_an_edge", [False, True])
 def test_a_state_under_dead_load_alone_is_shown_without_the_live_load(along_an_edge):
-    """Where a scene falls by itself, and at the ends of a margin; the scene itself is drawn with it."""
+    """A scene that falls, and the two ends of a margin, are drawn without the live load. The scene itself is
+    drawn with it."""
     scene = block_on_floor(dead=(0.9, 0.0))
     if along_an_edge:
         push = mo.EdgeLoad(start=(0, 0), end=(0, 2), force=(1, 0), kind="live")
@@ -270,12 +276,13 @@ def test_a_state_under_dead_load_alone_is_shown_without_the_live_load(along_an_e
 
 
 def beside(*blocks):
-    """More blocks on the floor beside a block of 2 × 3, whose lower left corner is the origin."""
+    """Return a block of 2 × 3 on a floor, with its lower left corner at the origin, and more blocks beside
+    it."""
     scene = block_on_floor(2, 3)
     return scene.replace(blocks=[*scene.blocks, *blocks])
 
 
-#: A gap of 0.001 between faces of height 2; C stands on B's corner with its own.
+#: In GAP, faces of height 2 are 0.001 apart. In CORNER, a corner of C touches a corner of B.
 GAP = beside(rectangle("B", 2.001, 0, 4, 2, weight=1))
 CORNER = beside(rectangle("B", 2, 0, 4, 2, weight=1), rectangle("C", 4, 2, 5, 3, weight=1))
 

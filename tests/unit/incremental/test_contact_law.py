@@ -1,4 +1,5 @@
-"""Return mapping of the contact law: by hand, and its tangent by finite differences."""
+"""The return mapping of the contact law is compared with values by hand, and its tangent with finite
+differences."""
 
 from dataclasses import replace
 
@@ -16,7 +17,8 @@ from masonry_opt.scene.blocks import rectangle
 
 
 def law_of(problem: Problem, **values: float) -> ContactLaw:
-    """Return the law of a problem with one joint of unit stiffness, its parameters replaced by the values."""
+    """Return the law of a problem with one joint of unit stiffness. The keyword arguments replace its
+    parameters."""
     law = replace(problem.law, **{name: np.array([value]) for name, value in values.items()})
     return ContactLaw(replace(problem, law=law), np.ones(problem.B.shape[1]))
 
@@ -44,7 +46,7 @@ def test_a_joint_that_presses_and_sticks_is_elastic(joint):
 
 
 def test_shear_returns_to_cohesion_and_friction_in_the_plane(joint):
-    """L = 0.2 + 0.5 · 3 = 1.7; of the trial shear -5 the shear -1.7 remains and is remembered."""
+    """The limit is L = 0.2 + 0.5 · 3 = 1.7. A trial shear of -5 returns to -1.7, which is remembered."""
     response = law_of(joint, friction=0.5, cohesion=0.2).respond(column(2, 1, -5))
     np.testing.assert_allclose(response.forces, column(2, 1, -1.7), atol=1e-15)
     np.testing.assert_allclose(response.remembered, column(2, 1, -1.7), atol=1e-15)
@@ -53,6 +55,7 @@ def test_shear_returns_to_cohesion_and_friction_in_the_plane(joint):
 
 
 def test_an_open_end_bears_nothing_and_remembers_its_gap(joint):
+    """An open end carries no force, and its gap is remembered as a negative trial force of -3."""
     response = law_of(joint, friction=0.5).respond(column(-3, 1, 2))
     np.testing.assert_allclose(response.forces, column(0, 1, 0.5))
     np.testing.assert_allclose(response.remembered, column(-3, 1, 0.5))
@@ -67,7 +70,7 @@ def test_a_joint_that_is_open_at_both_ends_loses_its_shear(joint):
 
 
 def test_sliding_opens_a_joint_that_dilates(joint):
-    """From 5 - P = 0.2 + 0.5 (3 + 2 · 0.1 P) follow P = 3, an increase of 0.3 at both ends, and |s| = 2."""
+    """From 5 - P = 0.2 + 0.5 (3 + 2 · 0.1 P) follows the slip P = 3. Both ends gain 0.3, and |s| = 2."""
     law = law_of(joint, friction=0.5, cohesion=0.2, dilatancy=0.1)
     response = law.respond(column(2, 1, 5))
     np.testing.assert_allclose(response.forces, column(2.3, 1.3, 2), atol=1e-14)
@@ -75,7 +78,7 @@ def test_sliding_opens_a_joint_that_dilates(joint):
 
 
 def test_dilation_closes_an_open_end(joint):
-    """The end at -0.1 closes after the slip P = 1; beyond, 5 - P = 0.5 (0.9 + 0.2 P)."""
+    """The end at -0.1 closes after a slip of P = 1. For a larger slip, 5 - P = 0.5 (0.9 + 0.2 P)."""
     response = law_of(joint, friction=0.5, dilatancy=0.1).respond(column(-0.1, 1, 5))
     slip = (5 - 0.45) / 1.1
     np.testing.assert_allclose(
@@ -84,7 +87,7 @@ def test_dilation_closes_an_open_end(joint):
 
 
 def test_shear_returns_along_its_direction_in_space(point):
-    """L = 0.5 · 2 = 1, and the trial shear (3, 4) of size 5 returns to (0.6, 0.8)."""
+    """The limit is L = 0.5 · 2 = 1, so the trial shear (3, 4), of size 5, returns to (0.6, 0.8)."""
     trial = np.tile(column(2, 3, 4), point.joints)
     law = replace(point.law, friction=np.full(point.joints, 0.5))
     response = ContactLaw(replace(point, law=law), np.ones(point.B.shape[1])).respond(trial)
@@ -94,7 +97,7 @@ def test_shear_returns_along_its_direction_in_space(point):
 
 
 def test_slip_is_remembered(joint):
-    """After sliding, what moves back is elastic until the limit of the other sense."""
+    """After sliding, a motion back is elastic up to the limit in the opposite sense."""
     law = law_of(joint, friction=0.5)
     slid = law.respond(column(2, 1, 5)).remembered
     np.testing.assert_allclose(law.respond(slid - column(0, 0, 1)).forces, column(2, 1, 0.5))
@@ -102,7 +105,7 @@ def test_slip_is_remembered(joint):
 
 
 def test_crushing_returns_to_the_nearest_point_of_the_strength():
-    """Under central compression beyond f_c L = 4 both ends bear 2; the tangent there is zero."""
+    """Under central compression beyond f_c L = 4, both ends carry 2, and the tangent is zero."""
     problem = assemble(block_on_floor(weight=1.0)).problem
     law = ContactLaw(
         replace(problem, law=replace(problem.law, crushing=np.array([0]), crushing_force=np.array([4.0]))),
@@ -126,7 +129,8 @@ def test_crushing_forces_stay_within_the_strength_of_the_problem(joint):
 
 
 def test_ties_remember_yield_and_forget_slack():
-    """A rod of strength 0.4 that was stretched beyond yield is stress-free earlier on its way back."""
+    """A rod of strength 0.4 is stretched beyond yield. When it shortens again, its force vanishes before its
+    first length."""
     tie = mo.Tie(between=("A", "ground"), at=((0.5, 1), (-4, 1)), strength=0.4)
     block = mo.Block(name="A", vertices=rectangle(0, 1, 0, 2), weight=1, live=(1, 0))
     problem = assemble(on_floor(block, ties=[tie])).problem
@@ -147,7 +151,8 @@ def test_ties_remember_yield_and_forget_slack():
 @pytest.mark.parametrize("dilatancy", [0.0, 0.2])
 @pytest.mark.parametrize(("dimension", "crushing_force"), [(2, None), (2, 4.0), (3, None)])
 def test_tangent_is_the_derivative(joint, point, dimension, dilatancy, crushing_force):
-    """Central differences of step 1e-6, whose error on a piecewise smooth law is some 1e-9."""
+    """The reference is central differences of step 1e-6. Their error on a piecewise smooth law is about
+    1e-9."""
     problem = joint if dimension == 2 else point
     count = problem.joints
     changes = {"dilatancy": np.full(count, dilatancy), "cohesion": np.full(count, 0.1)}
@@ -184,9 +189,9 @@ def test_crushing_forces_are_the_projection_of_the_trial_forces():
 
 
 def test_slip_under_dilatancy_takes_few_iterations(joint):
-    """Both ends press, so that the excess of the shear is linear in the slip and one Newton step suffices.
+    """Both ends press, so the excess of the shear is linear in the slip, and one Newton step suffices.
 
-    A slip that is small beside the shear must not prolong the iterations, because of rounding errors.
+    A slip that is small compared with the shear must not prolong the iterations because of rounding errors.
     """
     law = law_of(joint, friction=0.6, dilatancy=0.4)
     calls = 0

@@ -1,4 +1,5 @@
-"""The incremental analysis: load factors by hand, memory, preload, invariance, loads without limit."""
+"""The incremental analysis: load factors by hand, memory of contacts, preload, invariance, and loads without
+limit."""
 
 import math
 from dataclasses import replace
@@ -28,10 +29,10 @@ def analysed(scene: mo.Scene, **settings: float) -> IncrementalResult:
 def two_blocks_by_hand(friction: float) -> float:
     """Return the load factor at which A slides below B, from springs under every joint end.
 
-    B closes by b0 + b1 x and A by a0 + a1 x. Springs are as stiff as their joints are long: 1 at x = 0, 1,
-    2, 3 below B and 3 at x = 2, 5 below A. Four equations say that forces and moments about x = 0, y = 0.5
-    balance. The shears μ N above A and μ (1 + N) below it add the moment μ / 2, whatever the force N
-    between A and B.
+    Block B closes its joints by b0 + b1 x, and block A by a0 + a1 x. The stiffness of springs is the length
+    of their joints: 1 at x = 0, 1, 2, 3 below B, and 3 at x = 2, 5 below A. Four equations balance forces and
+    moments about x = 0, y = 0.5. For any force N between A and B, the shears μ N above A and μ (1 + N) below
+    it add the moment μ / 2.
     """
     below_b = [(0, np.array([1, 0, 0, 0])), (1, np.array([1, 1, 0, 0]))]
     between = [(x, np.array([1, x, -1, -x])) for x in (2, 3)]
@@ -67,14 +68,15 @@ def test_a_block_by_hand(friction, expected):
 
 @pytest.mark.parametrize("angle", [0.0, 30.0, 47.0])
 def test_a_box_that_slides_by_hand(angle):
-    """It slides at λ = μ in every direction: friction in space is a cone."""
+    """The box slides at λ = μ in every direction, because friction in space is a cone."""
     result = analysed(pushed_box((2.0, 2.0, 1.0), 0.3, angle))
     assert result.load_factor == pytest.approx(0.3, rel=1e-9)
     assert result.state.exact
 
 
 def test_a_block_of_limited_strength_by_hand():
-    """The moment λ · 1 reaches n (1 - n / (f_c L)) / 2 = 0.375. Chords miss at most 0.65 % of it."""
+    """By hand, the block fails when the moment λ · 1 reaches n (1 - n / (f_c L)) / 2 = 0.375. Chords are at
+    most 0.65 % below this value."""
     problem = assemble(block_on_floor()).problem
     law = replace(problem.law, crushing=np.array([0]), crushing_force=np.array([4.0]))
     result = IncrementalAnalysis(replace(problem, law=law)).run()
@@ -82,7 +84,7 @@ def test_a_block_of_limited_strength_by_hand():
 
 
 def test_a_tie_that_yields_by_hand():
-    """A wide block slides at λ = μ + T, with the strength T of a level rod through its centroid."""
+    """A wide block slides at λ = μ + T, where T is the strength of a horizontal rod through its centroid."""
     tie = mo.Tie(between=("A", "ground"), at=((0.5, 0.5), (-4, 0.5)), strength=0.4)
     block = mo.Block(name="A", vertices=rectangle(0, 4, 0, 1), weight=1, live=(1, 0))
     result = analysed(on_floor(block, friction=0.3, ties=[tie]))
@@ -90,7 +92,8 @@ def test_a_tie_that_yields_by_hand():
 
 
 def test_preload_of_a_symmetric_beam():
-    """A beam on three equal piers: each end of each joint bears a sixth. Statics leave this open."""
+    """In a beam on three equal piers, each end of each joint carries a sixth of the weight. Statics alone do
+    not determine these forces."""
     piers = [mo.Block(name=f"pier {x}", vertices=rectangle(x, x + 1, 0, 1), fixed=True) for x in (0, 2, 4)]
     beam = mo.Block(name="beam", vertices=rectangle(0, 5, 1, 2), weight=1, live=(1, 0))
     problem = assemble(mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[beam, *piers])).problem
@@ -99,7 +102,8 @@ def test_preload_of_a_symmetric_beam():
 
 
 def test_forces_under_the_dead_load_depend_on_what_the_contacts_remember():
-    """A block that was pushed and let go keeps a shear: its floor remembers the slip of one edge."""
+    """After a push that is removed again, a shear remains, because the floor remembers the slip of one
+    edge."""
     problem = assemble(two_blocks(0.1)).problem
     solver = EquilibriumSolver(problem)
     rest = solver.equilibrate(solver.at_rest(), problem.dead)
@@ -128,7 +132,8 @@ def test_a_block_without_support_does_not_carry_its_weight():
 
 
 def test_a_load_within_the_cone_of_friction_has_no_limit():
-    """The resultant leans by 0.2 / 1 at most, within friction, and stays on the floor for every λ."""
+    """The resultant has a slope of at most 0.2 / 1, within friction, and meets the floor within the joint for
+    every λ."""
     result = analysed(block_on_floor(width=2.0, height=1.0, live=(0.2, -1.0)))
     assert result.end is End.UNBOUNDED
     assert result.load_factor is None
@@ -136,7 +141,7 @@ def test_a_load_within_the_cone_of_friction_has_no_limit():
 
 
 def test_a_wedged_scene_has_no_limit():
-    """Stones that jam: from some load on the response is linear for ever, as another program finds."""
+    """The stones jam: above some load, the response is linear without limit, as another program confirms."""
     result = analysed(random_scene("arch", 1_400_012))
     assert result.end is End.UNBOUNDED
 
@@ -167,7 +172,7 @@ def test_the_load_factor_depends_on_no_axes_units_or_numbers(scene, change, fact
 
 
 def test_history_of_two_blocks():
-    """Between load steps the scene softens, and A begins to slide below B and on the floor."""
+    """The scene becomes softer between load steps. Block A begins to slide below B and on the floor."""
     history = analysed(two_blocks(0.1)).history
     assert history.load_factors[0] == history.displacements[0] == 0
     assert (np.diff(history.load_factors) > 0).all()
@@ -199,7 +204,7 @@ def test_progress_is_called_with_each_load_step():
 
 
 def test_two_programs_find_the_exact_state_from_the_collapse():
-    """The state of displacement control and that of the programs are one where the mechanism is unique."""
+    """If the mechanism is unique, displacement control and the two programs find the same state."""
     analysis = IncrementalAnalysis(assemble(block_on_floor(friction=0.3)).problem)
     result = analysis.run()
     state = find_collapse_state(analysis.solver, result.collapse)
@@ -213,7 +218,8 @@ def test_two_programs_find_the_exact_state_from_the_collapse():
 
 
 def test_softer_contacts_change_displacements_alone():
-    """All stiffnesses a tenth: the same load factor, ten times the displacement."""
+    """With a tenth of all stiffnesses, the load factor is the same and the displacements are ten times as
+    large."""
     problem = assemble(two_blocks(0.1)).problem
     _, compliance = mean_force_and_compliance(problem)
     usual, soft = (IncrementalAnalysis(problem, compliance=c * compliance).run() for c in (1.0, 10.0))
@@ -224,10 +230,10 @@ def test_softer_contacts_change_displacements_alone():
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("size", [1e-4, 1.0, 1e4])
 def test_blocks_with_many_joints_on_parallel_ties(size):
-    """A slab hangs by 128 teeth on a comb, which vertical ties hold: the comb can move to the side.
+    """A slab hangs by 128 teeth on a comb, which vertical ties hold: the comb can move sideways.
 
-    The joints of the slab, and of a stone on the floor, carry one weight each, so that the mean force at
-    their two ends is 1/129.
+    The joints of the slab carry one weight, as do those of a stone on the floor, so the mean force at their
+    two ends is 1/129.
     """
     teeth = 128
     corners = [(0, 4), (2 * teeth, 4)]
@@ -257,10 +263,10 @@ def test_walls_in_space_end_in_an_exact_state():
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-5])
 def test_a_peak_above_the_exact_state_is_bisected(tolerance):
-    """Two wedges carry 0.1577, above the exact state 0.1325 in which they move on.
+    """Two wedges carry 0.1577, above the exact state at 0.1325, in which they then move.
 
-    A program that followed the equilibrium path, with joints rounded by a hundredth of the mean force, had
-    its highest point at 0.157699. The load carried differs from it by the rounding, some 3e-5.
+    A program that follows the equilibrium path, with joints rounded by a hundredth of the mean force, reaches
+    a maximum of 0.157699. The load carried differs from this value by the rounding, about 3e-5.
     """
     result = analysed(mo.load(CASES / "gilbert" / "wedge_blocks.toml"), tolerance=tolerance)
     assert result.end is End.COLLAPSE
@@ -270,7 +276,7 @@ def test_a_peak_above_the_exact_state_is_bisected(tolerance):
 
 
 def test_an_exact_state_below_the_load_that_is_carried_is_no_limit():
-    """A fine tolerance finds the same load as the default one, and comes to an end."""
+    """With a fine tolerance, the analysis ends at the same load as with the default tolerance."""
     scene = random_scene("tessellation", 7530005)
     usual, fine = analysed(scene), analysed(scene, tolerance=1e-5)
     assert fine.end is End.COLLAPSE

@@ -1,4 +1,5 @@
-"""Every model declares itself on joints of every kind, in the problem's order; complementarity problems."""
+"""Every model is declared for joints of every kind, in the problem's order, and complementarity problems are
+solved."""
 
 import cvxpy as cp
 import numpy as np
@@ -39,7 +40,7 @@ def numbers(problem) -> State:
     return State(0.7, *(rng.normal(size=size) for size in shapes), rng.uniform(size=problem.faces))
 
 
-#: Models that have statics, by name, each of a problem and its true shear limits.
+#: Models with statics, by name. Each is made from a problem and its true shear limits.
 STATIC = {
     "eq. (9)": CvxpyStatic,
     "standing": CvxpyStanding,
@@ -49,7 +50,7 @@ STATIC = {
     "MPEC": lambda problem, _: PyomoMpec(problem),
     "global": lambda problem, _: PyomoGlobal(problem, *np.ones((2, problem.faces)), 1.0),
 }
-#: Models that have mechanisms.
+#: Models with mechanisms, by name.
 KINEMATIC = {
     "eq. (10)": CvxpyKinematic,
     "falling": lambda problem, limits: CvxpyFalling(problem, limits, np.ones(problem.blocks), 1.0),
@@ -67,7 +68,7 @@ def of_pyomo(model):
 
 @pytest.mark.parametrize("name", STATIC)
 def test_slacks_and_equilibrium_are_the_problem_s(name, problem, numbers):
-    """At any forces whatever: the slack of each face, in order, and what is out of balance."""
+    """At arbitrary forces, the slack of each face, in order, and the imbalance are those of the problem."""
     model = STATIC[name](problem, ShearLimits.true(problem))
     statics, load_factor = model.statics, numbers.load_factor
     if of_pyomo(model):
@@ -89,8 +90,8 @@ def test_slacks_and_equilibrium_are_the_problem_s(name, problem, numbers):
 
 @pytest.mark.parametrize("name", KINEMATIC)
 def test_flow_is_the_problem_s(name, problem, numbers):
-    """At any velocities and rates whatever: Bᵀd − D p of each joint, under the friction of eq. (10), or the
-    joints' own flow rule."""
+    """At arbitrary velocities and rates, Bᵀd − D p of each joint is that of the problem, under the friction
+    of eq. (10) or the joints' own flow rule."""
     limits = ShearLimits.true(problem)
     model = KINEMATIC[name](problem, limits)
     of_own_flow = name in ("MPEC", "global")
@@ -124,7 +125,8 @@ def test_size_of_eq_9_and_eq_10(language, problem):
 
 
 def test_what_exact_states_are_refined_by_is_what_cvxpy_compiles_of_the_models(problem):
-    """Column by column and row by row, to the last digit: simplex then ends in the same of many optima."""
+    """Each row and column agrees to the last digit, so that the simplex method ends in the same one of many
+    optima."""
     forces, motion = CvxpyForces(problem), CvxpyMotion(problem)
     statics, mechanism = forces.statics, motion.mechanism
     names = [
@@ -141,7 +143,7 @@ def test_what_exact_states_are_refined_by_is_what_cvxpy_compiles_of_the_models(p
 
 
 def test_the_kinematics_of_proofs_are_compiled_as_cvxpy_compiles_the_model(problem):
-    """Rows are in one order; the columns of each variable are compared by name."""
+    """Rows have the same order. The columns of each variable are compared by name."""
     energy, highest = np.random.default_rng(0).uniform(size=problem.faces), 0.7
     model, made = CvxpyDrivenMotion(problem, energy, highest), driven_motion(problem, energy)
     compiled = LinearProgram.of(model.program)
@@ -160,7 +162,7 @@ SMALL = [CASES / "gilbert" / "two_blocks.toml", CASES / "livesley" / "wedges.tom
 
 
 def test_the_complementary_pairs_are_slacks_and_rates(problem, numbers):
-    """Both sides as Pyomo reads them from the declaration: v = z, and p as a row."""
+    """Both sides of each pair are evaluated by Pyomo from the declaration: v = z, and p as a row."""
     mcp = PyomoMcp(problem)
     mcp.start_from(numbers)
     put(with_slack_variables(mcp, "mpec.standard_form"), np.zeros(problem.faces))
@@ -187,7 +189,7 @@ def test_a_relaxation_holds_a_state_and_tells_what_it_leaves(problem, numbers):
 
 @pytest.mark.parametrize("path", SMALL, ids=lambda path: path.stem)
 def test_ipopt_finds_a_certified_state_of_what_is_declared(path):
-    """From rest, and without an objective: any of the states."""
+    """IPOPT starts at rest without an objective, and ends in any of the states."""
     problem = assemble(mo.load(path)).problem
     model = PyomoRelaxed(PyomoMcp(problem))
     at_rest = (np.zeros(size) for size in (3 * problem.joints, 3 * problem.blocks, problem.faces))

@@ -1,4 +1,4 @@
-"""Optima of models are those of the problem's matrices; products cut off no state and prove no more."""
+"""Optima of models are those of the problem's matrices, and rows of products exclude no collapse state."""
 
 from dataclasses import replace
 from functools import cache
@@ -26,7 +26,7 @@ from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.highs import LinearProgram
 from masonry_opt.solvers.registry import find_solver
 
-#: Two solvers, each to 1e-9 of numbers near one.
+#: Tolerance of comparisons of two solvers, each with a tolerance of 1e-9, for numbers near 1.
 SAME = 1e-7
 
 PROBLEMS = {name: assemble(scene).problem for name, scene in KINDS_OF_JOINTS.items()}
@@ -39,7 +39,7 @@ def problem(request):
 
 
 def least_of_forces(problem, load_cost, force_cost):
-    """min a λ + b·q: equilibrium and z ≥ 0."""
+    """Return the least a λ + b·q subject to equilibrium and z ≥ 0, or None if there is no optimum."""
     found = linprog(
         np.append(load_cost, force_cost),
         A_eq=sp.hstack([problem.live[:, None], problem.B]),
@@ -52,7 +52,11 @@ def least_of_forces(problem, load_cost, force_cost):
 
 
 def least_of_motion(problem, cost, slope, velocity_cost=None, within=None):
-    """min cost·p + velocity_cost·d: Bᵀd = D p and p ≥ 0, driven by the live load or within bounds of d."""
+    """Return the least cost·p + velocity_cost·d subject to Bᵀd = D p and p ≥ 0, or None if there is no
+    optimum.
+
+    The live load drives the motion, or d is within bounds.
+    """
     b3, faces = 3 * problem.blocks, problem.faces
     rows, right = [sp.hstack([problem.B.T, -problem.D(slope)])], np.zeros(3 * problem.joints)
     if within is None:
@@ -82,15 +86,15 @@ def test_eq_9_and_eq_10(problem):
 
 
 def test_motion_for_slacks(problem):
-    # Forces of less friction, under which nothing slides freely.
+    # With these forces, of less friction, no joint slides freely.
     weaker = replace(problem.law, friction=0.8 * problem.friction)
     z = np.maximum(problem.slacks(declared(replace(problem, law=weaker)).solve().state.q), 0.0)
     model = CvxpyMotion(problem, z, problem.dilatancy)
     expected = least_of_motion(problem, z, problem.dilatancy)
-    # Else nothing is compared with nothing.
+    # Otherwise, both optima could be zero.
     assert expected > 1e-3 or problem is not PROBLEMS["wall 1"]
     assert optimum(model) == pytest.approx(expected, abs=SAME * problem.live_norm)
-    # The rates that follow from the velocities leave the same, and no joint's ends pass into each other.
+    # The rates of the velocities have the same cost, and no ends of joints penetrate.
     d = model.mechanism.d.value
     p = problem.rates(d, problem.dilatancy)
     assert z @ p == pytest.approx(expected, abs=SAME * problem.live_norm)
@@ -101,7 +105,8 @@ def test_motion_for_slacks(problem):
 
 
 def test_forces_for_rates(problem):
-    """Of the associative mechanism, to rounding: of one to 1e-9 alone the program may be unbounded."""
+    """The rates are those of the associative mechanism, to rounding errors. With errors of 1e-9, the program
+    may be unbounded."""
     state = declared(problem, solver="highs").solve().state
     p = problem.rates(state.d, problem.friction)
     cohesion = problem.face_cohesion @ p
@@ -116,7 +121,7 @@ def test_forces_for_rates(problem):
     load_factor = -float(problem.live @ balance) / float(problem.live @ problem.live)
     cost = problem.slacks(q) @ p + load_factor * problem.live_norm / SEARCH.weight
     assert cost == pytest.approx(expected, abs=10 * SAME)
-    # What was set for this is set back: the least λ follows.
+    # The costs are reset afterwards, so the least λ is found again.
     nothing = np.zeros(problem.faces, dtype=bool)
     least = least_of_forces(problem, 1.0, np.zeros(3 * problem.joints))
     for _ in range(2):
@@ -129,7 +134,7 @@ def test_forces_for_rates(problem):
 
 @pytest.mark.parametrize("turned", [1.0, -1.0])
 def test_what_a_force_drives(problem, turned):
-    """The dead load drives nothing; turned upwards it lifts every block."""
+    """The dead load drives no motion. Reversed, it lifts every block."""
     limits = ShearLimits.true(problem)
     force = turned * problem.dead
     model = CvxpyDriven(replace(problem, dead=force), limits)
@@ -152,7 +157,7 @@ OF_PRODUCTS = UNCRUSHED | {
 
 @cache
 def exact_state(name):
-    """An exact Coulomb state of a scene."""
+    """Return the problem of a scene and its exact Coulomb state."""
     result = mo.solve(OF_PRODUCTS[name], "coulomb")
     assert result.kind is Kind.EXACT
     problem, found = result.assembly.problem, result.solution
@@ -166,7 +171,7 @@ def products_of(problem, highest, largest, radii, lowest=0.0):
 
 
 def factors_at(factors, state):
-    """The factors of statics and of kinematics in a state."""
+    """Return the factors of statics and of kinematics in a state."""
     problem, forces = factors.problem, factors.problem.by_kind(state.q).copy()
     forces[2, problem.sliding] = problem.slacks(state.q)[: len(problem.sliding)]
     statics = np.append(forces.T, [state.load_factor, 1.0])
@@ -174,7 +179,7 @@ def factors_at(factors, state):
 
 
 def point(model, lp, state):
-    """The products of a state, by column."""
+    """Return the products of a state, by column."""
     statics, motion = factors_at(model.factors, state)
     i, k = np.array(list(model.product)).T
     x = np.full(len(lp.cost), np.nan)
@@ -204,7 +209,7 @@ def test_a_coulomb_state_meets_every_row(name):
 
 
 def test_rows_cut_off_a_state_that_is_not_complementary():
-    """The associative answer of a wall moves faces that carry: its products do not meet every row."""
+    """The associative answer of a wall moves faces that carry forces, so its products violate some row."""
     result = mo.solve(small_wall(), "static")
     problem, found = result.assembly.problem, result.solution
     p = problem.rates(found.d, problem.friction)
@@ -215,7 +220,7 @@ def test_rows_cut_off_a_state_that_is_not_complementary():
 
 @pytest.mark.parametrize("name", [*FAST, "one joint cannot slide"])
 def test_any_multipliers_prove_no_more_than_a_state_allows(name):
-    """cost·x ≥ value − short·|x| at a state, for multipliers drawn at random."""
+    """For random multipliers, cost·x ≥ value − short·|x| at a state."""
     problem, state = exact_state(name)
     largest = bounds_of(problem, state.load_factor * 1.001, 100.0, Effort()).normal
     model, lp = products_of(problem, state.load_factor * 1.001, largest, (0, 1))
@@ -228,7 +233,7 @@ def test_any_multipliers_prove_no_more_than_a_state_allows(name):
 
 @pytest.mark.parametrize("name", UNCRUSHED)
 def test_edge_factors_are_the_problem_s(name):
-    """The forms of statics and kinematics at any numbers whatever."""
+    """The forms of statics and kinematics agree with the problem at arbitrary numbers."""
     problem, rng = assemble(UNCRUSHED[name]).problem, np.random.default_rng(3)
     factors = EdgeFactors(problem)
     q, d = rng.normal(size=3 * problem.joints), rng.normal(size=3 * problem.blocks)
@@ -244,7 +249,7 @@ def test_edge_factors_are_the_problem_s(name):
     np.testing.assert_allclose(left, expected, atol=1e-12)
     work = sum(a * motion[k] for k, a in factors.live_work().items())
     assert work == pytest.approx(problem.live @ d - problem.live_norm)
-    # Energy: what faces dissipate is what the products say.
+    # The energy that the faces dissipate is that of the products.
     of_products = sum(statics[i] * motion[k] for i, k in factors.at_rest)
     for rate, form in factors.other_slacks.items():
         of_products += sum(a * statics[i] for i, a in form.items()) * motion[rate]

@@ -1,4 +1,5 @@
-"""Matrices against rigid bodies, yield conditions and flow rule by hand; laws that share their tables."""
+"""Matrices agree with rigid-body motion, yield conditions and the flow rule agree with values by hand, and
+laws share tables."""
 
 from dataclasses import replace
 from math import cos, pi
@@ -26,10 +27,12 @@ def problem(request):
 
 
 def slacks_by_hand(problem, q, slope, cohesion, whole):
-    """|s| ≤ c + slope n and |m| ≤ n L / 2 over L / 2, or what chords leave of it where ``whole`` crushes,
-    joint by joint."""
+    """Return the slacks of |s| ≤ c + slope n and |m| ≤ n L / 2 over L / 2, joint by joint.
+
+    If a joint crushes, chords reduce its moment. ``whole`` is the crushing force of each such joint.
+    """
     first, second, s = q.reshape(3, -1)
-    n, m = first + second, second - first  # m over L / 2
+    n, m = first + second, second - first  # m is divided by L / 2
     plus, minus, start, end = [], [], [], []
     for joint in range(problem.joints):
         if joint in problem.sliding:
@@ -48,8 +51,10 @@ def slacks_by_hand(problem, q, slope, cohesion, whole):
 
 
 def motion_by_hand(problem, p, slope):
-    """Opening of each joint at its start and end, and its slip: sliding opens by the slope, each rate of
-    rocking about the other end."""
+    """Return the opening of each joint at its start and end, and its slip.
+
+    Sliding opens a joint by the slope times the slip. Each rate of rocking opens one end, about the other.
+    """
     k, c = len(problem.sliding), problem.joints
     plus, minus, start, end, crushing = np.split(p, [k, 2 * k, 2 * k + c, 2 * k + 2 * c])
     opening, turning, slip = start + end, start - end, np.zeros(c)
@@ -85,7 +90,7 @@ def test_the_flow_rule_is_that_of_each_joint(problem):
 
 @pytest.mark.parametrize("sense", [0, 1])
 def test_rates_give_back_what_moved(sense):
-    """A block slides in one sense and rocks about both edges, as any opening lets it."""
+    """A block slides in one sense and rocks about both edges. Its rates follow from its velocities."""
     problem = assemble(block_on_floor()).problem
     p = np.array([0.0, 0.0, 0.25, 0.5])
     p[sense] = 0.75
@@ -101,23 +106,23 @@ def test_rates_of_blocks_that_pass_into_each_other_are_never_negative():
         d = rng.normal(size=3 * problem.blocks)
         p, u = problem.rates(d, problem.friction), problem.B.T @ d
         assert p.min() >= 0
-        # Slip is kept whole; only what points open may fall short.
+        # The rates reproduce the slip exactly. Only the opening of points may be smaller than required.
         departure = u - problem.D(problem.friction) @ p
         np.testing.assert_allclose(departure[2 * problem.joints + problem.sliding], 0, atol=1e-12)
         assert departure.max() < 1e-12
 
 
-#: Four senses of sliding at a contact point.
+#: Friction polygon with four sides at a contact point.
 SPACE = space(4)
 
 FRICTION, COHESION = 0.5, 0.05
 
-#: A box of unit weight, half as high as it is wide, on the four corners of its base.
+#: Corners of the base of a box of unit weight, half as high as it is wide.
 CORNERS = np.array([[x, y, -0.5] for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
 
 
 def box() -> Problem:
-    """The box under its weight and a live load through its centroid."""
+    """Return the problem of the box under its weight and a live load through its centroid."""
     forces = np.eye(3)[[2, 0, 1]]  # n, s, t
     columns = [np.concatenate([force, np.cross(corner, force)]) for force in forces for corner in CORNERS]
     matrices = Matrices(sp.csr_array(np.array(columns).T), np.ones(4), 1.0, SPACE)
@@ -135,10 +140,10 @@ def box() -> Problem:
 
 
 def test_yield_conditions_are_those_of_each_point():
-    """Four sides of a square inside the cone, and n ≥ 0."""
+    """The yield conditions are the four sides of a square inside the cone, and n ≥ 0."""
     problem, q = box(), np.random.default_rng(5).normal(size=12)
     n, s, t = problem.by_kind(q)
-    # The square stands on its corner: |s| + |t| ≤ c + μ n.
+    # The corners of the square are on the axes: |s| + |t| ≤ c + μ n.
     limit = COHESION + FRICTION * n
     sides = [limit - s - t, limit + s - t, limit + s + t, limit - s + t]
     expected = np.concatenate([*(cos(pi / 4) * side for side in sides), n])
@@ -148,7 +153,7 @@ def test_yield_conditions_are_those_of_each_point():
 
 
 def test_rates_of_points_give_back_what_moved():
-    """Points that slip in one sense along each axis, and open by what dilatancy asks or more."""
+    """Each point slips in one sense along each axis, and opens at least by the dilatancy times its slip."""
     problem, rng = box(), np.random.default_rng(5)
     for _ in range(10):
         lifted = np.array([0, 0, 5.0, 0, 0, 0]) + 0.3 * rng.normal(size=6)
@@ -161,7 +166,8 @@ def test_rates_of_points_give_back_what_moved():
 
 @pytest.mark.parametrize("name", KINDS_OF_JOINTS)
 def test_laws_share_what_does_not_depend_on_them(name):
-    """Another friction, or other loads: the same matrices and table. Other joints that slide: another."""
+    """With another friction, the table and the program stay the same. With another live load, only the table
+    does."""
     problem = assemble(KINDS_OF_JOINTS[name]).problem
     other = replace(problem, law=replace(problem.law, friction=2 * problem.friction))
     assert other.table is problem.table
@@ -207,7 +213,7 @@ def test_joint_velocities_are_differences_of_rigid_body_velocities(scene):
 
 
 def test_loads_that_no_number_can_compare_are_refused():
-    """A median weight of 1e-300 and a live load of 1e20: their ratio is beyond double precision."""
+    """The median weight is 1e-300 and the live load is 1e20, so their ratio exceeds double precision."""
     scene = block_on_floor(weight=1e-300, live=(1e20, 0.0))
     with pytest.raises(mo.CaseError, match="double precision"):
         assemble(scene)

@@ -1,4 +1,5 @@
-"""Loads on blocks by name and on edges, in the plane and in space: what they do by hand, what is refused."""
+"""Loads on blocks and on edges, in the plane and in space, are compared with values by hand, and wrong ones
+are refused."""
 
 import math
 
@@ -16,7 +17,7 @@ from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.space.shapes import shapes
 from masonry_opt.solution.reasons import Code
 
-#: Three courses, two of whose blocks lie between others; "2-2" spans 2 to 6 and 1 to 2.
+#: Three courses, with two blocks between others. Block "2-2" spans 2 to 6 in x and 1 to 2 in y.
 WALL = """
 [joints]
 friction = 0.7
@@ -34,13 +35,13 @@ def loaded(text, tmp_path):
 
 
 def acting(scene, name, which):
-    """Force, and moment about the centroid, on one block."""
+    """Return the force and the moment about the centroid of the loads on one block."""
     assembly = assemble(scene)
     return forces_of(assembly, which)[assembly.names(assembly.movable).index(name)]
 
 
 def test_forces_of_several_loads_on_a_block_of_a_wall_add_up(tmp_path):
-    """Inside the wall, where no edge is free; the moments about (4, 1.5)."""
+    """The block is inside the wall and has no free edge. Moments are about (4, 1.5)."""
     text = WALL + (
         '[[load]]\nblock = "2-2"\nlive = [3, 0]\nat = [4, 1.75]\n'
         '[[load]]\nblock = "2-2"\nlive = [0, -2]\ndead = [0, -1]\nat = [5, 1.5]\n'
@@ -54,7 +55,7 @@ def test_forces_of_several_loads_on_a_block_of_a_wall_add_up(tmp_path):
 
 
 def test_a_load_is_what_the_block_s_own_force_is(tmp_path):
-    """The same scene with each block's forces written in the block, and by a load, to the last digit."""
+    """Forces as properties of a block and the same forces as loads are equal to the last digit."""
     own = {"live": (1.0, 0.5), "live_at": (0.4, 1.9), "dead": (0.1, -0.2), "dead_at": (0.9, 1.0)}
     written = block_on_floor(**own)
     loads = [
@@ -68,19 +69,20 @@ def test_a_load_is_what_the_block_s_own_force_is(tmp_path):
 
 
 def test_a_weight_in_place_of_a_generator_s_is_pushed_too(tmp_path):
-    """Sideways by half its weight, as the generator says of every block's; a column of one drum overturns."""
+    """The generator pushes every block sideways by half its weight, also a block whose weight is replaced. A
+    column of one drum overturns."""
     column = "[joints]\nfriction = 5\n[column]\nwidth = 1\nheight = 3\ndrums = 1\nweight = 6\n"
     push, load = "live_per_weight = [0.5, 0]\n", '[[load]]\nblock = "d1"\nweight = 20\n'
     scene = loaded(column + push + load, tmp_path)
     assert acting(scene, "d1", "dead") == pytest.approx([0, -20, 0])
     assert acting(scene, "d1", "live") == pytest.approx([10, 0, 0])
-    # With a dead push of 1 at its top: W b/2 = λ W/2 h/2 + 3.
+    # With a dead push of 1 at the top, W b/2 = λ W/2 h/2 + 3.
     scene = scene.replace(loads=[*scene.loads, mo.Load(block="d1", dead=(1, 0), at=(0, 3))])
     assert mo.solve(scene, "static").load_factor == pytest.approx((20 * 0.5 - 3) / (10 * 1.5), rel=1e-7)
 
 
 def test_what_the_load_factor_multiplies_is_told():
-    """Forces and multiples of weights each in its own words; nothing of a scene that is tilted."""
+    """Forces and multiples of weights have different descriptions, and a tilted scene has none."""
     force, times = block_on_floor(), block_on_floor(live=(0, 0), live_per_weight=(1, 0))
     by_name = block_on_floor(live=(0, 0)).model_copy(update={"loads": [mo.Load(block="A", live=(1, 0))]})
     told = [facts(mo.solve(scene, "static"))["live load"] for scene in (force, times, by_name)]
@@ -124,7 +126,7 @@ def test_a_tilted_scene_takes_weights_alone():
 
 
 def test_other_loads_keep_matrices_and_other_blocks_do_not():
-    """Sweeps keep the matrices of a scene while its joint properties and loads alone change."""
+    """The matrices of a scene are reused if only its joint properties and loads change."""
     scene = block_on_floor()
     before, other = assemble(scene), scene.model_copy(update={"loads": [mo.Load(block="A", dead=(0, -1))]})
     same, loaded = on_matrices_of(before, scene), on_matrices_of(before, other)
@@ -149,22 +151,23 @@ def scene(blocks, loads, friction=5.0, **keys):
 
 
 def test_each_block_below_a_line_gets_its_part_of_a_linear_pressure():
-    """Three blocks side by side, one of them lower: p = 1 + x between 0 and 4, nothing on the lower one."""
+    """Three blocks are side by side, one of them lower. The pressure is p = 1 + x between 0 and 4, without
+    effect on the lower block."""
     blocks = [
         block("left", [(0, 0), (1, 0), (1, 2), (0, 2)]),
         block("low", [(1, 0), (2, 0), (2, 1), (1, 1)]),
         block("right", [(2, 0), (5, 0), (5, 2), (2, 2)]),
     ]
     assembly = assemble(scene(blocks, [{"start": (0, 2), "end": (4, 2), "pressure": (1, 5)}]))
-    acting = forces_of(assembly) + np.array([0, 1, 0])  # without the weights
-    # ∫ (1 + x) dx and ∫ (1 + x) (x - xc) dx over each top.
+    acting = forces_of(assembly) + np.array([0, 1, 0])  # subtract the weights
+    # The forces are ∫ (1 + x) dx, and the moments ∫ (1 + x) (x - xc) dx, over each top.
     expected = [[0, -1.5, -1 / 12], [0, 0, 0], [0, -8.0, -(2 / 3 - 4.0)]]
     np.testing.assert_allclose(acting, expected, atol=1e-12)
     assert assembly.bare_edge_loads == pytest.approx([1.0])
 
 
 def test_what_another_block_covers_bears_no_load():
-    """A neighbour covers the upper half of the right face: pressure 3 acts below y = 1 alone."""
+    """A neighbour covers the upper half of the right face, so the pressure 3 acts only below y = 1."""
     tall = block("tall", [(0, 0), (1, 0), (1, 2), (0, 2)])
     beside = [
         block("foot", [(2, 0), (3, 0), (3, 1), (2, 1)]),
@@ -182,7 +185,8 @@ def test_pressure_acts_into_the_block_whichever_way_the_line_runs():
     for start, end, pressure in ((*ends, (6.0, 2.0)), (*reversed(ends), (2.0, 6.0))):
         assembly = assemble(scene([wall], [{"start": start, "end": end, "pressure": pressure}]))
         acting = forces_of(assembly)[0] + np.array([0, wall.weight, 0])
-        # 4 · 3 to the right; ∫ p (y - 1.5) dy = -(4 / 3) 1.5³ · 2 / 3, turning clockwise where it is high.
+        # The force is 4 · 3 to the right. The moment is ∫ p (y - 1.5) dy = -(4 / 3) 1.5³ · 2 / 3, clockwise
+        # if the pressure is larger at the top.
         np.testing.assert_allclose(acting, [12.0, 0.0, 3.0], atol=1e-12)
 
 
@@ -236,7 +240,7 @@ def test_what_is_no_edge_load_is_refused(words):
 
 
 def test_what_a_line_reaches_beyond_its_edges_is_warned_of():
-    """A line of length 2 above a block of width 1."""
+    """The line has length 2 and is on top of a block of width 1."""
     load = mo.EdgeLoad(start=(0, 2), end=(2, 2), force=(0, -1))
     (warning,) = mo.solve(block_on_floor().replace(edge_loads=[load]), "static").warnings
     assert warning.code is Code.BARE_EDGE_LOAD
@@ -244,21 +248,21 @@ def test_what_a_line_reaches_beyond_its_edges_is_warned_of():
 
 
 def about_centroids(scene, kind):
-    """Force and moment of one kind of load about the centroid of each block that moves."""
+    """Return the force and moment of one kind of load about the centroid of each movable block."""
     at = geometry(scene) if scene.dimension == 2 else shapes(scene)
     movable = np.flatnonzero([not block.fixed for block in scene.blocks])
     return getattr(loads(scene, at, movable), kind).about(at.centroid[movable])
 
 
-# A box 1 × 2 × 3 has its centroid in (0.5, 1, 1.5).
+# Keys of a box 1 × 2 × 3 with its centroid at (0.5, 1, 1.5), a kind of load, and its force and moment.
 BY_HAND = {
     "weight": ({"weight": None, "unit_weight": 5}, "weight", [0, 0, -30, 0, 0, 0]),
-    # 30 down at an arm of (0.5, -1, 0): r × f = (30, 15, 0).
+    # A weight of 30 at an arm of (0.5, -1, 0) has the moment r × f = (30, 15, 0).
     "weight at an edge": ({"weight": 30, "weight_at": (1, 0, 1.5)}, "weight", [0, 0, -30, 30, 15, 0]),
     "force": ({"live": (1, 2, 3)}, "live", [1, 2, 3, 0, 0, 0]),
-    # At the farthest corner, arm (0.5, 1, 1.5).
+    # The force acts at the farthest corner, with the arm (0.5, 1, 1.5).
     "force through the centroid": ({"live": (1, 2, 3), "live_at": (1, 2, 3)}, "live", [1, 2, 3, 0, 0, 0]),
-    # Arm (-0.5, -1, 1.5): r × (4, 0, 0) = (0, 1.5·4, 1·4).
+    # The arm is (-0.5, -1, 1.5), and r × (4, 0, 0) = (0, 1.5·4, 1·4).
     "force at a corner": ({"dead": (4, 0, 0), "dead_at": (0, 0, 3)}, "dead", [4, 0, 0, 0, 6, 4]),
     "moment": ({"live": (0, 0, 0), "live_moment": (1, -2, 3)}, "live", [0, 0, 0, 1, -2, 3]),
     "moment and force": (
@@ -266,7 +270,7 @@ BY_HAND = {
         "dead",
         [0, 4, 0, 7 - 6, 1, 0],
     ),
-    # Twice the weight of 30 along y at the arm of (0.5, -1, 0): r × (0, 60, 0) = (0, 0, 30).
+    # Twice the weight of 30 along y, at the arm (0.5, -1, 0), has the moment r × (0, 60, 0) = (0, 0, 30).
     "multiple of the weight": (
         {"weight": 30, "weight_at": (1, 0, 1.5), "live": (0, 0, 0), "live_per_weight": (0, 2, 0)},
         "live",
@@ -283,7 +287,8 @@ def test_forces_and_moments_on_a_box(name):
 
 
 def test_loads_by_name_add_up_and_take_moments():
-    """At the top's middle, arm (0, 0, 1.5): (0, 1.5·2, 0); at the centroid; a weight in place of its own."""
+    """One load acts at the middle of the top, with the arm (0, 0, 1.5) and the moment (0, 1.5·2, 0). One acts
+    at the centroid, and one replaces the weight."""
     scene = box_on_floor((1, 2, 3), live=(1, 0, 0), dead_moment=(0, 0, 1))
     more = [
         mo.Load(block="A", live=(2, 0, 0), at=(0.5, 1, 3)),
@@ -298,7 +303,8 @@ def test_loads_by_name_add_up_and_take_moments():
 
 
 def test_weights_act_along_gravity_and_tilt_square_to_it():
-    """Of 10 along (0, -0.6, -0.8); towards -y up the slope: (0, -0.8, 0.6)."""
+    """The weight of 10 acts along (0, -0.6, -0.8). The tilt towards -y is perpendicular to gravity: (0, -0.8,
+    0.6)."""
     scene = box_on_floor(weight=10, live=(0, 0, 0))
     scene = scene.model_copy(update={"gravity": (0.0, -3.0, -4.0), "tilt": (0.0, -5.0, 0.0)})
     assert about_centroids(scene, "weight") == pytest.approx([0, -6, -8, 0, 0, 0])
@@ -324,7 +330,7 @@ PLANE["notched"] = mo.Scene(
 @pytest.mark.parametrize("plane", PLANE.values(), ids=PLANE)
 @pytest.mark.parametrize("thickness", [None, 0.5])
 def test_loads_of_an_extruded_scene_are_those_in_the_plane(plane, thickness):
-    """The moment m of the plane, from x to y, is -m about the y of space."""
+    """A moment m in the plane, from x to y, is a moment -m about the y axis in space."""
     for kind in ("weight", "dead", "live"):
         given = about_centroids(plane, kind).reshape(-1, 3)
         lifted = about_centroids(mo.extrude(plane, thickness), kind).reshape(-1, 6)

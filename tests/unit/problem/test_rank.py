@@ -1,4 +1,4 @@
-"""Does equilibrium alone fix all joint forces? Scenes whose ranks are known by hand."""
+"""Scenes with ranks known by hand show whether equilibrium alone determines all joint forces."""
 
 import numpy as np
 import pytest
@@ -14,10 +14,10 @@ from masonry_opt.solution.reasons import Code
 
 
 def prism_on_its_edge() -> mo.Scene:
-    """A triangular prism of weight 1, balanced on an edge along y, pushed along the edge by 0.12.
+    """Return a triangular prism of weight 1, balanced on an edge along y and pushed along the edge by 0.12.
 
-    The live load lifts the prism. By hand the prism slides along the edge once friction μ (1 − λ) = 0.12.
-    Equilibrium leaves one force open: the split of the shear along the edge between its two ends.
+    The live load lifts the prism. By hand, the prism slides along the edge when friction μ (1 − λ) = 0.12.
+    Equilibrium does not determine how the shear along the edge is divided between its two ends.
     """
     corners = [(off, y, z) for y in (-1.5, 1.5) for off, z in ((0, 0), (-1, 1), (1, 1))]
     loads = {"weight": 1.0, "dead": (0, 0.12, 0), "live": (0, 0, 1)}
@@ -43,7 +43,7 @@ def test_the_state_of_a_knife_edge_is_not_called_the_only_one(method):
 
 @pytest.mark.parametrize(("blocks", "fixed"), [(1, True), (30, True), (501, False)])
 def test_a_stack_in_the_plane_is_statically_determinate(blocks, fixed):
-    """The last stack is too large: nothing is claimed for it."""
+    """The last stack is so large that its rank is not computed, and nothing is claimed for it."""
     stones = [
         mo.Block(name=f"{y}", vertices=[(0, y), (1, y), (1, y + 1), (0, y + 1)], weight=1, live=(1, 0))
         for y in range(blocks)
@@ -60,7 +60,7 @@ def test_two_supports_make_a_block_statically_indeterminate():
 
 @pytest.mark.parametrize("ratio", [1e-12, 1.0, 1e12])
 def test_units_of_rows_and_columns_do_not_change_the_rank(ratio):
-    """Scaling of a row and a column keeps the rank: full for the first matrix, one less for the second."""
+    """Scaling of a row and a column does not change the rank, which is full for the first matrix only."""
     units = np.array([1.0, ratio, 1.0])
     independent = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, 1.0], [1.0, 0.0, 1.0]])
     dependent = np.array([[1.0, 2.0, 3.0], [0.0, 1.0, 1.0], [1.0, 0.0, 1.0]])

@@ -1,4 +1,4 @@
-"""Whether there is a load factor at all: what is proven, by which residuals, and what is named."""
+"""Proofs that no load factor exists: their kind, their residuals, and the joints that they name."""
 
 import json
 from dataclasses import replace
@@ -31,14 +31,15 @@ from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.registry import find_solver
 from masonry_opt.stability.existence import Cuts, existence
 
-#: Pushed along and, 1.5 times as hard, down, on a floor of friction 2: it would slide at λ = 2 (1 + 1.5 λ).
+#: A block that is pushed sideways, and 1.5 times as hard downwards, on a floor of friction 2. It would slide
+#: at λ = 2 (1 + 1.5 λ).
 PUSHED = block_on_floor(width=4.0, height=1.0, friction=2.0, live=(1.0, -1.5))
 
 COULOMB = ["coulomb", "nonassociative", "global"]
 
 
 def plug(lean: float, live: tuple[float, float], friction: float = 0.5) -> mo.Scene:
-    """A block that widens upwards by ``lean`` a side, between two fixed ones."""
+    """Return a block between two fixed blocks that widens upwards by ``lean`` on each side."""
     return mo.Scene(
         joints={"friction": friction},
         blocks=[
@@ -68,14 +69,14 @@ def test_no_mechanism(scene):
 
 @pytest.mark.parametrize("method", COULOMB)
 def test_friction_that_grows_with_the_load_is_proven_to_hold(method):
-    """A mechanism exists, and the face that it moves cannot come to yield: one cut of each sort."""
+    """A mechanism exists, but the face that it moves cannot yield. The proof has one cut of each kind."""
     result = mo.solve(PUSHED, method)
     assert (result.status, result.infeasibility.existence) == (Status.UNLIMITED, Existence.NO_STATE)
     assert values_of(result, Code.JOINTS)["pairs"] == [["A", "floor"]]
     told = json.loads(result.to_json())["infeasibility"]
     assert told["proven"]
     assert told["cut_residual"] <= PROOF
-    if method == "coulomb":  # the loop does not run in vain
+    if method == "coulomb":  # the loop does not run at all
         assert result.lp_solves == 0
         assert result.solvers["existence"] == ["highs"]
 
@@ -96,8 +97,8 @@ def test_nothing_is_proven_where_a_load_factor_exists(scene):
 
 
 def test_a_wedge_that_locks_itself_is_clamped():
-    """Half angle below the friction angle: forces carry any pull, by self-stress. Yet the wedge comes out at
-    its own weight, without any force in its joints: nothing is proven, and rightly."""
+    """Half of the wedge's angle is below the friction angle, so self-stress could carry any pull. But the
+    wedge comes out at its own weight without forces in its joints, so nothing is proven."""
     scene = plug(0.2, (0, 1))
     found = of(scene)
     assert found.existence is Existence.UNBOUNDED
@@ -107,10 +108,11 @@ def test_a_wedge_that_locks_itself_is_clamped():
 
 @pytest.mark.parametrize("shaped", [lambda scene: scene, mo.extrude], ids=["plane", "space"])
 def test_friction_between_fixed_faces_is_named(shaped):
-    """A block that only friction between parallel fixed faces holds: no compression justifies it."""
+    """Only friction between parallel fixed faces carries the block, and no load causes the compression
+    there."""
     result = mo.solve(shaped(plug(0.0, (0, -1))))
     assert result.load_factor is None
-    # Numbers of joints, not of contact points.
+    # The numbers are those of joints, not of contact points.
     assert set(result.infeasibility.clamped) == {0, 1}
     assert result.infeasibility.existence is Existence.UNBOUNDED
     named = values_of(result, Code.CLAMPED)["pairs"]
@@ -118,7 +120,7 @@ def test_friction_between_fixed_faces_is_named(shaped):
     assert {frozenset(pair) for pair in named} == pairs
     (warning,) = [warning for warning in result.warnings if warning.code is Code.HELD_BY_CLAMPING]
     assert {frozenset(pair) for pair in warning.values["pairs"]} == pairs
-    # Without a proof nothing is claimed.
+    # Without a solution, there is no warning.
     assert warnings_of(result.assembly, None) == ()
 
 
@@ -145,7 +147,7 @@ def test_random_scenes_that_jam(of):
 
 @pytest.mark.parametrize("kind", ["stack", pytest.param("wall", marks=pytest.mark.slow)])
 def test_no_proof_where_a_state_is_known(kind):
-    """Random scenes with a certified load factor: the cuts must leave it room."""
+    """If a random scene has a certified load factor, the cuts must not exclude it."""
     for seed in range(2):
         result = mo.solve(random_scene(kind, seed))
         if result.load_factor is not None and result.load_factor >= 0:
@@ -161,7 +163,8 @@ def test_a_search_that_is_cut_short_proves_nothing():
 
 
 def test_residuals_see_what_is_wrong():
-    """Of a block on a floor, pressed down: n₁ + n₂ = 1, and errors of 0.01 in force and in yield."""
+    """In a block that is pressed down on a floor, n₁ + n₂ = 1. Errors of 0.01 in a force and in a shear
+    appear in the residuals."""
     problem = assemble(pressed_down()).problem
     n = problem.live_norm * np.array([0.5, 0.5, 0.0])
     assert max(ray_residuals(problem, n, problem.dilatancy)) < 1e-15
@@ -171,14 +174,14 @@ def test_residuals_see_what_is_wrong():
     assert ray_residuals(problem, short, problem.dilatancy)[0] == pytest.approx(0.01)
     sheared = n + np.array([0.0, 0.0, 0.01 * problem.live_norm])
     assert ray_residuals(problem, sheared, problem.dilatancy)[1] == pytest.approx(0.01)
-    tilting = 0.01 * 1.0 / problem.length_unit  # the shear's moment about the centroid
+    tilting = 0.01 * 1.0 / problem.length_unit  # the moment of the shear about the centroid
     assert kinematic_residual(problem, sheared, nobody) == pytest.approx(tilting)
     assert kinematic_residual(problem, sheared, ~nobody) == pytest.approx(tilting)
 
 
 def test_a_motion_that_gains_no_energy_shows_nothing():
-    """The block of weight 1 sinks by 1, gaining 1, as its edges pass into the floor: they are not at yield
-    together. Raised, it gains nothing."""
+    """The block of weight 1 sinks by 1 and gains the energy 1 while its edges penetrate the floor: they
+    cannot be at yield together. If the block rises, it gains no energy."""
     problem = assemble(block_on_floor()).problem
     sinks = np.array([0.0, -1.0, 0.0])
     weight = -problem.dead[1]
@@ -193,7 +196,8 @@ def test_a_motion_that_gains_no_energy_shows_nothing():
 
 
 def slot(blocks: int) -> mo.Scene:
-    """Blocks in a row between a floor and a roof, the first pushed along; another stands outside."""
+    """Return blocks in a row between a floor and a roof, the first of them pushed along. Another block is
+    outside."""
     row = [
         rectangle(f"b{number}", number, 0, number + 1, 1, weight=1, live=(0 if number else 1, 0))
         for number in range(blocks)
@@ -204,7 +208,7 @@ def slot(blocks: int) -> mo.Scene:
 
 @pytest.mark.parametrize("blocks", [1, 4])
 def test_dilatancy_names_the_joints_that_lock_and_no_others(blocks):
-    """Each of the row between floor and roof; the block outside has no part in it."""
+    """The joints of each block between floor and roof are named, but not that of the block outside."""
     result = mo.solve(slot(blocks), "static")
     assert result.status is Status.LOCKED
     named = values_of(result, Code.JOINTS)
@@ -223,7 +227,7 @@ def test_every_status_can_be_drawn(status, moves):
     found = certified(problem, 0.5, q, d) if status.usable else found
     solution = Solution(status, Kind.ASSOCIATIVE, found=found)
     result = make_result(assembly, solution, Effort(), "static", find_solver("cvxpy", None))
-    # Of an answer, and of what falls, in every kind.
+    # Draw answers and unstable scenes in every kind of picture.
     for kind in PICTURE_KINDS if status in (Status.OPTIMAL, Status.UNSTABLE) else PICTURE_KINDS[:1]:
         title = result.plot(kind).axes[0].get_title()
         has_other_title = status.usable or status is Status.STABLE

@@ -1,4 +1,5 @@
-"""What falls in the plane and in space, and what would hold it, against statics by hand."""
+"""Blocks that fall in the plane and in space, and the friction or strength that would hold them, by statics
+by hand."""
 
 from math import cos, pi, radians, sin, tan
 
@@ -14,7 +15,7 @@ from masonry_opt.problem import assembly
 from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.stability import diagnosis
 
-#: Between the least factor seen to hold and the greatest seen not to.
+#: Relative distance between the least factor known to hold and the greatest factor known not to hold.
 NEAR = 1.1e-3
 
 
@@ -23,15 +24,16 @@ def scene(friction, *blocks, **keys):
 
 
 def on_slope(degrees: float, friction: float, cohesion: float = 0.0) -> mo.Scene:
-    """A flat block of weight 2 on a slope, its bed 4 long: gravity turned instead of the blocks."""
+    """Return a flat block of weight 2 on a slope, with a bed 4 long. Gravity is rotated instead of the
+    blocks."""
     block = rectangle("A", 0, 0, 4, 1, weight=2, live=(1, 0))
     down = (sin(radians(degrees)), -cos(radians(degrees)))
     return scene(friction, block, rectangle("ramp", -9, -1, 9, 0), gravity=down).replace(cohesion=cohesion)
 
 
 def against_wall(friction: float) -> mo.Scene:
-    """A block of weight 1, 1 wide and 2 high, that a dead force of 4 presses against a wall: its shear, 1,
-    turns it by 1/2, which the wall's normal force resists by 4 times 1."""
+    """Return a block of weight 1, 1 wide and 2 high, that a dead force of 4 presses against a wall. Its shear
+    of 1 has the moment 1/2, which the normal force of the wall can resist up to 4 times 1."""
     block = rectangle("A", 0, 0, 1, 2, weight=1, dead=(4, 0), live=(0, 1))
     return scene(friction, block, rectangle("wall", 1, 0, 2, 2))
 
@@ -46,7 +48,7 @@ def under_ceiling(*others: mo.Block, friction: float = 0.5) -> mo.Scene:
     [
         (on_slope(30, 0.4), tan(radians(30)) / 0.4, ["A", "ramp"]),
         (on_slope(30, 0.05), tan(radians(30)) / 0.05, ["A", "ramp"]),
-        # 2 sin 30° is held by 4 c and friction.
+        # The force 2 sin 30° is balanced by the cohesion 4 c and by friction.
         (on_slope(30, 0.2, cohesion=0.1), (1 - 0.4) / (0.2 * 2 * cos(radians(30))), ["A", "ramp"]),
         (against_wall(0.1), 1 / (4 * 0.1), ["A", "wall"]),
         (mo.extrude(on_slope(30, 0.4)), tan(radians(30)) / 0.4, ["A", "ramp"]),
@@ -62,9 +64,9 @@ def test_least_friction_that_holds(falls, factor, pair):
     assert not found["hangs"]
     assert found["above"] <= factor * (1 + 1e-6)
     assert found["factor"] >= factor * (1 - 1e-6)
-    # The fewer factors are left to try, the larger the first that holds.
+    # For large factors, few trials remain, so the bracket is wider.
     assert found["factor"] / found["above"] < 1 + NEAR * (1 if factor < 4 else 10)
-    # And it does: the scene with so much friction has a state, with less it has none.
+    # The scene is stable with the larger factor and unstable with the smaller one.
     for times, stands in ((found["factor"], True), (found["above"], False)):
         again = mo.solve(falls.replace(friction=times * falls.joints.friction), "static")
         assert (again.status is not mo.Status.UNSTABLE) is stands
@@ -73,7 +75,7 @@ def test_least_friction_that_holds(falls, factor, pair):
 @pytest.mark.parametrize("shaped", [lambda scene: scene, mo.extrude], ids=["plane", "space"])
 @pytest.mark.parametrize("degrees", [0, 90, 200])
 def test_no_friction_holds_what_hangs(degrees, shaped):
-    """Whatever the axes: what counts is where the dead load acts."""
+    """The result does not depend on the axes, but on the direction of the dead load."""
     turn = turned(radians(degrees))
     result = mo.solve(shaped(mapped(under_ceiling(), turn, turn)), "static")
     assert [reason.code for reason in result.reasons] == [Code.FALLS, Code.HANGS, Code.NO_FRICTION_HOLDS]
@@ -81,7 +83,8 @@ def test_no_friction_holds_what_hangs(degrees, shaped):
 
 
 def test_what_lies_on_a_hanging_block_hangs_with_it():
-    """A column outside stands; of two blocks one on the other, the lower beside a smooth wall, both fall."""
+    """Of two blocks, one on the other, the lower is beside a smooth wall, and both fall. A column elsewhere
+    is stable."""
     lower = rectangle("lower", 0, 0, 2, 1, weight=1, live=(1, 0))
     upper = rectangle("upper", 0, 1, 2, 2, weight=1)
     wall, column = rectangle("wall", -1, 0, 0, 1), rectangle("column", 10, 0, 11, 1, weight=1)
@@ -92,13 +95,13 @@ def test_what_lies_on_a_hanging_block_hangs_with_it():
 
 
 def test_what_friction_could_jam_in_a_corner_hangs_all_the_same():
-    """Between wall and ceiling a unit block is held by two forces along its diagonal, at 45° to either face:
-    from μ = 1 on."""
+    """Two forces along the diagonal can hold a unit block between a wall and a ceiling. They are at 45° to
+    both faces, so friction must be at least 1."""
     result = mo.solve(under_ceiling(rectangle("wall", -1, 0, 0, 1)), "static")
     assert values_of(result, Code.HANGS) == {"blocks": ["A"]}
     found = values_of(result, Code.FRICTION_WOULD_HOLD)
     assert found["hangs"]
-    # Just above it the forces are beyond any bound, and no solver sees them.
+    # Just above μ = 1, the forces are extremely large, and no solver finds them.
     assert found["factor"] == pytest.approx(1 / 0.5, rel=3e-3)
 
 
@@ -116,10 +119,10 @@ def test_where_joints_without_friction_slide_no_factor_helps():
 
 
 def test_few_programs(watched):
-    """At most twelve factors, however far the least one is, and none where the scene stands."""
+    """At most twelve factors are tried, however large the least one is, and none if the scene is stable."""
     tried = watched(diagnosis, "mechanism_or_forces")
     mo.solve(on_slope(30, 0.003), "static")
-    assert len(tried) - 2 == 12  # and two before: as it is, and so that nothing slides
+    assert len(tried) - 2 == 12  # two more before: with the given friction, and without sliding
     assert max(problem.friction.max(initial=0.0) for problem, *_ in tried) <= 100
     tried.clear()
     assert mo.solve(block_on_floor(), "static").status.usable
@@ -128,7 +131,8 @@ def test_few_programs(watched):
 
 @pytest.mark.parametrize("method", ["static", "coulomb"])
 def test_a_pillar_that_crushes_under_its_weight_asks_for_strength(method):
-    """Weight 1 on a joint of length 1 that carries 0.9: no friction holds it, more strength does."""
+    """A weight of 1 is on a joint of length 1 that carries 0.9. More strength would hold it, but no friction
+    would."""
     scene = block_on_floor().replace(strength=0.9)
     result = mo.solve(scene, method)
     assert result.status is Status.UNSTABLE
@@ -139,7 +143,8 @@ def test_a_pillar_that_crushes_under_its_weight_asks_for_strength(method):
 @pytest.mark.parametrize(("slope", "stands"), [(0.599, True), (0.601, False)])
 @pytest.mark.parametrize("solver", ["clarabel", "highs"])
 def test_the_cone_decides_whether_a_box_stands(slope, stands, solver):
-    """Across a side, 7.5° off an axis, the polygon would hold up to 0.6 cos(π/24) = 0.5949 alone."""
+    """In the direction normal to a side, 7.5° from an axis, the polygon alone would hold only up to 0.6
+    cos(π/24) = 0.5949."""
     gravity = (slope * cos(radians(7.5)), slope * sin(radians(7.5)), -1)
     box = box_on_floor((1, 1, 1), 0.6, live=(0, 0, -1)).replace(gravity=gravity)
     assert (values_of(mo.solve(box, "static", solver=solver), Code.FALLS) is None) is stands
