@@ -71,7 +71,7 @@ def motion_of(result):
 @pytest.mark.slow
 def test_a_block_that_turns_about_an_edge_hinges_whatever_presses_there():
     """In a pile of diamonds, some blocks rotate about a corner of a neighbour at rest without pressing on it,
-    and another block separates. The scene has many mechanisms: in one of them three blocks rotate so, in
+    and another block separates. The scene has many mechanisms: one has three blocks that rotate in this way,
     another one two."""
     result = mo.solve(CASES / "paterson_zwick" / "diamond_4.toml")
     motion, joints = motion_of(result), result.joints
@@ -105,8 +105,8 @@ def extruded_and_rough(scene):
 @pytest.mark.parametrize("beyond", [1.0, 1e-3, 1e-5])
 def test_a_block_that_falls_off_an_edge_turns_about_it(beyond, shaped):
     """By hand: the centroid of a block of 3 by 1 is 0.5 above an edge and a beyond it. The block starts to
-    rotate like a pendulum, at a / ((3² + 1²) / 12 + a² + 0.5²) times gravity (0.48 for a = 1), while friction
-    holds the edge."""
+    rotate like a pendulum, while friction holds the edge. Its rotation is a / ((3² + 1²) / 12 + a² + 0.5²) of
+    gravity (0.48 for a = 1)."""
     result = mo.solve(shaped(overhanging(beyond)))
     assert [reason.code for reason in result.reasons] == [Code.FALLS, Code.NO_FRICTION_HOLDS]
     motion, block = motion_of(result), result.blocks.iloc[0]
@@ -178,7 +178,7 @@ def test_the_line_of_thrust_runs_through_an_arch_from_support_to_support():
     assert (radius > 9.45 - 1e-6).all()
     assert (radius < 10.55 + 1e-6).all()
     assert points[times == 1][:, 1] == pytest.approx([0, 0], abs=1e-9)
-    # Only the resultants on the supports are drawn, as a scale of the forces.
+    # Only the resultants on the two supports are drawn, to show the size of the forces.
     assert len(marks(result, "resultants", "thrust")) == 2
 
 

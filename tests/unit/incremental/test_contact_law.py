@@ -55,7 +55,7 @@ def test_shear_returns_to_cohesion_and_friction_in_the_plane(joint):
 
 
 def test_an_open_end_bears_nothing_and_remembers_its_gap(joint):
-    """An open end carries no force, and its gap is remembered as a negative trial force of -3."""
+    """An open end carries no force. Its gap is remembered as a negative trial force, -3."""
     response = law_of(joint, friction=0.5).respond(column(-3, 1, 2))
     np.testing.assert_allclose(response.forces, column(0, 1, 0.5))
     np.testing.assert_allclose(response.remembered, column(-3, 1, 0.5))
@@ -129,8 +129,8 @@ def test_crushing_forces_stay_within_the_strength_of_the_problem(joint):
 
 
 def test_ties_remember_yield_and_forget_slack():
-    """A rod of strength 0.4 is stretched beyond yield. When it shortens again, its force vanishes before its
-    first length."""
+    """A rod of strength 0.4 is stretched beyond yield. When the rod shortens again, its force vanishes before
+    it is back at its first length."""
     tie = mo.Tie(between=("A", "ground"), at=((0.5, 1), (-4, 1)), strength=0.4)
     block = mo.Block(name="A", vertices=rectangle(0, 1, 0, 2), weight=1, live=(1, 0))
     problem = assemble(on_floor(block, ties=[tie])).problem

@@ -92,8 +92,8 @@ def test_a_tie_that_yields_by_hand():
 
 
 def test_preload_of_a_symmetric_beam():
-    """In a beam on three equal piers, each end of each joint carries a sixth of the weight. Statics alone do
-    not determine these forces."""
+    """A beam is on three equal piers, and each end of each joint carries a sixth of its weight. Statics alone
+    do not determine these forces."""
     piers = [mo.Block(name=f"pier {x}", vertices=rectangle(x, x + 1, 0, 1), fixed=True) for x in (0, 2, 4)]
     beam = mo.Block(name="beam", vertices=rectangle(0, 5, 1, 2), weight=1, live=(1, 0))
     problem = assemble(mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[beam, *piers])).problem
@@ -102,8 +102,7 @@ def test_preload_of_a_symmetric_beam():
 
 
 def test_forces_under_the_dead_load_depend_on_what_the_contacts_remember():
-    """After a push that is removed again, a shear remains, because the floor remembers the slip of one
-    edge."""
+    """After a push is removed, a shear remains, because the floor remembers the slip of one edge."""
     problem = assemble(two_blocks(0.1)).problem
     solver = EquilibriumSolver(problem)
     rest = solver.equilibrate(solver.at_rest(), problem.dead)
@@ -172,7 +171,8 @@ def test_the_load_factor_depends_on_no_axes_units_or_numbers(scene, change, fact
 
 
 def test_history_of_two_blocks():
-    """The scene becomes softer between load steps. Block A begins to slide below B and on the floor."""
+    """The scene becomes softer from one load step to the next. Block A begins to slide below B and on the
+    floor."""
     history = analysed(two_blocks(0.1)).history
     assert history.load_factors[0] == history.displacements[0] == 0
     assert (np.diff(history.load_factors) > 0).all()

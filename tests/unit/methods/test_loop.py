@@ -26,7 +26,7 @@ from masonry_opt.solvers.registry import Solved, Verdict, find_solver
 CLARABEL = find_solver("cvxpy", None)
 
 
-# Its steps ---------------------------------------------------------------------------------------------
+# Steps of the loop -------------------------------------------------------------------------------------
 
 
 def an_update(problem, about, alpha=0.3, small_cohesion=0.01):
@@ -79,7 +79,7 @@ def test_dilatancy_at_friction_is_the_flow_of_the_first_sub_problem():
         assert obeys_own_flow(problem, declared(problem).solve().state) is obeys
 
 
-# When it stops -----------------------------------------------------------------------------------------
+# Termination -------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -114,7 +114,7 @@ def test_a_swing_that_dies_away_is_no_cycle():
     assert period(damped, [np.array([1.0])] * len(damped)) == 0
 
 
-# Its options -------------------------------------------------------------------------------------------
+# Options -----------------------------------------------------------------------------------------------
 
 
 def test_sub_problems_are_rough_or_accurate_by_size():

@@ -102,8 +102,8 @@ SIZE = 130**0.5
 
 @pytest.mark.parametrize(("times", "told"), [(9.9, False), (10.1, True)])
 def test_blocks_far_from_all_others(times, told):
-    """A fixed block, or a block with its own floor, causes a warning if it is more than ten times the size of
-    the other blocks away. The first floor ends at x = 6."""
+    """A fixed block, or a block with its own floor, causes a warning if its distance from the other blocks is
+    more than ten times their size. The first floor ends at x = 6."""
     left = 6 + times * SIZE
     alone = rectangle("far", left, 0, left + 1, 1)
     group = [rectangle("B", left, 0, left + 1, 1, weight=1), rectangle("its floor", left, -1, left + 1, 0)]
@@ -376,7 +376,7 @@ BESIDE = [
     (78.5, 22.0, None),  # steel
     (0.2, 22.0, None),  # expanded polystyrene
     (140.0, 160.0, None),  # pounds per cubic foot
-    (1.6, 2.2, None),  # tonnes
+    (1.6, 2.2, None),  # tonnes per cubic metre
 ]
 
 

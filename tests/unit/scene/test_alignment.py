@@ -70,7 +70,7 @@ def test_a_corner_too_high_does_not_change_three_load_factors(rise: float) -> No
 @pytest.mark.parametrize("kind", ["wall", "stack", "arch"])
 @pytest.mark.parametrize("seed", range(1_250_000, 1_250_004))
 def test_exact_drawings_keep_every_digit(kind: str, seed: int) -> None:
-    """No joint of an exact drawing is turned or moved, nor any of its rotated copy, whose coordinates have
+    """No joint is turned or moved in an exact drawing, or in its rotated copy, whose coordinates have
     rounding errors."""
     scene = random_scene(kind, seed)
     for drawn in (scene, mapped(scene, turned(0.3), turned(0.3))):
@@ -168,8 +168,8 @@ def test_nothing_turns_or_moves_beyond_the_accuracy(kind: str, error: float) -> 
 
 @pytest.mark.parametrize("voussoirs", [20, 40, 60])
 def test_an_arch_is_not_straightened(voussoirs: int) -> None:
-    """The angle between neighbouring joints is 180°/n, and 90 % of it is the sum of their accuracies,
-    tolerance over thickness."""
+    """The angle between neighbouring joints is 180°/n. The accuracy of a joint is the tolerance over the
+    thickness, and the accuracies of two joints sum to 90 % of the angle."""
     apart = math.pi / voussoirs
     joints = joints_of(ring(voussoirs, 0.45 * apart * 0.2))
     assert joints.turn == pytest.approx(0, abs=1e-15)

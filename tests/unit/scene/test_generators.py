@@ -326,9 +326,12 @@ def test_blocks_and_joints_are_those_counted_by_hand():
 
 
 def test_a_door_reaches_the_ground():
-    """The opening of a façade of two, sills of three courses, counted by hand: twelve blocks wide, eight
-    courses. The door leaves 2 blocks and half blocks at its jambs in the shifted course; the window's own
-    sill stays, and the storey above has none."""
+    """A façade has two storeys of two openings each. By hand, it is twelve blocks wide, and each storey has
+    eight courses, with sills of three courses.
+
+    The door removes 2 blocks of each of these courses, with half blocks at its jambs in the shifted course.
+    The window keeps its sill, and the upper storey has no door.
+    """
     keys = {"openings": (2, 2), "sill": 3, "opening": (2, 2), "spandrel": 2, "omit_top_left": False}
     closed, open_ = facade(**keys), facade(**keys, doors=[2])
     assert closed.width == 12

@@ -303,8 +303,8 @@ def test_a_block_too_far_away_is_named_beside_the_gaps() -> None:
 
 @pytest.mark.parametrize("chords", [(14, 14), (14, 24)])
 def test_parallel_arcs_in_chords_are_one_line_across_mortar(chords: tuple[int, int]) -> None:
-    """A cap and a vault, 20 mm apart, form one arc of 60° at the middle of the gap. λ is that without the
-    gap, within 2 %.
+    """A cap and a vault, 20 mm apart, form one arc of 60° at the middle of the gap. λ agrees within 2 % with
+    that of a cap that touches the vault.
 
     The rise of the chords is 3.5 % of the gap.
     """
@@ -394,7 +394,8 @@ def test_a_case_file_keeps_its_contact_tolerance(tmp_path) -> None:
 
 @IN_BOTH
 def test_a_tolerance_as_large_as_mortar_is_named_with_the_contact_tolerance_that_is_meant(shaped):
-    """It makes the joints too, but moves corners: λ differs by up to .6 %. Touching bricks have no mortar."""
+    """Such a `tolerance` makes the same joints but moves corners, so λ differs by up to 0.6 %. The advised
+    `contact_tolerance` has the right λ. Bricks that touch cause no warning."""
     large = shaped(WALL.replace(tolerance=0.0101))
     result = mo.solve(large, "static")
     (warning,) = [warning for warning in result.warnings if warning.code is Code.BRIDGED_BY_TOLERANCE]

@@ -166,7 +166,7 @@ def changes(**others: object) -> dict[str, object]:
         (changes(), 0.8),
         (changes(friction=0.3), 0.6),
         ({"blocks": {"A": {"unit_weight": 2.0}}}, 1.6),  # replaces the weight
-        # the key of case files
+        # ``block`` is the key of case files
         ({"block": [*BLOCK.replace(blocks={"A": {"live": (2.0, 0.0)}}).blocks]}, 0.2),
         ({"loads": [mo.Load(block="A", dead=(0, -1))]}, 0.8),
         ({"exceptions": [mo.Joint(between=("A", "floor"), friction=0.1)]}, 0.1),

@@ -48,8 +48,9 @@ def test_a_barrel_of_one_stone_is_an_arch_extruded(keys):
 @pytest.mark.parametrize(("stone", "pieces"), [(1.0, (3, 4)), (0.8, (4, 5)), (2.0, (2, 2))])
 @pytest.mark.parametrize("keys", [{}, {"skewbacks": 0.5, "rise": 0.8}])
 def test_stones_of_a_barrel_fill_it_and_lie_in_bond(stone, pieces, keys):
-    """A barrel of many stones has the volume, weight and beds of the barrel of one stone a voussoir. Each
-    voussoir has one head joint less than stones, with the area of the arch section."""
+    """A barrel of many stones has the volume, weight and beds of a barrel with one stone per voussoir. The
+    number of head joints of a voussoir is one less than that of its stones. Each has the area of the arch
+    section."""
     whole, cut = (assembled(mo.Barrel(**BARREL | keys, stone=each)) for each in (None, stone))
     assert cut.geometry.size.sum() == pytest.approx(whole.geometry.size.sum())
     weights = [sum(block.weight or 0 for block in each.scene.blocks) for each in (whole, cut)]
@@ -223,7 +224,7 @@ DOOR = {"at": 4, "width": 2, "height": 2}
 WINDOW = {"at": 1, "width": 1.5, "height": 1, "sill": 1, "bearing": 0.5}
 
 #: For each plan: its area, the length of its outline, and the effects of its openings. The effects are the
-#: volume that they remove, the foot that they remove, and the change of the outside area.
+#: removed volume, the removed area of the foot, and the change of the outside area.
 FILLED = {
     "straight": (plan(MAIN), 10, 22, ()),
     "corner": (plan(CORNER), 14, 30, ()),
@@ -261,7 +262,8 @@ def test_blocks_fill_the_walls_and_touch_wherever_they_meet(name):
     assert made.size >= len(sizes)
 
 
-#: Plans, some with lengths that are multiples of half a block: length and thickness of a block, and walls.
+#: Length and thickness of a block, and the walls of a plan. Some walls have lengths that are multiples of
+#: half a block.
 BONDED = [
     (2, 1, [MAIN, wall("stem", (5.5, 0), (5.5, 6))]),
     (2, 1, CROSS),

@@ -166,7 +166,7 @@ def lengths(joints) -> Counter:
 
 
 #: Bound of the relative change of λ if corners move by 0.3 mm. Joints of 0.07 and more turn by up to 0.009,
-#: and levers of 0.1 and more change by 0.6 %. The largest measured change is 0.53 %.
+#: and lever arms of 0.1 and more change by 0.6 %. The largest measured change is 0.53 %.
 MOVED_BY_SURVEY = 0.01
 
 

@@ -22,8 +22,8 @@ from masonry_opt.solvers.registry import SOLVERS, Verdict, find_solver, in_cvxpy
 #: All solvers of linear programs. The tests run with every extra installed.
 LINEAR = [pair for pair, entry in SOLVERS.items() if entry.linear]
 
-#: Bounds of the certificate's residuals for first-order methods. Other solvers have a few times their
-#: tolerance.
+#: Bounds of the certificate's residuals for first-order methods. The bound for all other solvers is a few
+#: times their tolerance.
 LEFT = {"osqp": 1e-6, "scs": 1e-6}
 
 

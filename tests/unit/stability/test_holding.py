@@ -101,7 +101,7 @@ def test_what_friction_could_jam_in_a_corner_hangs_all_the_same():
     assert values_of(result, Code.HANGS) == {"blocks": ["A"]}
     found = values_of(result, Code.FRICTION_WOULD_HOLD)
     assert found["hangs"]
-    # Just above μ = 1, the forces are extremely large, and no solver finds them.
+    # Just above μ = 1, the forces are very large, and no solver finds them.
     assert found["factor"] == pytest.approx(1 / 0.5, rel=3e-3)
 
 

@@ -44,7 +44,8 @@ def test_an_error_in_making_a_task_is_raised_after_those_before_it():
 
 
 def test_an_analysis_without_a_result_at_its_time_limit_is_not_refused():
-    """Refused runs are left out of statistics; this run is undecided."""
+    """A run that ends at its time limit is undecided. It must not count as refused, because refused runs are
+    left out of statistics."""
     end = runner._run(partial(hogs.end_at_the_time_limit, "over"))
     assert (end.how, end.reason, end.value) == (runner.TIME_LIMIT, "over", None)
 
@@ -96,7 +97,7 @@ def test_workers_have_one_thread_and_the_environment_of_the_caller_is_left_alone
 
 
 def test_a_process_does_not_import_the_main_program(tmp_path):
-    """A script without a main guard would start its study again."""
+    """If a process imported a script without a main guard, the script would start its study again."""
     (script := tmp_path / "script.py").write_text(
         "from functools import partial\n"
         "from masonry_opt.studies.runner import run_alone\n"

@@ -266,7 +266,8 @@ def test_texts_name_blocks(sheet):
 
 
 def test_layers_that_are_read(sheet):
-    """Curves on other layers, and on layers that are frozen or off, are ignored."""
+    """If layers are named, curves on other layers are ignored. Curves on layers that are off or frozen are
+    always ignored."""
 
     def make(space):
         polylines(STONE)(space)
