@@ -212,7 +212,7 @@ def test_forces_start_at_the_centroid_and_end_on_a_face_that_they_push():
 
 
 def test_every_load_of_a_block_has_an_arrow_where_it_acts():
-    """A block has a force of its own and two loads, one of them at a point inside the block."""
+    """A block has its own force and two loads, one of them at a point inside the block."""
     loads = [mo.Load(block="A", live=(2, 0), at=(0.5, 2.5)), mo.Load(block="A", live=(0, -1), dead=(0, -1))]
     scene = block_on_floor(2, 3).replace(loads=loads)
     assert arrows(scene, "live") == pytest.approx(

@@ -232,8 +232,8 @@ def test_softer_contacts_change_displacements_alone():
 def test_blocks_with_many_joints_on_parallel_ties(size):
     """A slab hangs by 128 teeth on a comb, which vertical ties hold: the comb can move sideways.
 
-    The joints of the slab carry one weight, as do those of a stone on the floor, so the mean force at their
-    two ends is 1/129.
+    The joints of the slab carry one weight, as do those of a stone on the floor. The mean force at the two
+    ends of a joint is therefore 1/129.
     """
     teeth = 128
     corners = [(0, 4), (2 * teeth, 4)]

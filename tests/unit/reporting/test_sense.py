@@ -102,8 +102,8 @@ SIZE = 130**0.5
 
 @pytest.mark.parametrize(("times", "told"), [(9.9, False), (10.1, True)])
 def test_blocks_far_from_all_others(times, told):
-    """A fixed block, or a block with its own floor, causes a warning if its distance from the other blocks is
-    more than ten times their size. The first floor ends at x = 6."""
+    """A fixed block, or a block with its own floor, causes a warning if its distance from the others is more
+    than ten times their size. The first floor ends at x = 6."""
     left = 6 + times * SIZE
     alone = rectangle("far", left, 0, left + 1, 1)
     group = [rectangle("B", left, 0, left + 1, 1, weight=1), rectangle("its floor", left, -1, left + 1, 0)]
@@ -331,8 +331,8 @@ def tied(strength, weight, prestress=0.0):
     ],
 )
 def test_a_tie_of_another_unit_than_the_weights(strength, prestress, expected):
-    """For two blocks of weight 1, a warning appears if the strength is below 1/100, the prestress is below
-    1/3000, or either value is above 20 times the sum of the weights."""
+    """Two blocks weigh 1 each. A warning appears for a strength below 1/100, for a prestress below 1/3000,
+    and for either value above 40."""
     found = warned(tied(strength, 1.0, prestress), Code.STRENGTH_DIFFERS)
     assert [(values["key"], values["value"], values["weight"]) for values in found] == [
         (key, value, pytest.approx(weight)) for key, value, weight in expected

@@ -302,9 +302,8 @@ def test_blocks_and_joints_are_those_counted_by_hand():
     two of the spandrel.
 
     The sill has 5 whole blocks. The opening has a half, a whole and a half on either side, then 2 whole ones
-    on either side. The course of the lintel has a half and a whole on either side of it, and the lintel bears
-    half a block left and right. The spandrel has 5 whole blocks, then 4 and a half, because the leftmost half
-    is omitted.
+    on either side. The lintel has a half and a whole on either side, and it bears on half a block left and
+    right. The spandrel has 5 whole blocks, then 4 and a half, because the leftmost half is omitted.
     """
     rows = courses(facade())
     assert [len(course) for course in rows] == [5, 6, 4, 5, 5, 5]

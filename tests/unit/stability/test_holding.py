@@ -83,8 +83,8 @@ def test_no_friction_holds_what_hangs(degrees, shaped):
 
 
 def test_what_lies_on_a_hanging_block_hangs_with_it():
-    """Of two blocks, one on the other, the lower is beside a smooth wall, and both fall. A column elsewhere
-    is stable."""
+    """A block is next to a smooth wall, another block is on top of it, and both fall. A column elsewhere is
+    stable."""
     lower = rectangle("lower", 0, 0, 2, 1, weight=1, live=(1, 0))
     upper = rectangle("upper", 0, 1, 2, 2, weight=1)
     wall, column = rectangle("wall", -1, 0, 0, 1), rectangle("column", 10, 0, 11, 1, weight=1)
