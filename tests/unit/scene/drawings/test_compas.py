@@ -116,7 +116,8 @@ def test_prisms_are_seen_across_the_wall(file, write, order):
 
 
 def test_each_block_keeps_its_own_thickness(file):
-    """Blocks may differ in thickness if their middles are in one plane, or if the direction is an option."""
+    """Blocks may differ in thickness if their middles are in one plane, or if the option `along` names the
+    direction."""
     middle = [prism(BASE, -1, 1), prism(LOW, -0.25, 0.25), prism(HIGH, -0.5, 0.5)]
     assert [block.weight for block in read(file(assembly(middle, {0}))).blocks[1:]] == pytest.approx([10, 45])
     aside = [prism(BASE, -1, 1), prism(LOW, -0.25, 0.25), prism(HIGH, 0, 1)]

@@ -108,7 +108,7 @@ def test_all_defects_are_named_at_once_by_kind_and_place(tmp_path):
 @pytest.mark.parametrize("supports", ["fixed", "plinth"])
 @pytest.mark.parametrize("mortar", [0.0, 0.1])
 def test_a_frame_around_all_stones_is_named_with_its_remedy(tmp_path, outside, supports, mortar):
-    """The title block may be outside the frame. Supports are named by their layer or by their height."""
+    """The title block may be outside the frame. Supports are identified by their layer or by their height."""
     frame = "frame", [(-9, -9), (9, -9), (9, 9), (-9, 9)]
     stones = brick(0, 0, supports), brick(0, 1 + mortar), brick(0, 2 + 2 * mortar)
     path = drawn(tmp_path / "a.dxf", *outside, frame, *stones)
