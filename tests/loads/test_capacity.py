@@ -337,7 +337,10 @@ def test_what_it_is_not_for_is_refused():
     tie = mo.Tie(between=("A", "ground"), at=((0.5, 1.5), (-4, 1.5)), strength=0.1)
     for scene, word in (
         (block_on_floor().model_copy(update={"joints": strength}), "strength"),
-        (block_on_floor(friction=3.0).model_copy(update={"ties": [tie]}), r"follow \[\[tie\]\] 'A\|ground'"),
+        (
+            block_on_floor(friction=3.0).model_copy(update={"ties": [tie]}),
+            r"take account of \[\[tie\]\] 'A\|ground'",
+        ),
     ):
         with pytest.raises(OptionError, match=word):
             mo.capacity(solved(scene, "static"))

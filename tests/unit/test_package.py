@@ -41,42 +41,38 @@ def test_type_checkers_are_told_the_same_names_from_the_same_modules():
     assert sorted(told) == sorted(mo._HOMES.items())
 
 
-#: Subpackages that combine the others. No other subpackage imports them.
-TOGETHER = ("analysis", "duality", "exports", "cli")
-
-#: For each subpackage or file, the further subpackages that it must not import, because they depend on it.
-LATER = {
-    "scene": ("problem", "answer", "solvers", "models", "standing", "methods", "words", "drawing"),
-    "problem": ("answer", "solvers", "models", "standing", "methods", "words", "drawing"),
-    "answer": ("models", "standing", "methods", "words", "drawing"),
-    "solvers": ("standing", "methods", "words", "drawing"),
-    "standing": ("methods", "words", "drawing"),
-    "methods": ("words", "drawing"),
-    "words": ("methods", "drawing"),
-    "drawing": (),
-    # Among the files that combine the subpackages, this one is part of every analysis.
-    "analysis.py": ("words", "drawing", "duality", "exports", "cli"),
+#: Subpackages in the order in which they build on each other.
+LAYERS = (
+    *("scene", "problem", "models", "solvers", "solution", "stability", "methods"),
+    *("reporting", "drawing", "finite_motion", "exports", "studies", "cli"),
+)
+#: Modules that combine the subpackages before "exports", which do not import these modules.
+COMBINING = {"analysis", "duality"}
+#: Further subpackages and modules that a subpackage or a module must not import.
+REFUSED = {
+    "reporting": {"methods"},  # it describes the results of any method
+    "analysis.py": {"reporting", "drawing", "exports", "duality"},  # it is part of every analysis
 }
 
 
-#: Subpackages that a file may import only inside its functions, to write or draw a result on request.
-FETCHED = {"result.py": ("masonry_opt.reporting", "masonry_opt.drawing")}
-
-
-def test_no_module_knows_what_comes_after_it():
-    """No subpackage imports a later one. Studies use the package like a user, and only the command line, the
-    last subpackage, imports them."""
+def test_no_subpackage_imports_a_later_one():
+    """Modules beside the subpackages may import all of them except studies and the command line."""
+    folders = {path.name for path in PACKAGE.iterdir() if (path / "__init__.py").exists()}
+    assert {*LAYERS} == {*folders, "models"}
     for path in PACKAGE.rglob("*.py"):
-        room = path.relative_to(PACKAGE).parts[0]
-        later = LATER.get(room, ())
-        if path.parent != PACKAGE and room in LATER:
-            later += TOGETHER
-        refused = tuple(f"masonry_opt.{name}" for name in ("cli", *later, "studies") if name != room)
-        known = list(imports_of(path))
-        if fetched := FETCHED.get(path.relative_to(PACKAGE).as_posix()):
-            at_once = list(imports_of(path, within=lambda tree: tree.body))
-            known = at_once + [name for name in known if not name.startswith(fetched)]
-        assert room == "cli" or not [name for name in known if name.startswith(refused)], path
+        place = path.relative_to(PACKAGE).parts[0]
+        number = LAYERS.index(place) if place in LAYERS else LAYERS.index("exports")
+        refused = {*LAYERS[number + 1 :]} | REFUSED.get(place, set())
+        if number < LAYERS.index("exports"):
+            refused |= COMBINING
+        imported = {name.split(".")[1] for name in imports_of(path) if name.startswith("masonry_opt.")}
+        assert not imported & refused, path
+
+
+def test_results_import_drawing_on_request():
+    """Only functions of the module of results import the subpackage of pictures, which takes long."""
+    at_once = imports_of(PACKAGE / "result.py", within=lambda tree: tree.body)
+    assert not [name for name in at_once if name.startswith("masonry_opt.drawing")]
 
 
 def test_models_know_the_problem_and_each_other_alone():
