@@ -16,8 +16,8 @@ FRICTION = {"joints.friction": ("lognormal", 0.65, "15%")}
 WALLS = {n: case_folder() / "ferris_tinloi" / f"wall_{n}.toml" for n in range(1, 7)}
 
 # %%
-# Each wall is solved ten times, with the same ten values of friction. These shell commands make a thousand runs for
-# each wall::
+# Each wall is solved ten times, with the same ten values of friction. These shell commands make a thousand
+# runs for each wall::
 #
 #     for n in 1 2 3 4 5 6; do
 #         masonry-opt sweep cases/ferris_tinloi/wall_$n.toml --out results/wall_$n \
