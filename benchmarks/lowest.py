@@ -1,4 +1,4 @@
-"""How often, and by how much, is the default's lowest load factor above lower states that a search finds?
+"""Measure how often, and by how much, a search finds a state below the default's lowest load factor.
 
     python benchmarks/lowest.py plane --scenes 200 --first 1210000 --search 3 --orders 2 --out plane.csv
     python benchmarks/lowest.py space ties --scenes 60 --first 1230000 --search 10 --out space.csv
@@ -34,7 +34,7 @@ from masonry_opt.solution.reasons import Code  # noqa: E402
 
 #: Least and largest number of joints of a scene in the plane.
 JOINTS = (8, 25)
-#: Largest number of contacts of a scene in space: on larger scenes a search of some seconds sees few states.
+#: Largest number of contacts of a scene in space. On larger scenes a search of some seconds finds few states.
 MOST_CONTACTS = 200
 #: Relative difference of load factors above which the default's is counted as above the least known.
 HIGHER = 1e-4
@@ -65,7 +65,7 @@ def scenes(family: str, first: int, count: int) -> Iterator[tuple[str, int, mo.S
 
 
 def lowest_of(scene: mo.Scene, method: str = "coulomb", **options: Any) -> float | None:
-    """Return the load factor of a method, or None where it has none."""
+    """Return the load factor of a method, or None if the method has no load factor."""
     try:
         return mo.solve(scene, method, **options).load_factor
     except mo.MasonryError:
@@ -73,12 +73,12 @@ def lowest_of(scene: mo.Scene, method: str = "coulomb", **options: Any) -> float
 
 
 def least(load_factors: Iterator[float | None]) -> float | None:
-    """Return the least of the load factors that exist."""
+    """Return the least of the load factors that are not None."""
     return min((one for one in load_factors if one is not None), default=None)
 
 
 def measured(family: str, kind: str, seed: int, scene: mo.Scene, asked: argparse.Namespace) -> dict[str, Any]:
-    """Return the row of a scene."""
+    """Solve a scene by the default, and by the searches that were asked for, and return its row."""
     row: dict[str, Any] = {"family": family, "kind": kind, "seed": seed}
     began = time.process_time()
     try:

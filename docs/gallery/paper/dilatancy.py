@@ -26,8 +26,7 @@ BLOCKS = mo.load(case_folder() / "gilbert" / "two_blocks.toml")
 WALL = mo.load(case_folder() / "ferris_tinloi" / "wall_1.toml")
 #: Values of the stress σ₀ above which joints do not dilate, in block weights per unit of length.
 LEVELS = (1e-4, 0.03, 0.1, 0.2, 0.3, 0.4, 0.5, 0.55, 0.7, 1, 2, 3, 10, 100)
-#: Scenes by name, each with the dilatancy at low stress. Real joints dilate little, hence 0.05 as well as μ =
-#: 0.65.
+#: Scenes by name, each with the dilatancy at low stress. Real joints dilate little, hence 0.05.
 SWEEPS = {
     "two blocks": (BLOCKS, 0.1),
     "wall 1, dilatancy 0.05": (WALL, 0.05),
