@@ -62,7 +62,7 @@ DATA_COLOUR, TEXT_COLOUR = "#dfe9f3", "#1f2d3a"
 
 
 def diagram() -> Figure:
-    """Return the diagram of the data that the package makes from a scene; its text is legible at 400 pixels."""
+    """Return the diagram of the data that the package makes from a scene, legible at 400 pixels width."""
     width, height = 5.9, ROW_HEIGHT * (len(DATA) - 1) + BOX_HEIGHT + 0.1
     figure = Figure(figsize=(width, height))
     axes = figure.add_axes((0, 0, 1, 1), xlim=(0, width), ylim=(0, height))
