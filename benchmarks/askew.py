@@ -42,7 +42,7 @@ import masonry_opt as mo  # noqa: E402
 FIRST = 1_250_000
 #: Errors of the coordinates, over the mean size of a block.
 ERRORS = (1e-5, 1e-4, 1e-3)
-#: The flow rule matters where the lowest load factor is below this share of the associative one.
+#: The flow rule matters if the lowest load factor is below this share of the associative load factor.
 MATTERS = 0.97
 #: Load factors of a copy and of the exact drawing agree within this share.
 AGREE = 0.05

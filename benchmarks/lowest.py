@@ -4,9 +4,9 @@
     python benchmarks/lowest.py space ties --scenes 60 --first 1230000 --search 10 --out space.csv
 
 Each scene is a row of the CSV file, written as soon as the scene is solved. The command continues an
-interrupted file: rows that it holds are not computed again. The table at the end compares the default with
-the least load factor in the columns ``default``, ``search`` and ``orders``; ``--against OTHER.csv`` adds the
-load factors of another file, such as those of an earlier version, to what is known.
+interrupted file: existing rows are not computed again. The table at the end compares the default with the
+least load factor in the columns ``default``, ``search`` and ``orders``. The option ``--against OTHER.csv``
+also uses the load factors of another file, for example of an earlier version.
 """
 
 import argparse
@@ -36,7 +36,7 @@ from masonry_opt.solution.reasons import Code  # noqa: E402
 JOINTS = (8, 25)
 #: Largest number of contacts of a scene in space. On larger scenes a search of some seconds finds few states.
 MOST_CONTACTS = 200
-#: Relative difference of load factors above which the default's is counted as above the least known.
+#: The default counts as above the least known load factor if the relative difference exceeds this value.
 HIGHER = 1e-4
 #: Load factors at or below this value belong to scenes that are about to collapse under their own weight.
 NO_LOAD = 1e-6

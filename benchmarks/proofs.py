@@ -41,7 +41,7 @@ BOND_FRICTION = 0.65
 LONG = 1e5
 #: Seconds of processor time of the columns of the table.
 WITHIN = (0.2, 1, 5, 20, 60, 300)
-#: Relative difference of load factors above which the default's is counted as above the least one.
+#: The default counts as above the least load factor if the relative difference exceeds this value.
 HIGHER = 1e-3
 #: Name of the step of the default that tries a proof.
 PROOF_STEP = "proof of the least"

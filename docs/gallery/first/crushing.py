@@ -1,6 +1,6 @@
 """
-How much does it matter that stone can crush?
-=============================================
+How much does crushing of the stone reduce the load factor?
+===========================================================
 
 A rigid block tips about a sharp edge. Real stone crushes at this edge, and the centre of rotation moves
 inwards until the weight rests on a strip at the compressive strength of the stone.

@@ -1,6 +1,6 @@
 """
-At which angle does a column fall from a tilted table?
-======================================================
+At which tilt angle does a column collapse?
+===========================================
 
 A tilt test is the cheapest test of a model: the model is built on a board, and one end of the board is raised
 until the model collapses. The tangent of the tilt angle at collapse is the horizontal acceleration, in g, at

@@ -1,6 +1,6 @@
 """
-What does the fill of a bridge do?
-==================================
+How does fill change the load factor of an arch bridge?
+=======================================================
 
 Fill between an arch and its road loads the arch with its weight, and resists by earth pressure where the arch
 moves into the fill. Which of both effects increases the load factor more, and how much does the load factor

@@ -29,7 +29,7 @@ print(frames["coulomb"][columns].to_string(index=False, float_format="{:.4f}".fo
 # it is almost constant. With associative flow (dashed) the load factor keeps increasing, because every
 # sliding joint lifts the blocks above it, and the more so the higher the friction.
 #
-# Some Coulomb load factors are up to 1 % lower than at the friction before. These decreases are not effects
+# Some Coulomb load factors are up to 1 % lower than at a smaller friction. These decreases are not effects
 # of friction: the default finds the lowest of a few states, and the option ``search`` finds lower states at
 # 0.55 and 0.65.
 figure = Figure(figsize=(7, 4.2), layout="constrained")

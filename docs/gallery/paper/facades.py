@@ -5,7 +5,7 @@ Figs 14 to 16: façades, their mechanisms, and time against size
 The façades of section 5.3 are named by their openings across × upwards. Blocks are 3 × 1, and the topmost
 left block is omitted. The pattern of blocks around an opening cannot be read from the figures. The numbers of
 blocks and variables therefore differ from the paper, and the load factors agree only approximately. The times
-of the paper are those of a machine with 1.4 GHz, of 2005.
+of the paper were measured in 2005 on a machine with 1.4 GHz.
 """
 
 import numpy as np

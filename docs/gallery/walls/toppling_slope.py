@@ -1,6 +1,6 @@
 """
-What bolt holds a slope of toppling columns?
-============================================
+Which bolt force stabilises a slope of toppling columns?
+========================================================
 
 Rock in steep columns topples like books on a shelf (Goodman & Bray 1976). A bolt through the lowest of
 sixteen columns prevents their collapse. How large must the force of the bolt be?
