@@ -1,20 +1,32 @@
-"""What is a tuned constant or rule of the methods worth? Each is switched off by its name, on scenes that it
-was not tuned on, and what that loses is printed; what loses nothing can go.
+"""Measure what each tuned constant or rule of the methods contributes, on scenes not used to tune it.
+
+A rule is switched off, or a constant changed, by its name. The script prints the answers that are lost. A
+rule without effect can be deleted.
 
     python benchmarks/ablation.py --list
     python benchmarks/ablation.py two-repairs further-starts --random 30
     python benchmarks/ablation.py rough-sub-problems --random 0 --large
     python benchmarks/ablation.py in-space --random 0 --walls "" --no-facades --space 3
 
-Scenes: small random ones (tests/atlas) from seed 90000 on (--first), walls 1 to 6 of Ferris & Tin-Loi with
-other frictions, façades of up to 3 × 2 openings; with --large façades and walls of more than 1000 joints,
-with --rubble walls of 60 and 200 stones; with --space random ones in space, from seed 97000 on
-(--first-in-space), and corner walls of 12 to 26 blocks. "in-space" names all that concerns these alone.
-Each name has a row that compares with the methods as they are: answers, incremental load factors and exact
-states lost (and gained), how often and by how much λ is higher or lower (by more than 1e-6 of it; a Coulomb
-answer that is lower is better), and the ratios of steps and of processor time.
---settings makes each number of the settings of exact states three times smaller and larger; for those of the
-incremental analysis see benchmarks/incremental.py.
+The scenes are:
+
+- small random scenes (tests/atlas) from seed 90000 on (--first)
+- walls of Ferris & Tin-Loi (--walls) with other values of friction, and façades of up to 3 × 2 openings
+- with --large, façades and walls of more than 1000 joints
+- with --rubble, rubble walls of 60 and 200 stones
+- with --space, random scenes from seed 97000 on (--first-in-space), and corner walls of 12 to 26 blocks
+
+The name "in-space" selects all rules that concern only scenes in space.
+
+Each name has a row that compares the changed methods with the unchanged methods:
+
+- the numbers of answers, exact states and incremental load factors that are lost or gained
+- how often and by how much λ is higher or lower, counted above a relative difference of 1e-6; a lower Coulomb
+  load factor is better
+- the ratios of steps and of processor time
+
+--settings makes each number of the settings of exact states three times smaller and three times larger. For
+the settings of the incremental analysis see benchmarks/incremental.py.
 """
 
 import argparse
@@ -48,13 +60,13 @@ from masonry_opt.solution.acceptance import SMALLEST  # noqa: E402
 from masonry_opt.solution.reasons import Code  # noqa: E402
 from masonry_opt.solution.thresholds import SAME  # noqa: E402
 
-#: First seeds of the random scenes, above all that anything was tuned on.
+#: First seeds of the random scenes in the plane and in space, above all seeds that were used for tuning.
 FIRST_SEED, FIRST_SEED_IN_SPACE = 90_000, 97_000
 
-#: Blocks along x, along y, and courses of the corner walls, and frictions of each.
+#: Sizes of the corner walls (blocks along x and y, courses), and the values of friction of each wall.
 CORNERS, CORNER_FRICTIONS = ((2, 2, 3), (3, 3, 3), (3, 2, 5)), (0.45, 0.7)
 
-#: The options with which a method is measured.
+#: Options of each measurement that an entry of ``ABLATIONS`` can name.
 MEASURED: dict[str, dict[str, Any]] = {
     "nonassociative": {},
     "rough": {"method": "nonassociative", "sub_problems": "rough"},
@@ -67,7 +79,7 @@ MEASURED: dict[str, dict[str, Any]] = {
 
 
 def _without(*names: Any) -> Callable[[Any], Any]:
-    """The same dictionary or tuple, without those keys or entries."""
+    """Return a function that copies a dictionary or tuple without the given keys or entries."""
 
     def reduced(old: Any) -> Any:
         left = [entry for entry in old if str(entry) not in names]
@@ -97,7 +109,7 @@ def _solved_alone(solved: Callable[..., bool]) -> Callable[..., bool]:
 _WEIGHTS = _SETTINGS + "weight_series_in_space"
 _TOLERANCES, _SIDES = _SETTINGS + "tolerances", ".problem.matrices:SIDES"
 
-#: What concerns blocks in space alone, as in ``ABLATIONS``.
+#: Rules that concern only blocks in space, in the form of ``ABLATIONS``.
 IN_SPACE: dict[str, tuple[str, dict[str, Any]]] = {
     "slowly-rising-weight": ("coulomb", {_WEIGHTS: lambda old: old[1:]}),
     "heavy-weight-next": ("coulomb", {_WEIGHTS: lambda old: old[:1]}),
@@ -114,8 +126,9 @@ IN_SPACE: dict[str, tuple[str, dict[str, Any]]] = {
     "search-self-stress-in-space": ("search", {_SEARCH + "_KINDS_IN_SPACE": _without("self-stress")}),
 }
 
-#: By name: attributes ("module:NAME" within ``masonry_opt.methods``, ".module:NAME" beside it) of a method,
-#: and their new values, or functions of their old ones.
+#: For each name, a key of ``MEASURED`` and the attributes to change. An attribute "module:NAME" is a NAME in
+#: a module of ``masonry_opt.methods``, and ".module:NAME" in a module of ``masonry_opt``. Its value is the
+#: new value, or a function of the old value.
 ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "small-cohesion-of-a-block": ("nonassociative", {"loop.steps:_DWARFS": inf}),
     "end-at-the-larger-mechanism": ("nonassociative", {_RUN + "_MOVING_RATE_SHARES": (1e-4,)}),
@@ -157,8 +170,11 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
 
 @dataclass(frozen=True)
 class Measured:
-    """One run; value is λ (of "global" the proven bound), None without an answer; exact: of "incremental"
-    whether it is exact; processor time."""
+    """Results of one run.
+
+    ``value`` is λ (for method "global" the proven bound), or None without an answer. ``exact`` is True if the
+    state is exact, and ``incremental`` if an incremental load factor exists. ``seconds`` is processor time.
+    """
 
     value: float | None
     exact: bool
@@ -211,7 +227,7 @@ def _of_frictions(title: str, blocks: list[mo.Block]) -> Iterator[mo.Scene]:
 
 
 def changed(changes: dict[str, Any]) -> ExitStack:
-    """Attributes, as in ``ABLATIONS``, changed until the end."""
+    """Change attributes, as in ``ABLATIONS``, and return a context manager that restores them at its end."""
     with ExitStack() as stack:
         for where, value in changes.items():
             module, path = where.split(":")
@@ -248,7 +264,7 @@ def lost(before: list[Measured], after: list[Measured]) -> str:
 
 
 def _hangs_together(scene: mo.Scene) -> bool:
-    """Whether all blocks of a random scene reach a support."""
+    """Return True if all blocks of a random scene are connected to a support."""
     try:
         assemble(scene)
     except mo.CaseError:
@@ -292,14 +308,17 @@ def _with(number: Any, place: tuple[int, ...], of: Any) -> Any:
 
 
 def around(number: Any) -> tuple[Any, Any]:
-    """Three times smaller and larger, tolerances ten times; a share stays below one."""
+    """Return a number divided and multiplied by three, or by ten for a tolerance; a share stays below one."""
     factor, most = 10 if abs(number) < 1e-5 else 3, 0.99 if 0 < number < 1 else inf
     less, more = number / factor, min(number * factor, most)
     return (round(less), round(more)) if isinstance(number, int) else (less, more)
 
 
 def cells(*both: list[Measured]) -> list[str]:
-    """Runs that lose and gain an answer, load factors that change, by how much at most, time over time."""
+    """Return the cells of a row: runs that lose or gain answers or exact states, changes of λ, time ratio.
+
+    The changes of λ are the numbers of changes above 1e-6 and above 1e-3, and the largest change.
+    """
     was, now = (np.array([[run.value, run.exact or None] for run in of], float) for of in both)
     less, more = ((np.isnan(b) > np.isnan(a)).any(axis=1).sum() for a, b in ((was, now), (now, was)))
     change = np.nan_to_num(np.abs(now - was) / np.maximum(np.abs(was), SMALLEST)).max(axis=1)

@@ -1,16 +1,20 @@
-"""Do load factors depend on small errors of a drawing? Solve walls whose corners are off by a known error.
+"""Measure how load factors depend on small errors of a drawing, with walls whose corners have known errors.
 
     python benchmarks/askew.py
     python benchmarks/askew.py --space 6
     python benchmarks/askew.py --dynamics
 
-The walls are random ones and running bonds with openings (tests/atlas) on which the flow rule matters: the
-lowest load factor is below 0.97 of the associative one. Each copy has every coordinate of every block off by
-up to an error, which is 1e-5, 1e-4 or 1e-3 of the mean size of a block, and three times the error as
-tolerance. The table has a row a copy: the largest turn of a joint, and the lowest and the incremental load
-factor of the copy over those of the exact drawing. The last lines count the copies within 5 %.
+The walls are random walls and running bonds with openings (tests/atlas) on which the flow rule matters: the
+lowest load factor is below 0.97 of the associative load factor. In each copy, every coordinate of every block
+has a random error of up to 1e-5, 1e-4 or 1e-3 of the mean size of a block. The tolerance of the copy is three
+times the error.
 
---dynamics compares the incremental load factor with explicit dynamics of the exact drawing, some minutes.
+The table has a row for each copy. It contains the largest rotation of a joint, and the lowest and the
+incremental load factor of the copy, divided by those of the exact drawing. The last lines count the copies
+within 5 %.
+
+--dynamics compares the incremental load factor with explicit dynamics of the exact drawing, which takes some
+minutes.
 """
 
 import argparse
@@ -34,16 +38,16 @@ from drawing_errors import with_errors  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
 
-#: First seed, above all on which anything was tuned.
+#: First seed of the walls, above all seeds that were used for tuning.
 FIRST = 1_250_000
 #: Errors of the coordinates, over the mean size of a block.
 ERRORS = (1e-5, 1e-4, 1e-3)
-#: The flow rule matters where the lowest load factor is below this share of the associative one.
+#: The flow rule matters if the lowest load factor is below this share of the associative load factor.
 MATTERS = 0.97
 #: Load factors of a copy and of the exact drawing agree within this share.
 AGREE = 0.05
 #: Explicit dynamics raise the load up to this multiple of the incremental load factor. A scene that carries
-#: it has no value.
+#: this load has no value.
 HIGHEST = 1.5
 
 
@@ -66,10 +70,11 @@ def walls(make: Callable[[int], mo.Scene], number: int) -> Iterator[tuple[mo.Sce
 
 
 def patient(load_factor: float) -> DynamicsSettings:
-    """Return settings by which forces out of balance stay small relative to the weight.
+    """Return settings that limit forces out of balance relative to the weight.
 
-    They are relative to the largest load otherwise, which is the live load where the load factor exceeds one:
-    the load would hardly wait for the blocks, and would be too high by up to a third.
+    The default settings limit them relative to the largest load, which is the live load if the load factor
+    exceeds one. The load would then increase before the blocks come to rest, and would be too high by up to a
+    third.
     """
     share = 1 / max(1.0, load_factor)
     settings = {name: share * getattr(DEFAULTS, name) for name in ("gain", "waiting", "rest")}
@@ -77,12 +82,12 @@ def patient(load_factor: float) -> DynamicsSettings:
 
 
 def ratio(value: float | None, exact: float) -> float:
-    """Return a load factor over the exact drawing's; NaN where the copy has none."""
+    """Return a load factor divided by that of the exact drawing, or NaN if the copy has no load factor."""
     return nan if value is None else value / exact
 
 
 def main() -> None:
-    """Print the table."""
+    """Solve the walls and their copies, and print the table."""
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     options.add_argument("--walls", type=int, default=12)
     options.add_argument("--openings", type=int, default=11)

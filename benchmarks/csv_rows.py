@@ -1,11 +1,11 @@
-"""Rows of the CSV files in which benchmarks store one result per scene, so that they can be continued."""
+"""Read the CSV files in which benchmarks store one row per scene, to continue an interrupted run."""
 
 import csv
 from pathlib import Path
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:
-    """Return the rows of a CSV file; none if it does not exist."""
+    """Return the rows of a CSV file, or an empty list if the file does not exist."""
     if not path.exists():
         return []
     with path.open(newline="") as file:

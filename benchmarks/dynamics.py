@@ -2,11 +2,13 @@
 
     python benchmarks/dynamics.py --damping 0.98 --first 910000
 
-The scenes are random ones (tests/atlas): 80 in the plane and 20 in space, the first of each family from
-``--first`` on. A scene whose load history jumps, or that has no exact collapse state, is hard. The compiled
-program tests/contact_dynamics.py raises the load of one scene in each process. The script prints a row for
-each scene: joints, jumps, whether the collapse state is exact, the load factors between which equilibrium is
-lost, the incremental load factor, and the load factor at which the load brings the scene down.
+There are 80 random scenes in the plane and 20 in space (tests/atlas): the first scenes of each family with
+seeds from ``--first`` on. A scene is hard if its load history jumps, or if it has no exact collapse state.
+The compiled program tests/contact_dynamics.py raises the load of one scene in each process.
+
+The script prints a row for each scene: the numbers of joints and jumps, whether the collapse state is exact,
+the load factors between which equilibrium is lost, the incremental load factor, and the load factor at which
+the scene collapses in contact dynamics.
 """
 
 import argparse
@@ -34,7 +36,7 @@ from masonry_opt.methods.incremental.analysis import IncrementalAnalysis, Increm
 from masonry_opt.problem.assembly import assemble  # noqa: E402
 from masonry_opt.problem.problem import Problem  # noqa: E402
 
-#: Number of scenes of each family. Tessellations and rubble jump or lose load; most others do neither.
+#: Number of scenes of each family. Load histories of tessellations and rubble often jump; most others do not.
 FAMILIES = {
     "tessellation": 36,
     "wall": 5,
@@ -48,9 +50,9 @@ FAMILIES = {
     "rubble 60": 9,
     **{f"space {kind}": 5 for kind in KINDS_IN_SPACE},
 }
-#: Least incremental load factor of a scene. If smaller, the accuracy of dynamics does not suffice.
+#: Least incremental load factor of a scene. Contact dynamics is not accurate for smaller load factors.
 LEAST = 1e-3
-#: Highest load factor of contact dynamics, over the incremental one. If larger, dynamics take longer.
+#: Highest load factor of contact dynamics over the incremental load factor. A larger value takes longer.
 UP_TO = 1.3
 
 
@@ -82,9 +84,9 @@ def scenes(first: int) -> Iterator[tuple[str, int, Problem, IncrementalResult]]:
 
 
 def fall(scene: tuple[str, int, float], settings: DynamicsSettings) -> float:
-    """Return the load factor under which a scene falls, or NaN if it does not fall.
+    """Return the load factor at which a scene collapses in contact dynamics, or NaN if it does not collapse.
 
-    ``scene`` has its family, its seed, and its incremental load factor.
+    ``scene`` is a tuple of the family, the seed and the incremental load factor.
     """
     family, seed, load_factor = scene
     try:
@@ -94,7 +96,7 @@ def fall(scene: tuple[str, int, float], settings: DynamicsSettings) -> float:
 
 
 def main() -> None:
-    """Print the table."""
+    """Analyse the scenes by both methods, and print the table."""
     options = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     options.add_argument("--damping", type=float, default=DEFAULTS.damping)
     options.add_argument(

@@ -1,13 +1,17 @@
-"""What does the default find on scenes that nothing was tuned on, and how long does it take?
+"""Measure the answers and the time of the default method on scenes that were not used for tuning.
 
     python benchmarks/goals.py --stones 60 200 600 --seeds 20 --lines build/goals.csv
     python benchmarks/goals.py --stones --small 125
     python benchmarks/goals.py --draw build/goals.csv
 
-Rubble walls of so many stones, and small random scenes of the four kinds of tests/atlas: how many have an
-incremental load factor, of a ray or of a load that grew; how many have a lowest state, and how exact it is;
-what ended without a state; and processor time over the associative program's, scene by scene in one run. With
---lines each scene adds a line to a file; --draw makes build/sizes.png of the rubble walls in such files.
+The scenes are rubble walls with the given numbers of stones, and small random scenes of the four kinds of
+tests/atlas. The script prints a line for each set of scenes:
+
+- how many scenes have a certified state, how exact the state is, and how the others end
+- how many scenes have an incremental load factor, with an exact state or as a range
+- the processor time divided by that of the associative program, scene by scene in one run
+
+With --lines each scene adds a line to a file. --draw makes build/sizes.png of the rubble walls in such files.
 """
 
 import argparse
@@ -31,16 +35,16 @@ import masonry_opt as mo  # noqa: E402
 from masonry_opt.drawing.colours import BLACK, BLUE, ORANGE, SKY_BLUE  # noqa: E402
 from masonry_opt.solution.reasons import Code  # noqa: E402
 
-#: First seed of the scenes: nothing was tuned on what is drawn from there on.
+#: First seed of the scenes. Larger seeds were not used for tuning.
 FIRST_SEED = 30_000
 
-#: A small random scene without a load factor.
+#: Seed of a small random scene without a load factor, which is solved before the measurement.
 JAMMED = 100
 
-#: What a certificate may leave of complementarity, over λ, for a state to be called so.
+#: Kinds of states, and the largest residual of complementarity of each kind, divided by λ.
 EXACT = {"exact to 1e-08 λ": 1e-8, "to 1e-06": 1e-6, "to 1e-05": 1e-5}
 
-#: Colours of what is found, from the best on; what is left of a bar has none.
+#: Colours of outcomes, from the best on. The rest of a bar has no colour.
 ENDS = {"exact state": BLUE, "range": SKY_BLUE}
 STATES = dict(zip(EXACT, (BLUE, SKY_BLUE, ORANGE), strict=True))
 
@@ -52,7 +56,7 @@ def timed(scene: mo.Scene, **options: Any) -> tuple[mo.Result, float]:
 
 
 def how_exact(result: mo.Result) -> str:
-    """The kind of state, or how a scene ended without one."""
+    """Return the kind of the state (a key of ``EXACT``, or "rough"), or the status if there is no state."""
     if result.load_factor is None or result.certificate is None:
         return f"none: {result.status}" + ("" if result.solution.proven_none else ", not proven")
     left = result.certificate.complementarity / max(abs(result.load_factor), 1e-2)
@@ -60,7 +64,7 @@ def how_exact(result: mo.Result) -> str:
 
 
 def line(name: str, stones: int, seed: int, scene: mo.Scene) -> dict[str, Any]:
-    """What the default finds of a scene, and in what time. Small scenes have no number of stones, but 0."""
+    """Return the answer and the time of the default for a scene; ``stones`` is 0 for a small random scene."""
     _, static = timed(scene, method="static")
     result, seconds = timed(scene)
     codes = [said.code for said in result.incremental_reasons]
@@ -96,7 +100,7 @@ def scenes(asked: argparse.Namespace) -> Iterator[tuple[str, int, int, mo.Scene]
 
 
 def tell(lines: pd.DataFrame) -> None:
-    """Print a line a set of scenes."""
+    """Print a line for each set of scenes."""
     for name, of in lines.groupby("scenes", sort=False):
         states, expected = (of[column].value_counts().to_dict() for column in ("state", "ended"))
         ratio = of["seconds"] / of["static_seconds"]
@@ -106,7 +110,7 @@ def tell(lines: pd.DataFrame) -> None:
 
 
 def draw(lines: pd.DataFrame, file: Path) -> None:
-    """Answers and time against size, of rubble walls."""
+    """Draw the shares of answers and the time over the size of rubble walls, and save the picture."""
     rubbles = lines[lines["stones"] > 0].assign(ratio=lines["seconds"] / lines["static_seconds"])
     by_size = rubbles.groupby("stones")
     names = [f"{size:,}\n({len(of)})" for size, of in by_size]
@@ -139,7 +143,7 @@ def draw(lines: pd.DataFrame, file: Path) -> None:
 
 
 def _stack(axes: Axes, names: list[str], shares: pd.DataFrame, colours: dict[str, str]) -> None:
-    """Bars of what is found, one on the other, in per cent."""
+    """Draw stacked bars with the share of each outcome in per cent."""
     top = shares.cumsum(axis=1)
     for name, colour in colours.items():
         axes.bar(names, shares[name], bottom=top[name] - shares[name], color=colour, width=0.7, label=name)
@@ -153,7 +157,7 @@ def main(asked: argparse.Namespace) -> None:
         draw(lines, ROOT / "build" / "sizes.png")
         tell(lines)
         return
-    # What is imported when first wanted, such as Pyomo for a proof that there is none, counts for no scene.
+    # The first solve imports modules, such as Pyomo for a proof that no state exists. It is not measured.
     line("", 0, 0, random_scene("tessellation", JAMMED))
     found = []
     for given in scenes(asked):

@@ -5,10 +5,11 @@
     python benchmarks/incremental.py table cases/gilbert/facade_1x3.toml
     python benchmarks/incremental.py ablation plane --first 1410000 --count 5
 
-``table`` prints a row a scene: joints, end, load factor, the loads carried and not carried, increments,
-jumps, linear solves and processor time.
-``ablation`` multiplies each setting by three and by a third, and prints the largest relative change of a load
-factor, the number of scenes that end otherwise, and the number of linear solves.
+``table`` prints a row for each scene: joints, end, load factor, the highest load carried and the lowest load
+not carried, load increments, jumps, linear solves and processor time.
+
+``ablation`` multiplies each setting by three and by a third. It prints the largest relative change of a load
+factor, the number of scenes that end in another way, and the number of linear solves.
 """
 
 import argparse
@@ -52,7 +53,11 @@ def scenes(family: str, first: int, count: int) -> Iterator[tuple[str, mo.Scene]
 def analysed(
     problem: Problem, settings: IncrementalSettings, programs: bool = True
 ) -> tuple[IncrementalResult, int]:
-    """Return the result, in the plane with the state of two programs if there is one, and the solves."""
+    """Return the result of a problem, and its number of linear solves.
+
+    If ``programs`` is true, two linear programs look for an exact collapse state in the plane if the analysis
+    has none.
+    """
     analysis = IncrementalAnalysis(problem, settings)
     result = analysis.run()
     if programs and result.end is End.COLLAPSE and result.state is None and not problem.layout.round:
@@ -61,7 +66,7 @@ def analysed(
 
 
 def table(family: str, first: int, count: int) -> None:
-    """Print a row a scene, and the sum of the times."""
+    """Print a row for each scene, and the sum of the times."""
     total = 0.0
     for name, scene in scenes(family, first, count):
         problem = assemble(scene).problem
@@ -110,7 +115,7 @@ def ablation(family: str, first: int, count: int) -> None:
 
 
 def main() -> None:
-    """Run the command of the arguments."""
+    """Run the command that the arguments name."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("command", choices=["table", "ablation"])
     parser.add_argument("family", nargs="?", default="plane")

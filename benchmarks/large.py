@@ -1,4 +1,4 @@
-"""Time and memory of the parts of an analysis of a large scene: plane walls, and façades of solids.
+"""Measure time and memory of the phases of an analysis of a large plane wall, or of a large façade of solids.
 
 The first argument is the kind of scene, "wall" or "facade". A wall needs the numbers of blocks in a course
 and of courses. A façade needs its length, its depth and the number of courses.
@@ -17,7 +17,7 @@ from masonry_opt.scene.scene import Scene
 
 
 def wall(length: int, courses: int) -> Scene:
-    """Return a wall in running bond under its weight along x."""
+    """Return a wall in running bond, whose live load is its weight along x."""
     rows = [[1] * length, [0.5, *[1] * (length - 1), 0.5]]
     bond = mo.Wall(
         block=(0.25, 0.065), courses=rows, repeat=courses // 2, unit_weight=18, live_per_weight=(1, 0)
@@ -38,7 +38,7 @@ def main() -> None:
     began = time.perf_counter()
 
     def report(phase: str) -> None:
-        """Print the time, the largest memory so far and a phase."""
+        """Print the time since the start, the peak memory so far, and the name of a phase."""
         memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         print(f"{time.perf_counter() - began:8.1f} s {memory:8.0f} MB  {phase}", flush=True)
 

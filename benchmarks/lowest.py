@@ -1,12 +1,12 @@
-"""How often, and by how much, is the default's lowest load factor above lower states that a search finds?
+"""Measure how often, and by how much, a search finds a state below the default's lowest load factor.
 
     python benchmarks/lowest.py plane --scenes 200 --first 1210000 --search 3 --orders 2 --out plane.csv
     python benchmarks/lowest.py space ties --scenes 60 --first 1230000 --search 10 --out space.csv
 
 Each scene is a row of the CSV file, written as soon as the scene is solved. The command continues an
-interrupted file: rows that it holds are not computed again. The table at the end compares the default with
-the least load factor in the columns ``default``, ``search`` and ``orders``; ``--against OTHER.csv`` adds the
-load factors of another file, such as those of an earlier version, to what is known.
+interrupted file: existing rows are not computed again. The table at the end compares the default with the
+least load factor in the columns ``default``, ``search`` and ``orders``. The option ``--against OTHER.csv``
+also uses the load factors of another file, for example of an earlier version.
 """
 
 import argparse
@@ -34,9 +34,9 @@ from masonry_opt.solution.reasons import Code  # noqa: E402
 
 #: Least and largest number of joints of a scene in the plane.
 JOINTS = (8, 25)
-#: Largest number of contacts of a scene in space: on larger scenes a search of some seconds sees few states.
+#: Largest number of contacts of a scene in space. On larger scenes a search of some seconds finds few states.
 MOST_CONTACTS = 200
-#: Relative difference of load factors above which the default's is counted as above the least known.
+#: The default counts as above the least known load factor if the relative difference exceeds this value.
 HIGHER = 1e-4
 #: Load factors at or below this value belong to scenes that are about to collapse under their own weight.
 NO_LOAD = 1e-6
@@ -65,7 +65,7 @@ def scenes(family: str, first: int, count: int) -> Iterator[tuple[str, int, mo.S
 
 
 def lowest_of(scene: mo.Scene, method: str = "coulomb", **options: Any) -> float | None:
-    """Return the load factor of a method, or None where it has none."""
+    """Return the load factor of a method, or None if the method has no load factor."""
     try:
         return mo.solve(scene, method, **options).load_factor
     except mo.MasonryError:
@@ -73,12 +73,12 @@ def lowest_of(scene: mo.Scene, method: str = "coulomb", **options: Any) -> float
 
 
 def least(load_factors: Iterator[float | None]) -> float | None:
-    """Return the least of the load factors that exist."""
+    """Return the least of the load factors that are not None."""
     return min((one for one in load_factors if one is not None), default=None)
 
 
 def measured(family: str, kind: str, seed: int, scene: mo.Scene, asked: argparse.Namespace) -> dict[str, Any]:
-    """Return the row of a scene."""
+    """Solve a scene by the default, and by the searches that were asked for, and return its row."""
     row: dict[str, Any] = {"family": family, "kind": kind, "seed": seed}
     began = time.process_time()
     try:

@@ -4,8 +4,9 @@
     python benchmarks/proofs.py bonds --programs 400000 --out bonds.csv
 
 Each scene is a row of the CSV file, written as soon as the scene is solved. Every proof is checked in exact
-arithmetic. The table at the end gives, for each range of joints, the share that is proven within some seconds
-of processor time, and how often the default's lowest load factor is above the least one.
+arithmetic. For each range of joints, the table at the end contains the share of scenes that are proven within
+some seconds of processor time. Below the table are the scenes on which the default's lowest load factor is
+above the least load factor.
 """
 
 import argparse
@@ -31,16 +32,16 @@ from masonry_opt.methods.bounds.least import prove_least  # noqa: E402
 from masonry_opt.methods.bounds.settings import SETTINGS  # noqa: E402
 from masonry_opt.methods.task import Task  # noqa: E402
 
-#: Ranges of joints, both ends included.
+#: Ranges of the number of joints, including both ends.
 RANGES = ((8, 13), (14, 20), (21, 25), (26, 30))
-#: Courses and stretchers of each running bond, on which the method was first tried.
+#: Stretchers in each course and number of courses of the running bonds, on which the method was first tried.
 BONDS = ((1, 4), (1, 6), (1, 8), (2, 3), (2, 4), (3, 3), (2, 5), (2, 6), (3, 4), (3, 5))
 BOND_FRICTION = 0.65
-#: Time limit of each search, in seconds, which the number of programs never reaches.
+#: Time limit of each search, in seconds. The limit of linear programs always ends the search earlier.
 LONG = 1e5
 #: Seconds of processor time of the columns of the table.
 WITHIN = (0.2, 1, 5, 20, 60, 300)
-#: Relative difference of load factors above which the default's is counted as above the least one.
+#: The default counts as above the least load factor if the relative difference exceeds this value.
 HIGHER = 1e-3
 #: Name of the step of the default that tries a proof.
 PROOF_STEP = "proof of the least"
@@ -54,7 +55,7 @@ COLUMNS = (
 
 
 def running_bond(width: int, height: int) -> mo.Scene:
-    """Return a running bond of that many stretchers in each of that many courses."""
+    """Return a running bond of ``height`` courses, each as long as ``width`` stretchers."""
     full, half = [1.0] * width, [0.5, *[1.0] * (width - 1), 0.5]
     courses = [half if course % 2 == 0 else full for course in range(height)]
     return bonded(courses, (4.0, 1.75), BOND_FRICTION)(None)
@@ -67,7 +68,7 @@ def bonds(_: argparse.Namespace) -> Iterator[tuple[str, mo.Scene]]:
 
 
 def random_scenes(asked: argparse.Namespace) -> Iterator[tuple[str, mo.Scene]]:
-    """Yield names and scenes, from the first seed on, until each range of joints has its number."""
+    """Yield names and scenes from the first seed on, until each range of joints has ``asked.each`` scenes."""
     missing = dict.fromkeys(RANGES, asked.each)
     kinds = list(KINDS)
     seed = asked.first
@@ -89,7 +90,7 @@ FAMILIES = {"random": random_scenes, "bonds": bonds}
 
 
 def measured(name: str, scene: mo.Scene, programs: int) -> dict[str, Any]:
-    """Return the row of a scene. The search ends after that many linear programs, on every machine alike."""
+    """Return the row of a scene. The search ends after ``programs`` linear programs, on any machine."""
     problem = mo.assemble(scene).problem
     row: dict[str, Any] = {"name": name, "joints": problem.joints}
     try:
@@ -117,7 +118,7 @@ def measured(name: str, scene: mo.Scene, programs: int) -> dict[str, Any]:
 
 
 def _proof_by_default(result: mo.Result) -> dict[str, Any]:
-    """Return the columns on the proof that is one of the default's steps; times are those of a clock."""
+    """Return the columns of the proof that the default itself tries; times are wall-clock times."""
     log = {entry.step: (number, entry) for number, entry in enumerate(result.solution.log)}
     seconds = sum(entry.seconds for entry in result.solution.log)
     row: dict[str, Any] = {"default_proven": result.proof is not None, "proof_seconds": 0.0}
@@ -153,7 +154,7 @@ def summed_up(rows: list[dict[str, str]]) -> None:
 
 
 def _slower(rows: list[dict[str, str]]) -> str:
-    """Return the share that the default proves, and by how much its proof makes it slower in the median."""
+    """Return the share of scenes that the default proves, and the median extra time of its proof."""
     proven = np.mean([row["default_proven"] == "True" for row in rows])
     own = np.array([[float(row["proof_seconds"]), float(row["default_seconds"])] for row in rows])
     slower = np.median(own[:, 0] / np.maximum(own[:, 1] - own[:, 0], 1e-3))

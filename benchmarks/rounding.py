@@ -1,10 +1,10 @@
-"""Do loads hang on the last digits of corners? Copies of random walls, each corner moved by up to 1e-8 of its
-block.
+"""Measure how load factors depend on the last digits of coordinates, with copies of random walls.
 
     python benchmarks/rounding.py --first 710000 --walls 50 --copies 10
 
-Prints a row for each wall: how many of the original and its copies have a load factor, and by how much these
-load factors differ; then both for the incremental load factor.
+In each copy, every corner is moved by up to 1e-8 of the size of its block. The script prints a row for each
+wall. It contains the number of load factors among the original and its copies, and their largest relative
+difference; then both numbers for the incremental load factor.
 """
 
 import argparse
@@ -20,7 +20,7 @@ import masonry_opt as mo
 
 
 def apart(found: list[float | None]) -> str:
-    """How many values there are, and the largest over the least less one."""
+    """Return the number of values that are not None, and the relative difference of largest and least."""
     known = [value for value in found if value is not None]
     return f"{len(known)},{max(known) / min(known) - 1:.2g}" if known else "0,"
 

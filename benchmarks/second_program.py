@@ -1,9 +1,9 @@
-"""Compare verdicts, load factors and claims on random scenes of every kind and load with a second program.
+"""Compare verdicts, load factors and reactions of random scenes with those of an independent second program.
 
     python benchmarks/second_program.py --scenes 1000 --first 900000 --save findings/
 
-Prints a line for each scene that is wrong or open, and the sums; --save writes these scenes as case files.
-Exit code 1: one is wrong.
+The script prints a line for each scene that is wrong or undecided ("open"), and counts the verdicts. --save
+writes these scenes as case files. The exit code is 1 if a scene is wrong.
 """
 
 import argparse
@@ -20,12 +20,15 @@ from second_program import random_of_any_kind, verdict_on
 import masonry_opt as mo
 from masonry_opt.errors import CaseError
 
-#: One scene of so many has a support that settles: its reactions are compared too.
+#: If this number divides the seed, the reactions of a support that settles are also compared.
 SETTLING = 4
 
 
 def verdict(seed: int) -> tuple[int, str]:
-    """Return a seed and the verdict on its scene; "refused" where a block hangs in the air, say."""
+    """Return a seed and the verdict on its scene.
+
+    The verdict is "refused" if the scene has an error, such as a block without joints.
+    """
     try:
         scene = random_of_any_kind(seed)
         said = verdict_on(scene)
@@ -35,7 +38,7 @@ def verdict(seed: int) -> tuple[int, str]:
         return seed, f"wrong: {'; '.join(wrong)}" if wrong else said
     except CaseError as error:
         return seed, f"refused: {error}"
-    except Exception as error:  # a crash is a finding
+    except Exception as error:  # a crash counts as wrong
         return seed, f"wrong: {type(error).__name__}: {error}"
 
 

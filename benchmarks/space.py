@@ -1,12 +1,13 @@
-"""How fast, and how good, are answers for blocks in space?
+"""Measure the time and the quality of answers for blocks in space.
 
-    python benchmarks/space.py associative         # by cones, up to 5,000 blocks
+    python benchmarks/space.py associative         # program with friction cones, up to 5,000 blocks
     python benchmarks/space.py walls --most 100    # incremental and default, corner walls and façades
-    python benchmarks/space.py sides               # polygons against cones: docs/space_sides.png
-    python benchmarks/space.py random --seeds 50   # certified, proven to have none, or open
-    python benchmarks/space.py vaults              # from an OBJ of 199 stones to the page
+    python benchmarks/space.py sides               # polygons compared with cones: docs/space_sides.png
+    python benchmarks/space.py random --seeds 50   # certified, proven to have no load factor, or open
+    python benchmarks/space.py vaults              # from an OBJ file of 199 stones to the HTML page
 
-Prints tables in Markdown, a row as it is found. Processor time; set OMP_NUM_THREADS=1.
+The script prints tables in Markdown, each row as soon as it is measured. Times are processor times; set
+OMP_NUM_THREADS=1.
 """
 
 import argparse
@@ -39,9 +40,10 @@ from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 
 Size = tuple[int, int, int]
-#: Of the chart.
+#: File of the chart that ``sides --chart`` draws.
 CHART = Path(__file__).parents[1] / "docs" / "space_sides.png"
-#: Blocks along x, along y, and courses, by how many blocks that are; length, depth and courses of façades.
+#: Sizes of scenes by their number of blocks. A corner wall has blocks along x, blocks along y, and courses. A
+#: façade has a length, a depth, and courses.
 CORNERS: dict[int, Size] = {
     20: (3, 2, 4),
     42: (4, 3, 6),
@@ -50,11 +52,11 @@ CORNERS: dict[int, Size] = {
     1000: (24, 16, 25),
 }
 FACADES: dict[int, Size] = {13: (4, 3, 3), 33: (6, 3, 6), 68: (8, 5, 8), 231: (16, 9, 14)}
-#: Of 490 and 5,000 blocks.
+#: Sizes of corner walls of 490 and 5,000 blocks.
 LARGE: list[Size] = [(21, 14, 14), (60, 40, 50)]
-#: First seed of the random scenes: nothing was tuned above.
+#: First seed of the random scenes. Larger seeds were not used for tuning.
 FIRST_SEED = 30_000
-#: The least exact Coulomb states known of corner walls, by blocks and friction.
+#: Load factors of the lowest known exact Coulomb states of corner walls, by number of blocks and friction.
 LEAST = {
     (20, 0.6): 0.2449,
     (20, 0.4): 0.2449,
@@ -85,7 +87,7 @@ def head(*cells: str) -> None:
 
 
 def associative(_: argparse.Namespace) -> None:
-    """Assembly and the cone program apart, the second from the end of the first."""
+    """Measure the time of the assembly and the time of the analysis by method ``static`` separately."""
     head(
         "blocks",
         "contact points",
@@ -117,7 +119,7 @@ def associative(_: argparse.Namespace) -> None:
 
 
 def walls(asked: argparse.Namespace) -> None:
-    """Method incremental and the default, with what their states leave of complementarity."""
+    """Measure method ``incremental`` and the default, with the residual of complementarity of the default."""
     head(
         *("wall", "blocks", "μ", "associative", "incremental", "steps", "s", "default", "steps", "s"),
         *("complementarity", "over the lowest known", "how they ended"),
@@ -149,8 +151,10 @@ def codes(result: mo.Result) -> str:
 
 
 def sides(asked: argparse.Namespace) -> None:
-    """λ by polygons below λ by cones, and the time of each without assembly, all by Clarabel; the load to
-    expect by as many sides."""
+    """Compare associative load factors of friction polygons with those of cones, all solved by Clarabel.
+
+    Times do not include the assembly. Each row also contains the incremental load factor.
+    """
     head("blocks", "μ", "sides", "associative", "below cones, %", "s", "incremental", "steps", "s")
     drawn: dict[tuple[int, float], dict[int, tuple[float, float]]] = {}
     own = matrices.SIDES
@@ -172,7 +176,10 @@ def sides(asked: argparse.Namespace) -> None:
 
 
 def associative_of(problem: Problem) -> tuple[float, float]:
-    """Associative load factor by its laws, and the time to declare, compile and solve."""
+    """Return the associative load factor with the problem's friction limits, and the time of its program.
+
+    The time includes declaring, compiling and solving the program.
+    """
     clarabel = find_solver("cvxpy", None)
     began = time.process_time()
     driver = Driver(problem, "static", clarabel, Effort(), of_load=True)
@@ -182,9 +189,10 @@ def associative_of(problem: Problem) -> tuple[float, float]:
 
 
 def chart(drawn: dict[tuple[int, float], dict[int, tuple[float, float]]]) -> None:
-    """By how much polygons are below cones, over what they take longer, a line a wall, with their sides."""
+    """Draw the error of polygons over their time relative to cones, with a line for each wall."""
     figure, axes = plt.subplots(figsize=(7.5, 4.2), layout="constrained")
-    # Okabe & Ito's, which colour-blind readers can tell apart; dashes tell frictions, marks sides.
+    # The colours of Okabe & Ito are distinct for colour-blind readers. Dashed lines have the lower friction,
+    # and markers show the number of sides.
     colours = {20: "#0072B2", 42: "#D55E00", 100: "#009E73"}
     marks = {8: "o", 16: "s", matrices.SIDES: "^", 32: "D"}
     for (blocks, friction), found in drawn.items():
@@ -208,7 +216,7 @@ def chart(drawn: dict[tuple[int, float], dict[int, tuple[float, float]]]) -> Non
 
 
 def random(asked: argparse.Namespace) -> None:
-    """How random scenes end by the default, and whether that can be wrong."""
+    """Count how random scenes end with the default, and how many answers are wrong."""
     ends: dict[str, Counter[str]] = {kind: Counter() for kind in asked.kinds}
     seconds: dict[str, list[float]] = {kind: [] for kind in asked.kinds}
     for kind, seed in itertools.product(ends, range(FIRST_SEED, FIRST_SEED + asked.seeds)):
@@ -242,8 +250,11 @@ def random(asked: argparse.Namespace) -> None:
 
 
 def verdict(static: mo.Result, result: mo.Result) -> str:
-    """What an answer is worth. Wrong: a Coulomb state above the associative load factor, or of a scene that
-    no statics hold; a fall where associative statics have a load factor."""
+    """Return the verdict on an answer: certified, proven to have no load factor, open, or wrong.
+
+    A Coulomb state is wrong if its load factor is above the associative one, or if the static program finds
+    the scene unstable. The status "unstable" is wrong if the static program has a load factor.
+    """
     falls = [each.status is Status.UNSTABLE for each in (static, result)]
     if result.certificate is None:
         if falls[1] and static.load_factor is not None:
@@ -257,7 +268,10 @@ def verdict(static: mo.Result, result: mo.Result) -> str:
 
 
 def vaults(_: argparse.Namespace) -> None:
-    """Barrels of 199 stones, pushed along, across or both ways, from an OBJ of three decimals to the page."""
+    """Measure the time from an OBJ file to the HTML page for barrel vaults of 199 stones.
+
+    Coordinates of the file have three decimals. The vaults are pushed along, across or diagonally.
+    """
     head("thickness", "μ", "pushed", "read, s", "solve, s", "page, s", "λ", "incremental", "associative")
     for thickness, friction, live in (
         (0.35, 0.4, (1.0, 0.0, 0.0)),
@@ -302,6 +316,6 @@ if __name__ == "__main__":
     parser.add_argument("--chart", action="store_true", help="write docs/space_sides.png")
     parser.add_argument("--verbose", "-v", action="store_true", help="a line a random scene")
     asked = parser.parse_args()
-    # What the first solve imports is no part of any time.
+    # The first solve imports modules, so it is not measured.
     mo.solve(corner_wall(1, 1, 1))
     PARTS[asked.part](asked)

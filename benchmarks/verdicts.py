@@ -1,12 +1,12 @@
-"""Is an answer wrong, how often is there none? Methods and solvers on scenes built to fail and random ones.
+"""Count wrong and missing answers of methods and solvers on difficult scenes and on random scenes.
 
     python benchmarks/verdicts.py --random 40 --time-limit 10
     python benchmarks/verdicts.py --no-atlas --stones 60,200 --seeds 2 \\
         --methods nonassociative,coulomb --solvers clarabel
 
-Compares as `masonry-opt compare` does, on the failure atlas (tests/atlas), whose right answers are known, and
-on random scenes; an interrupted run continues. Lowest exact states known: tests/atlas/best_known.toml.
-Exit code 1: a verdict is wrong.
+The script compares like `masonry-opt compare`: on the failure atlas (tests/atlas), whose correct answers are
+known, and on random scenes. An interrupted run continues. The file tests/atlas/best_known.toml contains the
+lowest known exact states. The exit code is 1 if a verdict is wrong.
 """
 
 import argparse
@@ -25,7 +25,7 @@ from masonry_opt.studies.compare.runs import RunLimits, find_scenes, plan  # noq
 
 
 def verdicts(asked: argparse.Namespace) -> Comparison:
-    """Compare on the scenes asked for, and write the comparison's tables, charts and report."""
+    """Compare on the selected scenes, and write tables, charts and report of the comparison."""
     made = asked.out / "scenes"
     expected = write_atlas(made, ROOT / "cases") if asked.atlas else {}
     large = write_large(made, [int(count) for count in asked.stones.split(",") if count], asked.seeds)
@@ -40,7 +40,7 @@ def verdicts(asked: argparse.Namespace) -> Comparison:
 
 
 def arguments(given: list[str] | None = None) -> argparse.Namespace:
-    """What the command line asks for."""
+    """Return the options of the command line."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

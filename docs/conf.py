@@ -1,4 +1,4 @@
-"""Sphinx: how the guide is built (``make guide``). Nothing here needs the network."""
+"""Configuration of Sphinx, which builds the guide (``make guide``) without a network connection."""
 
 import logging
 import sys
@@ -6,14 +6,14 @@ from importlib.metadata import version as installed_version
 from pathlib import Path
 
 HERE = Path(__file__).parent
-# Extensions of the guide's own, and the masonry_opt of this clone, whose docstrings are the reference.
+# Sphinx must import the guide's own extensions, and masonry_opt from this clone for the reference.
 sys.path[:0] = [str(HERE / "_ext"), str(HERE.parent)]
 
 project = "masonry_opt"
 author = copyright = "The masonry_opt authors"
 release = version = installed_version("masonry_opt")
 
-# What examples use tells much that is nothing to who builds the guide.
+# These libraries, which the examples use, log many messages that do not concern the build.
 for library in ("ezdxf", "pyomo", "traitlets"):
     logging.getLogger(library).setLevel(logging.WARNING)
 
@@ -28,30 +28,30 @@ extensions = [
 exclude_patterns = ["gallery", "examples/**/*.ipynb", "examples/**/*.py"]
 source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".ipynb": "myst-nb"}
 
-# Text: Markdown with maths; headings can be linked to.
+# The pages are Markdown with mathematics. Pages may link to headings.
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3
 html_math_renderer = "mathml"
 
-# The notebook is kept without outputs and run here.
+# The notebook is stored without outputs, and is run when the guide is built.
 nb_execution_mode = "force"
 nb_execution_timeout = 120
 nb_execution_raise_on_error = True
-# What a cell says on standard error is no part of a page: it fails the build.
+# Output of a cell on standard error is removed from the page, and the warning makes the build fail.
 nb_output_stderr = "remove-warn"
 
-# Reference.
+# Options of the reference, which is made from docstrings.
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
-# Several names may be treated together there, which Napoleon's own way with attributes does not know.
+# One entry may describe several names. Napoleon supports it only for sections in the style of parameters.
 napoleon_custom_sections = [("Attributes", "params_style"), ("Fields", "params_style")]
 
 sphinx_gallery_conf = {
     "examples_dirs": "gallery",
     "gallery_dirs": "examples",
-    # Of the paper's, those that take seconds are run as the guide is built.
+    # Of the paper's examples, only those that take seconds are run when the guide is built.
     "filename_pattern": r"gallery/(?!paper)\w+/\w+\.py$|paper/fig(7|8|10|12)\.py$",
     "ignore_pattern": r"__init__",
     "subsection_order": [
@@ -75,7 +75,7 @@ sphinx_gallery_conf = {
     "remove_config_comments": True,
 }
 
-# Look.
+# Options of the appearance.
 html_theme = "furo"
 html_title = f"masonry_opt {release}"
 html_static_path = ["_static"]

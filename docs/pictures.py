@@ -19,16 +19,17 @@ from matplotlib.patches import FancyBboxPatch
 import masonry_opt as mo
 
 HERE = Path(__file__).parent
-#: Pixels for each inch: as wide as a column of three needs, sharp on fine screens too.
+#: Pixels per inch: enough for a sharp picture on high-resolution screens, if three pictures share the page
+#: width.
 DPI = 160
 
 
 def save(figure: Figure, name: str) -> None:
-    """Write a picture beside this file, in place of the one that was there."""
+    """Write a picture to the folder of this file, and replace an existing file."""
     figure.savefig(HERE / f"{name}.png", dpi=DPI, bbox_inches="tight")
 
 
-#: Boxes of the diagram from top to bottom: title, contents, and the folders that make the box's data.
+#: Boxes of the diagram from top to bottom: title, contents, and the folders that make these data.
 DATA = (
     ("Case file, drawing, mesh", "or a scene made in Python", ""),
     ("Scene", "blocks, joints, loads", "scene/ reads files, runs\ngenerators, finds joints"),
@@ -61,7 +62,7 @@ DATA_COLOUR, TEXT_COLOUR = "#dfe9f3", "#1f2d3a"
 
 
 def diagram() -> Figure:
-    """Return the diagram of a scene's way through the package; its letters are legible at 400 pixels."""
+    """Return the diagram of the data that the package makes from a scene, legible at 400 pixels width."""
     width, height = 5.9, ROW_HEIGHT * (len(DATA) - 1) + BOX_HEIGHT + 0.1
     figure = Figure(figsize=(width, height))
     axes = figure.add_axes((0, 0, 1, 1), xlim=(0, width), ylim=(0, height))

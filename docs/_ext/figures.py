@@ -1,6 +1,8 @@
-"""Pictures of the gallery: every matplotlib Figure that an example makes, whether it has a name or is the
-last expression of a block. (Sphinx-Gallery by itself collects those of pyplot alone, which this package does
-not use.)"""
+"""Scraper of Sphinx-Gallery that shows every matplotlib Figure of an example.
+
+The figure may be a variable or the last expression of a block. Sphinx-Gallery without this scraper collects
+only figures of pyplot, which this package does not use.
+"""
 
 import weakref
 from typing import Any
@@ -10,7 +12,7 @@ from sphinx_gallery.scrapers import figure_rst
 
 from masonry_opt.drawing.figure import Picture
 
-#: Figures that stand in the guide already: a later block of the same example does not show them again.
+#: Figures that were already shown, so that a later block of the same example does not show them again.
 _shown: weakref.WeakSet[Figure] = weakref.WeakSet()
 
 

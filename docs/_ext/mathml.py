@@ -1,4 +1,4 @@
-"""Maths as MathML, which browsers draw by themselves: no script, no fonts from elsewhere."""
+"""Sphinx extension that writes mathematics as MathML, which browsers display without scripts or fonts."""
 
 from typing import Any
 
@@ -20,6 +20,6 @@ def _block(self: Any, node: nodes.math_block) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Register the renderer, for ``html_math_renderer = "mathml"``."""
+    """Register the renderer that ``html_math_renderer = "mathml"`` selects."""
     app.add_html_math_renderer("mathml", inline_renderers=(_inline, None), block_renderers=(_block, None))
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,8 +1,9 @@
-"""The reference from docstrings: fields of records with their types and defaults, none of pydantic's own.
+"""Sphinx extension that shows the fields of records with types and defaults, without pydantic's own fields.
 
-Docstrings of this package write ``name: text`` on one line or ``name:`` with the text below it, and may treat
-several names together. Napoleon knows none of these, so sections of fields are rewritten for it; those of
-pydantic's classes get the types and defaults that the class has.
+Docstrings of this package write ``name: text`` on one line, or ``name:`` with the text below it. One entry
+may describe several names. Napoleon supports neither form, so this extension rewrites sections of fields.
+Fields of pydantic classes and dataclasses get the types of the class, and those of pydantic classes also its
+defaults.
 """
 
 import dataclasses
@@ -18,7 +19,7 @@ from pydantic import BaseModel
 from sphinx.application import Sphinx
 from sphinx.util.typing import stringify_annotation
 
-#: In reStructuredText |x| is a substitution, in these docstrings an absolute value.
+#: Literals, whose "|" stay. Elsewhere |x| is an absolute value, which reStructuredText would substitute.
 _LITERAL = re.compile(r"(``.+?``)")
 _ENTRY = re.compile(r"(?P<names>\*{0,2}\w+(?:, \*{0,2}\w+)*):(?: (?P<text>.*))?$")
 
@@ -28,7 +29,7 @@ def _is_model(of: Any) -> bool:
 
 
 def _plain(value: Any) -> str:
-    """A default as it would be written in a call."""
+    """Return a default value as it would be written in a call."""
     if isinstance(value, float) and (math.isinf(value) or value == int(value)):
         return f"{value:g}"
     if isinstance(value, tuple):
@@ -37,7 +38,7 @@ def _plain(value: Any) -> str:
 
 
 def _default(of: type[BaseModel], name: str) -> str | None:
-    """A field's default; None if it must be given."""
+    """Return the default of a field as text, or None if the field is required."""
     field = of.model_fields[name]
     return None if field.is_required() else _plain(field.get_default(call_default_factory=True))
 
@@ -49,8 +50,8 @@ def _signature(of: type[BaseModel]) -> str:
 
 
 def _typed(of: type, names: list[str]) -> str:
-    """Types and defaults of fields treated together."""
-    # Modules that import pandas where they use it name it in annotations all the same.
+    """Return the types and defaults of the fields that one entry describes."""
+    # Annotations may name pandas although the module imports it only inside functions.
     hints = typing.get_type_hints(of, localns={"pd": pandas})
     told = {}
     for name in names:
@@ -65,7 +66,7 @@ def _typed(of: type, names: list[str]) -> str:
 
 
 def _entries(lines: list[str]) -> Iterator[tuple[list[str], list[str]]]:
-    """The entries of a section: names, and lines of text."""
+    """Yield the names and the lines of text of each entry of a section."""
     names: list[str] = []
     text: list[str] = []
     for line in lines:
@@ -87,7 +88,7 @@ def _rewritten(of: Any, names: list[str], text: list[str]) -> Iterator[str]:
 
 
 def _process(app: Sphinx, what: str, name: str, of: Any, options: Any, lines: list[str]) -> None:
-    """Rewrite the sections of a docstring, in place, before Napoleon reads them."""
+    """Rewrite the sections of a docstring in place, before Napoleon reads them."""
     parts: list[str] = []
     told: set[str] = set()
     at = 0
@@ -120,8 +121,11 @@ def _without_substitutions(line: str) -> str:
 
 
 def _call(app: Sphinx, what: str, name: str, of: Any, options: Any, given: str, back: str) -> Any:
-    """How something is called: a record by its fields, a result or a status not at all (nobody makes them by
-    hand), a function with defaults that can be read."""
+    """Return the signature that the reference shows, or None to keep the original signature.
+
+    The signature of a record lists its fields. Results and statuses have no signature, because users do not
+    create them. Paths and lambdas among the defaults of a function are made readable.
+    """
     if what == "class" and _is_model(of):
         return _signature(of), None
     if what == "class" and (dataclasses.is_dataclass(of) or issubclass(of, Enum)):
@@ -132,7 +136,7 @@ def _call(app: Sphinx, what: str, name: str, of: Any, options: Any, given: str, 
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Connect, before Napoleon."""
+    """Connect the extension to Sphinx, with a priority before Napoleon."""
     app.connect("autodoc-process-docstring", _process, priority=400)
     app.connect("autodoc-process-signature", _call)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

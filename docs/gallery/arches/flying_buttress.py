@@ -1,9 +1,9 @@
 """
-What does a flying buttress take?
-=================================
+How much thrust does a flying buttress carry?
+=============================================
 
-A vault thrusts against the head of a high pier. A quarter arch leads part of that thrust to a buttress
-outside: how much more thrust does the pier bear with it?
+A vault thrusts against the top of a high pier. A flyer, which is a quarter of a circular arch, transfers part
+of the thrust to a buttress outside. By how much does the flyer increase the thrust that the pier carries?
 """
 
 import masonry_opt as mo
@@ -13,7 +13,7 @@ THRUST_AT = (6.9, 7.1)  # m above the ground
 
 
 def pier(flyer: bool) -> mo.Scene:
-    """A pier under a thrust of 1 kN to the left, alone or with a flyer and its buttress."""
+    """Return a pier under a thrust of 1 kN to the left, alone or with a flyer and its buttress."""
     blocks = mo.Column(name="pier", width=WIDTH, height=HEIGHT, drums=16, unit_weight=UNIT_WEIGHT).blocks()
     if flyer:
         arch = mo.Arch(
@@ -41,13 +41,13 @@ def pier(flyer: bool) -> mo.Scene:
 
 
 # %%
-# Alone, the pier turns about its outer edge: W b/2 = λ y.
+# Without the flyer, the pier overturns about its outer edge at W b/2 = λ y, with the height y of the thrust.
 alone = mo.solve(pier(flyer=False))
 by_hand = UNIT_WEIGHT * WIDTH * HEIGHT * WIDTH / 2 / 7.0
 assert abs(alone.required() / by_hand - 1) < 1e-5
 
 # %%
-# With the flyer it bears two and a half times as much:
+# With the flyer the pier carries more than two and a half times this thrust:
 propped = mo.solve(pier(flyer=True))
 print(f"alone {alone.required():.2f} kN, with a flying buttress {propped.required():.2f} kN")
 assert propped.required() > 2.5 * alone.required()

@@ -1,9 +1,9 @@
 """
-Round or pointed: which arch bears more at its crown?
-=====================================================
+Round or pointed: which arch carries more load at its crown?
+============================================================
 
-Two arches of the same span, thickness and stone, one semicircular, one pointed. A load is put on the
-crown. A semicircle is loaded down the middle at its weakest; a pointed arch is made for it.
+Two arches have the same span, thickness and stone; one is semicircular, the other pointed. Both are loaded at
+the crown, where a semicircular arch is weakest and a pointed arch is strong.
 """
 
 import masonry_opt as mo
@@ -12,7 +12,7 @@ SPAN, VOUSSOIRS = 4.0, 16
 
 
 def arch(rise: float) -> mo.Scene:
-    """An arch with half of 1 kN on each of the two voussoirs at its crown."""
+    """Return an arch with a live load of 0.5 kN on each of the two voussoirs at its crown."""
     crown = [
         mo.PointLoad(voussoir=number, force=(0, -0.5)) for number in (VOUSSOIRS // 2, VOUSSOIRS // 2 + 1)
     ]
@@ -25,8 +25,8 @@ def arch(rise: float) -> mo.Scene:
 
 
 # %%
-# The load factor is the load in kN, for 1 m out of the plane: the pointed one bears more than three times
-# as much.
+# The load factor is the load in kN, for a width of 1 m out of the plane. The pointed arch carries more than
+# three times the load of the semicircular arch.
 round_arch = mo.solve(arch(SPAN / 2))
 pointed = mo.solve(arch(0.75 * SPAN))
 print(f"semicircular {round_arch.required():.2f} kN, pointed {pointed.required():.2f} kN")
@@ -34,4 +34,5 @@ assert pointed.required() > 3 * round_arch.required()
 round_arch.plot()
 
 # %%
+# The picture shows the mechanism of the pointed arch:
 pointed.plot()

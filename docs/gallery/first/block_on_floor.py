@@ -2,8 +2,8 @@
 Does the block slide or tip?
 ============================
 
-A block stands on the ground and is pushed sideways at half its height, as by an earthquake. At which
-share of its weight does it move, and how?
+A block stands on the ground. A horizontal force at half its height, like that of an earthquake, pushes the
+block. At which fraction of its weight does the block move, and does the block slide or tip?
 """
 
 import masonry_opt as mo
@@ -12,7 +12,7 @@ WIDTH, FRICTION = 1.0, 0.6
 
 
 def pushed(height: float) -> mo.Scene:
-    """A block of weight 1 on the floor; live load: its weight, sideways."""
+    """Return a block of weight 1 on the floor. The live load is the weight of the block, applied sideways."""
     block = mo.Block(
         name="block", vertices=[(0, 0), (WIDTH, 0), (WIDTH, height), (0, height)], weight=1, live=(1, 0)
     )
@@ -23,13 +23,13 @@ def pushed(height: float) -> mo.Scene:
 
 
 # %%
-# A low block slides as soon as the push reaches tan φ, a slender one tips when it reaches width / height:
-# the smaller of the two is the load factor.
+# A low block slides when the horizontal force reaches tan φ times the weight. A slender block tips when the
+# force reaches width / height times the weight. The load factor is the smaller of both ratios.
 for height in (1.0, 1.5, 2.0, 3.0):
     result = mo.solve(pushed(height))
     print(f"height {height:g}: load factor {result.load_factor:.4f}")
     assert abs(result.required() - min(FRICTION, WIDTH / height)) < 1e-6
 
 # %%
-# The last one tips, at 1/3 of its weight:
+# The last block, of height 3, tips at 1/3 of its weight:
 result.plot()

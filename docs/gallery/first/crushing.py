@@ -1,9 +1,9 @@
 """
-How much does it matter that stone can crush?
-=============================================
+How much does crushing of the stone reduce the load factor?
+===========================================================
 
-A rigid block tips about a sharp edge. Real stone crushes there, and the turning point moves inwards,
-until the weight stands on a strip that just bears it.
+A rigid block tips about a sharp edge. Real stone crushes at this edge, and the centre of rotation moves
+inwards until the weight rests on a strip at the compressive strength of the stone.
 """
 
 import masonry_opt as mo
@@ -12,7 +12,7 @@ WIDTH, HEIGHT, WEIGHT = 1.0, 4.0, 80.0  # m and kN, for 1 m out of the plane
 
 
 def pier(strength: float | None) -> mo.Scene:
-    """A pier that is pushed sideways at half its height; strength in kN/m²."""
+    """Return a pier that is pushed sideways at half its height; ``strength`` is in kN/m²."""
     stone = mo.Block(
         name="pier",
         vertices=[(0, 0), (WIDTH, 0), (WIDTH, HEIGHT), (0, HEIGHT)],
@@ -28,7 +28,8 @@ def pier(strength: float | None) -> mo.Scene:
 
 
 # %%
-# By hand: the weight W stands on a strip of width W / f_c at the edge, so that λ = (b − W / f_c) / h.
+# By hand: the weight W rests on a strip of width W / f_c at the edge. Moments about the middle of the strip
+# give λ = (b − W / f_c) / h.
 for strength in (None, 2000.0, 800.0, 400.0):
     result = mo.solve(pier(strength), "static")
     strip = WEIGHT / strength if strength else 0.0
@@ -36,5 +37,6 @@ for strength in (None, 2000.0, 800.0, 400.0):
     assert abs(result.required() - (WIDTH - strip) / HEIGHT) < 1e-5
 
 # %%
-# At 400 kN/m² a fifth of the width is lost, and a fifth of the load factor with it:
+# At 400 kN/m² the strip takes a fifth of the width, and the load factor is a fifth lower than without
+# crushing:
 result.plot()

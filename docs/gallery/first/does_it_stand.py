@@ -14,7 +14,7 @@ COUNT = 4
 
 
 def stairs(shift: float) -> mo.Scene:
-    """Four bricks of weight 1, each shifted to the right, without live load."""
+    """Return four bricks of weight 1, each shifted to the right, without live load."""
     bricks = []
     for number in range(COUNT):
         left, low = number * shift, number * HEIGHT

@@ -2,9 +2,9 @@
 What if joints open as they slide?
 ==================================
 
-Classical limit analysis lets a sliding joint open by tan φ for each unit of slip. Real joints open less,
-or not at all. Here a stone is pulled out from under another one, whose other end rests on a rough
-support: what does the assumption cost?
+Classical limit analysis assumes that a sliding joint opens by tan φ for each unit of slip. Real joints open
+less, or not at all. In this example stone A is pulled out from under stone B, whose other end rests on a
+rough support. By how much does the assumption raise the load factor?
 """
 
 import masonry_opt as mo
@@ -13,7 +13,7 @@ FRICTION = 0.1
 
 
 def pulled_out(dilatancy: float) -> mo.Scene:
-    """Stone A under one end of stone B (Gilbert, Casapulla & Ahmed 2006, Fig. 6)."""
+    """Return the scene of Fig. 6 of Gilbert, Casapulla & Ahmed (2006): stone A under one end of stone B."""
     return mo.Scene(
         title="a stone pulled out",
         joints=mo.JointDefaults(friction=FRICTION, dilatancy=dilatancy),
@@ -28,15 +28,16 @@ def pulled_out(dilatancy: float) -> mo.Scene:
 
 
 # %%
-# Without dilatancy half of B's weight presses on A: μ on the floor and μ/2 above it, λ = 1.5 μ. The least
-# dilatancy lifts B about its support, and friction presses it down: 2.5 μ.
+# Both stones weigh 1. Without dilatancy B sinks while A slides, and presses on A with a quarter of its
+# weight. Friction is then 1.25 μ below A and 0.25 μ above A, and λ = 1.5 μ. With any dilatancy, however
+# small, B rises about its support and presses on A with three quarters of its weight, so that λ = 2.5 μ.
 for dilatancy in (0.0, 0.01, 0.05, FRICTION):
     result = mo.solve(pulled_out(dilatancy))
     print(f"tan φ₀ = {dilatancy:.2f}: load factor {result.load_factor:.4f}")
 assert abs(result.required() - 2.5 * FRICTION) < 1e-6
 
 # %%
-# By Coulomb's law, without dilatancy:
+# The picture shows the mechanism under Coulomb's law, without dilatancy:
 result = mo.solve(pulled_out(0.0))
 assert abs(result.required() - 1.5 * FRICTION) < 1e-6
 result.plot()

@@ -2,9 +2,9 @@
 How far may a bracket reach out?
 ================================
 
-Stones have notches, holes and several parts. A corbel carries a balcony: an L of two parts, with a hole
-for the railing, lies on a wall and is held down by nothing but its own tail. How much load does its tip
-take?
+Stones may have notches, holes and several parts. A corbel that carries a balcony has two parts in the shape
+of an L, and a hole for the railing. The corbel lies on a wall, and only the weight of its tail prevents it
+from tipping. How much load does its tip carry?
 """
 
 import masonry_opt as mo
@@ -12,8 +12,8 @@ import masonry_opt as mo
 UNIT_WEIGHT = 25.0  # kN/m³
 
 # %%
-# Tail and slab are one rigid stone. The live load is 1 kN at the tip, so the load factor is what it
-# carries.
+# Tail and slab are one rigid stone. The live load is 1 kN at the tip, so the load factor is the load in kN
+# that the tip carries.
 corbel = mo.Block(
     name="corbel",
     parts=[[(-1, 0), (1, 0), (1, 0.3), (-1, 0.3)], [(-1, 0.3), (-0.4, 0.3), (-0.4, 0.9), (-1, 0.9)]],
@@ -29,7 +29,8 @@ scene = mo.Scene(
 result = mo.solve(scene)
 
 # %%
-# By hand, moments about the edge of the wall: slab (centred on it), tail, and what the hole lacks.
+# By hand, from moments about the edge of the wall. The slab is centred on the edge and has no moment. The
+# tail has a resisting moment, and the missing weight of the hole adds to it.
 slab, tail, hole = 2 * 0.3 * 0.0, 0.6 * 0.6 * 0.7, 0.2 * 0.1 * 0.8
 by_hand = UNIT_WEIGHT * 0.5 * (slab + tail + hole) / 1.0
 print(f"the tip carries {result.load_factor:.3f} kN, by hand {by_hand:.3f} kN")

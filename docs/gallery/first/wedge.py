@@ -2,8 +2,9 @@
 What force drives a wedge under a stone?
 ========================================
 
-A wedge of 8° is driven under a stone of 400 lb beside a wall, with a friction of 0.35 on all faces (Beer
-& Johnston, *Vector Mechanics for Engineers: Statics*, sample problem 8.4). The textbook gives 423 lb.
+A wedge of 8° is driven under a stone of 400 lb next to a wall. The friction coefficient of all faces
+is 0.35 (Beer & Johnston, *Vector Mechanics for Engineers: Statics*, sample problem 8.4). The textbook gives a
+force of 423 lb.
 """
 
 from math import atan, radians, tan
@@ -14,7 +15,7 @@ FRICTION, WEIGHT, LEAN = 0.35, 400, radians(8)
 
 
 def on_the_wedge(x: float) -> tuple[float, float]:
-    """The point of the sloping face at x."""
+    """Return the point of the sloping face of the wedge at x."""
     return x, 2 - x * tan(LEAN)
 
 
@@ -34,7 +35,7 @@ scene = mo.Scene(
 result = mo.solve(scene)
 
 # %%
-# By hand, with the friction angle φ on three faces: W tan(8° + 2 φ).
+# By hand, with the friction angle φ on three faces, the force is W tan(8° + 2 φ).
 by_hand = WEIGHT * tan(LEAN + 2 * atan(FRICTION))
 print(f"force {result.load_factor:.3f} lb, by hand {by_hand:.3f} lb")
 assert abs(result.required() / by_hand - 1) < 1e-6

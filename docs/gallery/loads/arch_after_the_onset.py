@@ -2,8 +2,9 @@
 How far can an arch lean before it falls?
 =========================================
 
-An arch that an earthquake pushes begins to move at some load factor, but does not fall yet: λ over
-displacement says how far it may go. On the way its hinges move to other joints.
+Under an earthquake an arch begins to move at its load factor, but it does not collapse immediately. The
+capacity curve, λ over the displacement, shows how far the arch can move. During the motion the hinges move to
+other joints.
 """
 
 import masonry_opt as mo
@@ -16,16 +17,17 @@ curve = mo.capacity(mo.solve(scene))
 print(curve)
 
 # %%
-# The blocks half way, to scale:
+# The picture shows the displaced blocks halfway along the curve, to scale:
 half_way = curve.plot(row=len(curve.table) // 2)
 
 # %%
-# The check of a code, with its spectrum: periods in s, accelerations in g.
+# The displacement capacity is compared with a response spectrum, with periods in s and accelerations in g:
 check = curve.check([(0, 0.2), (0.15, 0.5), (0.5, 0.5), (1, 0.25), (2, 0.125), (4, 0.03)])
 print(check)
 assert curve.reaches_zero
 assert check.non_linear
 
 # %%
-# Where a joint opens, another closes: the stretch between goes back, and a real fall passes by it.
+# While one joint opens and another closes, the curve turns back to smaller displacements. A real structure
+# does not follow this part of the curve.
 curve.plot()

@@ -1,16 +1,17 @@
 """
-What does the fill of a bridge do?
-==================================
+How does fill change the load factor of an arch bridge?
+=======================================================
 
-Earth between an arch and its road weighs on the arch, and presses against its back where the arch moves into
-it. Which of the two helps, and how much of the passive pressure must one believe in?
+Fill between an arch and its road loads the arch with its weight, and resists by earth pressure where the arch
+moves into the fill. Which of both effects increases the load factor more, and how much does the load factor
+depend on the passive pressure?
 """
 
 import masonry_opt as mo
 
 
 def bridge(**fill: float | bool) -> mo.Scene:
-    """A segmental arch of 3 m span on piers 1.5 m high, a strip 1 m wide; 1 kN near a quarter of its span."""
+    """Return a strip 1 m wide of an arch of 3 m span on piers, with 1 kN near a quarter of its span."""
     load = mo.PointLoad(voussoir=13, force=(0, -1))
     ring = {"span": 3, "rise": 0.75, "thickness": 0.3, "voussoirs": 40, "unit_weight": 22}
     arch = mo.Arch(at=(0, 1.5), skewbacks=0.9, abutments=False, point_loads=[load], **ring)
@@ -28,7 +29,8 @@ def bridge(**fill: float | bool) -> mo.Scene:
 
 
 # %%
-# Each part of the fill alone, and both with ever more of the passive pressure:
+# The scenes have only the weight of the fill, only its pressure, or both with an increasing share of the
+# passive pressure:
 parts = {
     "its weight alone": bridge(pressure=False),
     "its pressure alone": bridge(weight=False),
@@ -41,8 +43,9 @@ for words, result in results.items():
     print(f"{words}: {result.required():.1f} kN")
 
 # %%
-# The weight gives the arch what it must lift, the pressure holds the half that rises. Where faces move into
-# the fill it presses with all of its mobilised share, elsewhere with the active pressure.
+# The mechanism must lift the weight of the fill, and the earth pressure supports the half of the arch that
+# rises. On faces that move into the fill, the pressure reaches the mobilised share of the passive pressure.
+# On faces that move away from the fill, the pressure is the active pressure.
 both = [result.required() for words, result in results.items() if words.startswith("both")]
 assert both == sorted(both)
 table = results["both, m = 0.4"].pressures
@@ -50,5 +53,5 @@ print(f"{table['yields'].sum()} of {len(table)} faces meet the passive limit")
 results["both, m = 0.4"].plot("thrust")
 
 # %%
-# The mechanism:
+# The last picture shows the mechanism:
 results["both, m = 0.4"].plot()

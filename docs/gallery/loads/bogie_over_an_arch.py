@@ -1,14 +1,15 @@
 """
-Where does a bogie stand worst on an arch bridge?
-=================================================
+Which position of a bogie on an arch bridge is the worst?
+=========================================================
 
-Two axles cross an arch of 3 m span under fill. The second may hold down what the first lifts, so they are
-moved along the road, and the load factor is followed.
+A bogie with two axles crosses an arch of 3 m span under fill. The second axle may press down the part of the
+arch that the first axle lifts. The example therefore computes the load factor for many positions along the
+road.
 """
 
 import masonry_opt as mo
 
-# A strip 1 m wide, in m and kN: the arch on its abutments, and fill up to the road.
+# The scene is a strip 1 m wide, in m and kN: the arch between its abutments, and fill up to the road.
 ring = mo.Arch(span=3, rise=0.75, thickness=0.3, voussoirs=14, unit_weight=22, abutments=False)
 bank = [(1.5, -1), (4, -1), (4, 0.18), (1.74, 0.18), (1.5, 0)]
 ground = [
@@ -24,23 +25,25 @@ scene = mo.Scene(
 )
 
 # %%
-# A double axle bogie of the British code, of which a strip of 1 m carries 0.4. It runs on the road of the
-# fill, through which its loads spread.
+# The load is a double-axle bogie of the British code CS 454, of which a strip of 1 m carries 0.4. The bogie
+# moves along the road, and the fill spreads its loads.
 bogie = mo.Axles(name="bogie", set="CS 454 double 1.3 m", factor=0.4)
 crossed = mo.crossing(scene, bogie, method="static")
 print(crossed)
 
 # %%
-# With associative flow nothing is missed between the positions solved: no position has a load factor below
-# the bound.
+# With associative flow, no position along the road has a load factor below the bound. This includes the
+# positions between the solved positions.
 assert crossed.bound > 0.997 * crossed.required()
 
 # %%
-# Coulomb friction is asked where it may be less. Here it is not: the arch hinges.
+# With Coulomb friction, only positions that may have a lower load factor are solved. For this arch the load
+# factor is not lower, because the arch collapses by hinges.
 coulomb = mo.crossing(scene, bogie)
 print(f"{coulomb.required():.3f}, {len(coulomb.table)} positions asked")
 assert abs(coulomb.required() / crossed.required() - 1) < 2e-3
 
 # %%
-# Load factor by position, and below it, in the same scale, the mechanism at the worst:
+# The picture shows the load factor over the position, and below it, to the same scale, the mechanism at the
+# worst position:
 crossed.plot()

@@ -1,9 +1,9 @@
 """
-What does a load test say beside limit analysis?
-================================================
+How do load tests of bridges compare with limit analysis?
+=========================================================
 
-Five arch bridges were loaded to collapse on a line across their road, at a quarter of the span. How much of
-this load does limit analysis find, if more and more effects of the fill are included?
+Five arch bridges were loaded to collapse by a line load across the road, at a quarter of the span. Which
+fraction of the collapse load does limit analysis compute, if more and more effects of the fill are included?
 """
 
 from matplotlib.figure import Figure
@@ -16,7 +16,7 @@ NAMES += [f"page/{name}" for name in ("prestwood", "torksey", "shinafoot", "stra
 
 
 def under_line_load(scene: mo.Scene) -> mo.Scene:
-    """Return a bridge under the load of its test, spread through the fill: an axle that stands still.
+    """Return a bridge under the load of its test, which is an axle at a fixed position, spread by the fill.
 
     The road of the axle is a tenth of a millimetre long. ``mo.crossing`` puts the load on the blocks.
     """
@@ -27,7 +27,7 @@ def under_line_load(scene: mo.Scene) -> mo.Scene:
 
 
 def ratio(loaded: mo.Scene, strength: float | None = None, **fill: object) -> float:
-    """Return the load that a bridge carries over the load of its test, with associative flow."""
+    """Return the computed collapse load divided by that of the test, with associative flow."""
     joints = mo.JointDefaults(friction_angle=33, strength=strength)
     made = loaded.replace(joints=joints, fills=[loaded.fills[0].replace(**fill)])
     return mo.solve(made, "static").required()
@@ -45,8 +45,9 @@ for words, ratios in found.items():
     print(f"{words}: {', '.join(f'{ratio:.2f}' for ratio in ratios)}")
 
 # %%
-# More passive pressure carries more, and crushing masonry less. No choice fits all five: what the soil did,
-# what spandrels and backing held, and how sound the rings were is not known.
+# More passive pressure increases the computed load, and crushing of the masonry reduces it. No choice fits
+# all five bridges. The behaviour of the soil, the contribution of spandrels and backing, and the condition of
+# the rings are not known.
 weight, third, full, crushing = found.values()
 assert all(a < b < c for a, b, c in zip(weight, third, full, strict=True))
 assert all(a < b for a, b in zip(crushing, third, strict=True))
@@ -54,7 +55,8 @@ assert min(third) < 0.6
 assert max(third) > 1.9
 
 # %%
-# Load found over that of the test. To the right of 1 limit analysis promises more than the bridge bore.
+# The picture shows the computed load divided by the load of the test. If the ratio is above 1, limit analysis
+# overestimates the collapse load of the bridge.
 figure = Figure(figsize=(7, 3.2), layout="constrained")
 axes = figure.subplots()
 for (words, ratios), marker in zip(found.items(), ["v", "s", "^", "x"], strict=True):

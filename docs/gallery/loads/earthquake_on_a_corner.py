@@ -2,8 +2,8 @@
 From which side does an earthquake bring a corner down first?
 =============================================================
 
-Two walls meet in a toothed corner, 4 m high. A code asks for earthquakes along both walls. What of those in
-between, and what does a vertical part take away?
+Two walls meet in a toothed corner, 4 m high. Codes require earthquakes along both walls. How low is the load
+factor in directions between the walls, and how much does a vertical force reduce it?
 """
 
 import masonry_opt as mo
@@ -22,8 +22,8 @@ joints = mo.JointDefaults(friction=0.6)
 corner = mo.Scene(title="corner of two walls", joints=joints, blocks=plan.blocks())
 
 # %%
-# λ is the horizontal seismic coefficient at which a corner at rest that is then shaken is expected to
-# collapse, every 15° in plan.
+# λ is the incremental load factor: the horizontal seismic coefficient at which the corner, loaded from rest
+# with elastic contacts, collapses. It is computed for every 15° in plan.
 found = mo.directions(corner, "incremental", every=15)
 around = found.table.set_index("direction")["load_factor"]
 print(f"along the walls: {around[[0, 90, 180, 270]].min():.3f}")
@@ -31,11 +31,12 @@ print(f"the least of all: {around.min():.3f}, {found.governing}")
 assert around.min() < around[[0, 90, 180, 270]].min()
 
 # %%
-# With three tenths of it upwards in the same moment every joint that slides is pressed less:
+# A simultaneous upward force of 0.3 times the horizontal force reduces the normal forces, and therefore the
+# friction, of all joints that slide:
 upwards = mo.directions(corner, "incremental", every=45, vertical=-0.3)
 print(f"and 0.3 of it upwards: {upwards.to_draw.required():.3f}, {upwards.governing}")
 assert upwards.to_draw.required() < around[::3].min()
 
 # %%
-# The weakest side is a little off the normal of either wall:
+# In the weakest direction, the earthquake is not exactly normal to either wall:
 found.plot()

@@ -1,15 +1,16 @@
 """
-Between which reactions does a settling pier hold?
-==================================================
+Between which reactions of a settling pier is a wall stable?
+============================================================
 
-The foundation under the right end of a wall softens. How much must it still bear, so that the wall
-stands, and what moves once it bears less?
+The foundation under the right end of a wall softens. Which reaction of the pier is necessary to keep the wall
+stable, and what is the mechanism if the reaction is smaller?
 """
 
 import masonry_opt as mo
 
 # %%
-# Two lintels on three piers, and a wall in bond above; 20 kN/m³, per metre of thickness.
+# Two lintels rest on three piers, and carry a wall in running bond. The unit weight is 20 kN/m³, and forces
+# are per metre of thickness.
 PIERS = {"left": (0.0, 0.8), "middle": (2.6, 3.4), "right": (5.2, 6.0)}
 COURSES = [[0, 3, 6], [0, 0.75, 1.75, 2.75, 3.75, 4.75, 6], [0, 1.25, 2.25, 3.25, 4.25, 5.25, 6]]
 
@@ -27,20 +28,23 @@ for row, ends in enumerate([*COURSES, COURSES[1], COURSES[2]]):
 wall = mo.Scene(title="wall on three piers", joints=mo.JointDefaults(friction=0.6), blocks=blocks)
 
 # %%
-# The pier moves straight down; its reaction is the force with which the ground presses it against the wall.
+# The pier moves vertically downwards. Its reaction is the force with which the ground presses the pier
+# against the wall.
 settling = mo.settle(wall, "right", (0, -1))
 print(settling)
 assert settling.usable
 settling.plot("least")
 
 # %%
-# Below the least reaction the wall follows its pier down. Pushed up, the pier lifts the wall at the greatest:
+# The wall follows the pier downwards at the least reaction. If the pier is pushed upwards, it lifts the wall
+# at the greatest reaction:
 settling.plot("greatest")
 
 # %%
-# Aside the pier needs no hold: its least reaction is below zero, for friction on its top holds it up to that
-# pull. How much friction bears there depends on the normal force, which other self-stress changes: Coulomb's
-# lowest found, the incremental and the associative reaction lie far apart.
+# In the horizontal direction the pier needs no support. Its least reaction is negative, because friction on
+# its top resists a pull of this size. The friction is proportional to the normal force, which depends on the
+# self-stress. The least reactions of Coulomb friction, of the incremental analysis and of associative flow
+# therefore differ widely.
 leaning = mo.settle(wall, "right", (1, 0))
 print(leaning)
 assert leaning.least.reaction < leaning.at_rest < leaning.greatest.reaction

@@ -1,9 +1,10 @@
 """
-What does a tie rod buy?
-========================
+By how much does a tie rod strengthen an arch?
+==============================================
 
-An arch thrusts its piers apart, and an earthquake along the span the more. The usual remedy is an iron rod
-between the springings. How much more does the arch bear, and from what strength on is a stronger rod no use?
+An arch thrusts its piers apart, and an earthquake along the span adds to the thrust. The usual remedy is an
+iron rod between the springings. By how much does the rod raise the load factor, and above which strength of
+the rod does the load factor not increase further?
 """
 
 import masonry_opt as mo
@@ -12,7 +13,7 @@ PIER = 3.0  # m
 
 
 def arch_on_piers(strength: float | None = None) -> mo.Scene:
-    """A semicircular arch of 4 m span on piers 1 m wide; a rod of some strength in kN, if any."""
+    """Return a semicircular arch of 4 m span on piers, with a rod of the given strength in kN, if any."""
     keys = {"unit_weight": 22, "live_per_weight": (1, 0)}
     arch = mo.Arch(at=(0, PIER), span=4, rise=2, thickness=0.5, voussoirs=15, abutments=False, **keys)
     pier = {"width": 1.0, "height": PIER, "drums": 6} | keys
@@ -30,7 +31,7 @@ def arch_on_piers(strength: float | None = None) -> mo.Scene:
 
 
 # %%
-# Without a rod, and with ever stronger ones:
+# The scene is solved without a rod, and with rods of increasing strength:
 bare = mo.solve(arch_on_piers())
 results = {strength: mo.solve(arch_on_piers(strength)) for strength in (5.0, 10.0, 20.0, 40.0)}
 print(f"no rod: load factor {bare.required():.4f}")
@@ -42,7 +43,8 @@ for strength, result in results.items():
     )
 
 # %%
-# While the rod yields, each kN buys the same; once other blocks move, a stronger rod is no use.
+# While the rod yields, the load factor increases in proportion to its strength. When another mechanism
+# governs, in which the rod does not yield, a stronger rod does not raise the load factor.
 load_factors = [bare.required(), *(result.required() for result in results.values())]
 assert load_factors == sorted(load_factors)
 results[10.0].plot()

@@ -2,9 +2,9 @@
 How much friction does an arch on piers need?
 =============================================
 
-The friction of a pointed arch on buttressed piers is not known well: anything between 0.2 and 0.8 has been
-measured for such stones. How far does its load factor, the sideways acceleration that brings it down as a
-share of gravity, depend on that, and on the joints' not opening as they slide?
+The friction of a pointed arch on buttressed piers is not well known: values between 0.2 and 0.8 have been
+measured for similar stones. The load factor is the horizontal acceleration at collapse, in g. How much does
+it depend on friction, and on the assumption that sliding joints open?
 """
 
 from matplotlib.figure import Figure
@@ -16,8 +16,8 @@ CASE = case_folder() / "examples" / "arch_on_piers.toml"
 FRICTIONS = [round(0.2 + 0.05 * step, 2) for step in range(13)]
 
 # %%
-# One call a method: the joints are found once, the programs are compiled once, and each run is certified
-# like any other. A run that fails is a row too, with its status.
+# The example calls ``mo.sweep`` once for each method. A sweep detects the joints and compiles the programs
+# once, and certifies every run. A run without a load factor is also a row of the table, with its status.
 columns = ["joints.friction", "load_factor", "status", "mechanism", "slides", "hinges"]
 frames = {
     method: mo.sweep(CASE, {"joints.friction": FRICTIONS}, method=method) for method in ("static", "coulomb")
@@ -25,11 +25,13 @@ frames = {
 print(frames["coulomb"][columns].to_string(index=False, float_format="{:.4f}".format))
 
 # %%
-# At 0.2 the arch does not stand. Up to 0.5 friction helps, and beyond that next to nothing, unless sliding is
-# taken to open joints (dashed): then every joint that slides lifts what it bears, the more the rougher it
-# is, and the load factor seems to rise on and on. (Steps down by up to a hundredth are no effect of friction:
-# of the many states of Coulomb friction the lowest of a few is taken, and the option ``search`` finds
-# lower ones at 0.55 and 0.65.)
+# At a friction of 0.2 the arch is unstable. Up to 0.5 the load factor increases with friction, and above 0.5
+# it is almost constant. With associative flow (dashed) the load factor keeps increasing, because every
+# sliding joint lifts the blocks above it, and the more so the higher the friction.
+#
+# Some Coulomb load factors are up to 1 % lower than at a smaller friction. These decreases are not effects
+# of friction: the default finds the lowest of a few states, and the option ``search`` finds lower states at
+# 0.55 and 0.65.
 figure = Figure(figsize=(7, 4.2), layout="constrained")
 axes = figure.add_subplot()
 for method, label, line, colour in (

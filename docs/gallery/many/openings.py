@@ -2,8 +2,9 @@
 Do wide windows or narrow piers weaken a façade?
 ================================================
 
-A façade of two windows is pushed in its own plane, each stone by its weight. Windows of one to three blocks,
-piers of two widths, friction of 0.4 and 0.7: what decides, and is it by sliding or by rocking?
+A façade with two windows is loaded in its own plane by the weight of each stone, applied sideways. The
+windows are one to three blocks wide, the piers have two widths, and the friction is 0.4 or 0.7. Which of
+these parameters governs the load factor, and does the façade slide or rock?
 """
 
 from matplotlib.figure import Figure
@@ -12,7 +13,10 @@ import masonry_opt as mo
 
 
 def facade(opening: int, jamb: int, friction: float) -> mo.Scene:
-    """Two windows, three courses high; outer piers ``jamb`` blocks wide, the one between twice that."""
+    """Return a façade with two windows, three courses high.
+
+    The outer piers are ``jamb`` blocks wide, and the middle pier is twice as wide.
+    """
     bond = mo.Facade(
         openings=(2, 1),
         block=(1.0, 0.5),
@@ -27,13 +31,15 @@ def facade(opening: int, jamb: int, friction: float) -> mo.Scene:
 
 
 # %%
-# The scene is a function of what varies; every combination is one run, certified like any other.
+# A function returns the scene for given parameters. Each combination of parameters is one run, and every run
+# is certified.
 frame = mo.sweep(facade, {"opening": [1, 2, 3], "jamb": [1, 2], "friction": [0.4, 0.7]}, workers=1)
 frame[["opening", "jamb", "friction", "load_factor", "status", "mechanism"]].round(4)
 
 # %%
-# Piers decide. Wider windows even help a little: they take away stones, which would push. Where friction is
-# 0.4 and piers are wide everything slides, at a load factor that is the friction itself.
+# The width of the piers governs. Wider windows increase the load factor slightly, because they remove stones
+# and their live load. With a friction of 0.4 and wide piers the whole façade slides, and the load factor
+# equals the friction coefficient.
 figure = Figure(figsize=(6, 3.6), layout="constrained")
 axes = figure.add_subplot(xlabel="width of a window (blocks)", ylabel="load factor λ", xticks=[1, 2, 3])
 for (jamb, friction), runs in frame.groupby(["jamb", "friction"]):

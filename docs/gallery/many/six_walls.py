@@ -1,9 +1,10 @@
 """
-Which of the six walls need their friction known?
-=================================================
+For which of the six walls is the value of friction important?
+==============================================================
 
-The walls of Ferris & Tin-Loi (2001), Table 1 of Gilbert, Casapulla & Ahmed (2006), are solved there for a
-friction of 0.65. If that is but the mean of a friction known to 15 %, how far does each load factor scatter?
+Gilbert, Casapulla & Ahmed (2006, Table 1) solve the six walls of Ferris & Tin-Loi (2001) for a friction of
+0.65. If friction has the mean 0.65 and a coefficient of variation of 15 %, how much does each load factor
+vary?
 """
 
 from matplotlib.figure import Figure
@@ -15,7 +16,8 @@ FRICTION = {"joints.friction": ("lognormal", 0.65, "15%")}
 WALLS = {n: case_folder() / "ferris_tinloi" / f"wall_{n}.toml" for n in range(1, 7)}
 
 # %%
-# Each wall is solved ten times, with the same ten frictions. For a thousand runs, on the command line::
+# Each wall is solved ten times, with the same ten values of friction. These shell commands make a thousand
+# runs for each wall::
 #
 #     for n in 1 2 3 4 5 6; do
 #         masonry-opt sweep cases/ferris_tinloi/wall_$n.toml --out results/wall_$n \
@@ -28,9 +30,10 @@ for n, known in samples.items():
     print(f"wall {n}: λ = {low:.4f}, {median:.4f}, {high:.4f} (5, 50, 95 %); {mechanisms}")
 
 # %%
-# Walls 3 and 4 rock: friction does not change their load factor. Walls 5 and 6 slide and rock at once, and
-# scatter by 3 and 7 %. Walls 1 and 2 slide where they are smooth, at a load factor that is the friction, and
-# are then as weak as each other; where they are rough they rock as well, and gain little.
+# Walls 3 and 4 rock, and friction does not change their load factor. Walls 5 and 6 slide and rock at the same
+# time, and their load factors vary by 3 and 7 %. At low friction walls 1 and 2 slide, and the load factor of
+# both equals the friction coefficient. At high friction walls 1 and 2 also rock, and their load factors
+# increase little.
 figure = Figure(figsize=(7, 3.8), layout="constrained")
 axes = figure.add_subplot(xlabel="load factor λ", xlim=(0, 0.7), ylim=(6.6, 0.4))
 axes.set_yticks(list(WALLS), [f"wall {n}" for n in WALLS])

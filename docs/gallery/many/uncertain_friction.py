@@ -2,9 +2,9 @@
 What if friction is not known?
 ==============================
 
-Friction of masonry is known to some 15 %. How far does the load factor of a wall scatter with it? Wall 5 of
-Ferris & Tin-Loi (2001) is solved for frictions drawn from a lognormal distribution with a mean of 0.65: for
-the lowest of its states that are found, and for the incremental load factor.
+The friction of masonry is known to about 15 %. How much does the load factor of a wall vary with it? The
+example solves wall 5 of Ferris & Tin-Loi (2001) for random values of friction from a lognormal distribution
+with a mean of 0.65. Each run computes the lowest load factor found and the incremental load factor.
 """
 
 import masonry_opt as mo
@@ -13,31 +13,34 @@ from masonry_opt.scene.case_file import case_folder
 wall = case_folder() / "ferris_tinloi" / "wall_5.toml"
 
 # %%
-# Of so few runs the median is known within some per cent, and of the 5 % quantile no lower limit: for that
-# there must be 72. The same seed gives the same runs.
+# Twenty runs determine the median to a few per cent. They provide no lower confidence limit of the 5 %
+# quantile, which requires 72 runs. Repeated samples with the same seed contain the same values.
 uncertain = {"joints.friction": ("lognormal", 0.65, "15%")}
 known = mo.sample(wall, uncertain, n=20, seed=0, workers=1)
 print(known)
 assert (known.falling, known.unlimited, known.undecided) == (0, 0, 0)
 
 # %%
-# The probability of collapse at a load, and the load that 95 % of such walls bear. The wall hinges more than
-# it slides: 15 % more or less friction changes its load factor little.
+# The picture shows the probability of collapse as a function of the load. The 5 % quantile is the load that
+# 95 % of such walls carry. The wall hinges more than it slides, so 15 % more or less friction changes its
+# load factor little.
 fragility = known.plot("fragility")
 lower, median, upper = known.quantiles()["incremental_value"]
 print(f"Incremental: 5 % collapse below λ = {lower:.4f}, half below {median:.4f}")
-assert lower < 0.21451 < upper  # where friction is 0.65
+assert lower < 0.21451 < upper  # the incremental load factor at a friction of 0.65
 
 # %%
-# The incremental load factor rises with friction: the ranks of both are nearly the same. The lowest found
-# falls where friction is high: friction also clamps, and with other forces at rest the wall then bears less.
+# The incremental load factor increases with friction, and their rank correlation is above 0.9. The lowest
+# load factor found decreases with friction. Friction also permits more self-stress, and with some of these
+# self-stresses the wall carries less load.
 correlation = known.sensitivity().loc[0]
 assert correlation["incremental_rank_correlation"] > 0.9
 assert correlation["upper"] < 0
 
 # %%
-# If every course has a friction of its own, two of them decide (a course: the joints at one height, counted
-# from below, bed joints and head joints by turns). Of the others as few runs cannot tell whether they matter.
+# If the friction of each course is an independent random value, two courses govern the load factor. A course
+# consists of the joints at one height. Courses are counted from the bottom, and bed joints and head joints
+# alternate. Twenty runs cannot show whether the other courses have an influence.
 by_course = mo.sample(wall, uncertain, n=20, seed=0, by="course", workers=1)
 matters = by_course.sensitivity().query("incremental_lower > 0 or incremental_upper < 0")
 print(matters)

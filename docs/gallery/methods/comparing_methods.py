@@ -2,9 +2,8 @@
 Do the methods agree?
 =====================
 
-One wall, wall 1 of Ferris & Tin-Loi (2001), and four methods. The published values are 0.64286
-(associative), 0.63982 (the loop of linear programs of Gilbert, Casapulla & Ahmed 2006) and 0.63898 (an
-MPEC).
+Three methods solve wall 1 of Ferris & Tin-Loi (2001). The published load factors are 0.64286 (associative),
+0.63982 (the loop of linear programs of Gilbert, Casapulla & Ahmed 2006) and 0.63898 (an MPEC).
 """
 
 import pandas as pd
@@ -24,8 +23,8 @@ scene = mo.Scene(
 )
 
 # %%
-# `static` is classical limit analysis; `nonassociative` the paper's loop; `coulomb` the
-# lowest of a few exact states.
+# Method `static` is classical limit analysis, and `nonassociative` is the loop of the paper. Method `coulomb`
+# returns the lowest of several exact collapse states.
 published = {"static": 0.64286, "nonassociative": 0.63982, "coulomb": 0.63898}
 results = {method: mo.solve(scene, method) for method in published}
 for method, result in results.items():
@@ -34,5 +33,5 @@ columns = ["load_factor", "exact", "lp_solves", "iterations"]
 pd.DataFrame({name: [getattr(r, name) for r in results.values()] for name in columns}, index=list(results))
 
 # %%
-# Coulomb's problem has many exact states. The default ends in the lowest known.
+# Many exact Coulomb states of this wall exist. The default method finds the lowest known state:
 results["coulomb"].plot()

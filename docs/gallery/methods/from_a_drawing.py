@@ -2,8 +2,8 @@
 Can a wall be read from a drawing?
 ==================================
 
-A survey often is a DXF file with the outline of every stone. Here a wall is drawn, read back from the
-drawing, and gives the same load factor.
+A survey is often a DXF file with the outline of every stone. The example writes a wall to a DXF file and
+reads the file. The load factor of the scene that was read equals the load factor of the original scene.
 """
 
 import tempfile
@@ -17,8 +17,9 @@ bond = mo.Wall(
 typed = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=bond.blocks())
 
 # %%
-# A drawing has shapes and supports (what is on a layer named "fixed"); friction, unit weight and live
-# load, as a multiple of each stone's weight, are given beside it.
+# A drawing contains the shapes of stones and supports; shapes on a layer named "fixed" are supports.
+# Friction, unit weight and live load are arguments of ``mo.read_dxf``. The live load is a multiple of each
+# stone's weight.
 with tempfile.TemporaryDirectory() as folder:
     drawing = Path(folder, "wall.dxf")
     mo.write_dxf(typed, drawing)
@@ -26,6 +27,7 @@ with tempfile.TemporaryDirectory() as folder:
 print(f"{len(read.blocks)} stones and supports: {', '.join(block.name for block in read.blocks[:4])}, ...")
 
 # %%
+# Both scenes have the same load factor:
 result = mo.solve(read)
 print(f"load factor {result.required():.6f}")
 assert abs(result.required() / mo.solve(typed).required() - 1) < 1e-6

@@ -2,9 +2,9 @@
 Can I use my own solver?
 ========================
 
-Every method's program can be written to a file, or handed over as a model of Pyomo. Here a wall's
-associative load factor (0.64286; Ferris & Tin-Loi 2001) comes from HiGHS in both ways, with nothing of
-this package in between.
+The program of a method can be written to a file, or built as a model of Pyomo. In this example HiGHS computes
+the associative load factor of a wall (0.64286; Ferris & Tin-Loi 2001) from a file and from a model. Both
+times HiGHS is called directly, not through this package.
 """
 
 import tempfile
@@ -31,7 +31,8 @@ scene = mo.Scene(
 )
 
 # %%
-# By file: LP, MPS or NL. Rows and columns are named after joints and blocks, λ is a column.
+# First from a file in the format LP, MPS or NL. Rows and columns are named after joints and blocks. The
+# column of λ is named `load_factor`.
 with tempfile.TemporaryDirectory() as folder:
     file = Path(folder, "wall.lp")
     mo.export(scene, file, method="static")
@@ -43,7 +44,7 @@ _, column = highs.getColByName("load_factor")
 by_file = highs.getSolution().col_value[column]
 
 # %%
-# By model: any solver that Pyomo knows.
+# Then from a model, with any solver that Pyomo supports:
 problem = assemble(scene).problem
 program = PyomoStatic(problem, ShearLimits.true(problem)).program
 pyo.SolverFactory("appsi_highs").solve(program)

@@ -2,9 +2,9 @@
 Beyond the paper: the least load factor of the six walls, from above and below
 ==============================================================================
 
-From above the lowest exact state that a search finds in 10 s, from below what `global` certifies within
-300 s of all states whose slips and edge openings sum to no more than the table says. A quarter of an hour
-on two cores.
+The upper limit is the lowest exact state that a search finds in 10 s. The lower limit is the bound that
+method `global` certifies within 300 s. The bound is valid for all states whose slips and edge openings sum to
+at most the number in the table. The example takes a quarter of an hour on two cores.
 """
 
 from functools import partial
@@ -30,7 +30,8 @@ with Workers() as workers:
     results = {part: end.found for part, end in workers.map(zip(parts, solves, strict=True))}
 
 # %%
-# Both ends of each wall. Rates (slips and edge openings) are in units of the live load's mean velocity.
+# The table lists the lowest load factor found and the bound of each wall. Rates (slips and edge openings) are
+# divided by the mean velocity of the live load.
 rows, steps = [], []
 for wall in WALLS:
     search, ends = results[wall, "search"], results[wall, "global"]
@@ -59,6 +60,7 @@ for (_, end), of in table_steps.groupby(["wall", "end"]):
     assert of["value"].is_monotonic_decreasing if end == "λ" else of["value"].is_monotonic_increasing
 
 # %%
+# The picture shows the lowest load factor found and the bound of each wall over time:
 figure = Figure(figsize=(9, 6), layout="constrained")
 ends = {
     "λ": ("lowest exact state found", "#D55E00"),

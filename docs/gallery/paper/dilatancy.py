@@ -1,13 +1,18 @@
 """
-Section 6.5: dilatancy that falls with normal stress
-====================================================
+Section 6.5: dilatancy that decreases with normal stress
+========================================================
 
-Dilatancy is whole up to half of a stress "none", and gone from none on. Two blocks by hand: in the face
-between A and B (length 1, normal force n) and under A (length 3, normal force 1 + n), λ = μ (1 + 2 n). B
-rises, n = 0.75, while either dilates; it sinks, n = 0.25, only if both contract; it rests, with any n in
-between, where neither does: where n and (1 + n) / 3 are at least none. The least is
-n = max(none, 3 none - 1), but at least 0.25 and at most 0.75: what was a jump at φ₀ = 0 is a rise from
-none = 0.25 to none = 1.75 / 3.
+A joint has its full dilatancy up to half of a stress σ₀, and no dilatancy above σ₀ (``none`` in the code).
+
+By hand, for the two blocks of Fig. 6: the joint between A and B has length 1 and normal force n. The joint
+below A has length 3 and normal force 1 + n. The load factor is λ = μ (1 + 2 n).
+
+- B rises, with n = 0.75, if one of both joints dilates.
+- B sinks, with n = 0.25, only if both joints contract.
+- B is at rest, with any n in between, if neither joint dilates: if n and (1 + n) / 3 are at least σ₀.
+
+The least n is therefore max(σ₀, 3 σ₀ - 1), but at least 0.25 and at most 0.75. The load factor does not jump
+as it does at φ₀ = 0 with constant dilatancy. It increases continuously from σ₀ = 0.25 to σ₀ = 1.75 / 3.
 """
 
 import numpy as np
@@ -19,9 +24,9 @@ from masonry_opt.scene.case_file import case_folder
 
 BLOCKS = mo.load(case_folder() / "gilbert" / "two_blocks.toml")
 WALL = mo.load(case_folder() / "ferris_tinloi" / "wall_1.toml")
-#: Block weights per unit of length.
+#: Values of the stress σ₀ above which joints do not dilate, in block weights per unit of length.
 LEVELS = (1e-4, 0.03, 0.1, 0.2, 0.3, 0.4, 0.5, 0.55, 0.7, 1, 2, 3, 10, 100)
-#: Real joints dilate little: 0.05, beside a dilatancy of friction's 0.65.
+#: Scenes by name, each with the dilatancy at low stress. Real joints dilate little, hence 0.05.
 SWEEPS = {
     "two blocks": (BLOCKS, 0.1),
     "wall 1, dilatancy 0.05": (WALL, 0.05),
@@ -30,19 +35,20 @@ SWEEPS = {
 
 
 def with_joints(scene: mo.Scene, **properties) -> mo.Scene:
-    """The scene with other properties in all joints that have none of their own."""
+    """Return the scene with new default properties of joints; exceptions of single joints remain."""
     return scene.replace(joints=properties)
 
 
 def by_hand(none: float) -> float:
-    """Least load factor of the two blocks."""
+    """Return the least load factor of the two blocks if joints do not dilate above the stress ``none``."""
     return 0.1 * (1 + 2 * min(max(none, 3 * none - 1, 0.25), 0.75))
 
 
 # %%
-# The loop, and its two limits: no dilatancy, and the same at any stress. Where the law is neither whole nor
-# zero, the loop may find no answer: a joint that dilates takes up force and so stops dilating, then loses it
-# again, and no blend settles between. Where it finds one λ need not be the least.
+# The loop is compared with its two limits: no dilatancy, and the same dilatancy at any stress. Where the
+# dilatancy changes with stress, the loop may find no answer. A joint that dilates attracts force, so that it
+# stops dilating and loses the force again, and the iterations do not converge. If the loop finds an answer,
+# its λ need not be the least.
 limits = {
     name: (
         mo.solve(scene, "nonassociative", incremental=False),
@@ -65,18 +71,20 @@ for name, of in table.groupby("scene"):
     low, high = (limit.required() for limit in limits[name])
     found = of["λ"].dropna()
     assert abs(of["λ"].iloc[-1] / high - 1) < 1e-3, name
-    # A joint without any force dilates, however low the level: on the wall λ stays above Coulomb's.
+    # A joint without any force dilates for every σ₀ > 0, so that λ of the wall stays above that of Coulomb
+    # friction.
     assert ((1 - 1e-3) * low < found).all(), name
     assert (found < (1 + 1e-3) * high).all(), name
-    assert found.diff().dropna().min() > -1e-3 * high, name  # rises with the stress
+    assert found.diff().dropna().min() > -1e-3 * high, name  # λ increases with σ₀
 blocks = table[table["scene"] == "two blocks"].dropna(subset="λ")
 assert abs(blocks["λ"].iloc[0] / limits["two blocks"][0].required() - 1) < 1e-3
-assert (blocks["λ"] > blocks["by hand"] * (1 - 1e-3)).all()  # by hand: the least
+assert (blocks["λ"] > blocks["by hand"] * (1 - 1e-3)).all()  # the value by hand is the least load factor
 assert ((blocks["λ"] / blocks["by hand"] - 1).abs() < 1e-3).sum() >= 10
 assert table["flow"].max() < 1e-2
 
 # %%
-# Dashed: no dilatancy; dotted: the same at any stress; a cross: no answer.
+# The dashed line is λ without dilatancy, the dotted line is λ with the same dilatancy at any stress, and a
+# cross marks a run without an answer.
 figure = Figure(figsize=(8, 9), layout="constrained")
 for axes, (name, (lower, upper)) in zip(figure.subplots(3, 1, sharex=True), limits.items(), strict=True):
     of = table[table["scene"] == name]

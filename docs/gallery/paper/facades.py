@@ -2,9 +2,10 @@
 Figs 14 to 16: façades, their mechanisms, and time against size
 ===============================================================
 
-Section 5.3: openings across × upwards, blocks of 3 × 1, the topmost left block omitted. The pattern round an
-opening is lost with the figures: numbers of blocks and variables are ours, and load factors of the paper's
-pattern are near ours and no more. Its times are of a machine of 1.4 GHz, of 2005.
+The façades of section 5.3 are named by their openings across × upwards. Blocks are 3 × 1, and the topmost
+left block is omitted. The pattern of blocks around an opening cannot be read from the figures. The numbers of
+blocks and variables therefore differ from the paper, and the load factors agree only approximately. The times
+of the paper were measured in 2005 on a machine with 1.4 GHz.
 """
 
 import numpy as np
@@ -15,12 +16,13 @@ import masonry_opt as mo
 from masonry_opt.scene.case_file import case_folder
 
 SCENES = {size: mo.load(case_folder() / "gilbert" / f"facade_{size}.toml") for size in ("1x3", "2x6", "4x12")}
-#: Section 5.3 relaxes the tolerance for the façades; sub-problems end the loop, nothing else. On larger ones
-#: the paper's own loop takes minutes: there it is only run as by default, with rough sub-problems.
+#: Façades on which the paper's own loop is run, and its options: section 5.3 relaxes the tolerance for
+#: façades. On the largest façade the paper's loop takes minutes, so that only the loop with rough
+#: sub-problems is run.
 PAPERS_LOOP, AS_PUBLISHED = ("1x3", "2x6"), {"preset": "paper", "tol": 2e-5}
 
 # %%
-# Times are the solvers' alone, as published.
+# The times include only the solvers, like the published times.
 rows, loops = [], {}
 for size, scene in SCENES.items():
     loops[size] = mo.solve(scene, "nonassociative", incremental=False, sub_problems="rough")
@@ -37,7 +39,7 @@ for size, scene in SCENES.items():
                 "blocks": result.size.blocks,
                 "LP variables": result.size.columns,
                 "published λ": known.get(name, np.nan),
-                "λ": result.load_factor,  # none where the paper's loop, without remedies, meets no state
+                "λ": result.load_factor,  # None if the paper's loop finds no state
                 "status": str(result.status),
                 "sub-problems": len(result.history) or 1,
                 "time (s)": result.seconds["solve"],
@@ -48,8 +50,9 @@ table = pd.DataFrame(rows)
 print(table.to_string(index=False))
 
 # %%
-# Associative load factors near the paper's; Coulomb's over it, which depends little on the pattern, within
-# one per cent; and where the paper's own loop ends 10 to 100 sub-problems, as published.
+# Three results are compared with the paper. The associative load factors agree within the tolerance of the
+# case file. The ratio of the Coulomb to the associative load factor depends little on the pattern, and agrees
+# within 1 %. Where the paper's own loop converges, it needs 10 to 100 sub-problems, as published.
 at = table.set_index(["openings", "answer"])
 for size in ("2x6", "4x12"):
     ours, known = at.loc[size, "λ"], at.loc[size, "published λ"]
@@ -63,9 +66,10 @@ assert ended["sub-problems"].between(10, 100).all()
 
 
 # %%
-# Exponents of time over the number of variables; the paper's from its two times, at our numbers.
+# The time grows with a power of the number of variables. The exponent of the paper is computed from its two
+# published times and the numbers of variables of this example.
 def exponent(of: pd.DataFrame, times: str) -> float:
-    """Of the power law fitted to these rows."""
+    """Return the exponent of a power law, fitted to the times over the number of LP variables."""
     of = of.dropna(subset=times)
     return float(np.polyfit(np.log(of["LP variables"]), np.log(of[times]), 1)[0])
 
@@ -92,7 +96,7 @@ axes.grid(color="#EEEEEE", which="both")
 axes.legend(fontsize=8, loc="upper left")
 
 # %%
-# Mechanisms at the loop's end.
+# Figs 14 and 15 show the mechanisms at the end of the loop, and Fig. 16 shows the times.
 figure_14 = loops["2x6"].plot()
 figure_15 = loops["4x12"].plot()
 figure_16  # noqa: B018

@@ -2,8 +2,9 @@
 Fig. 10: mechanisms of the six walls of Ferris & Tin-Loi
 ========================================================
 
-As the loop ends with them, and the share of the energy that goes into sliding: none on walls 3 and 4,
-which rock (footnote 4). Full blocks are 4 × 1.75; displacements are magnified.
+The example computes the mechanisms at the end of the loop, and the share of the energy that sliding
+dissipates. Walls 3 and 4 rock, and sliding dissipates no energy (footnote 4). Full blocks are 4 × 1.75.
+Displacements are magnified.
 """
 
 import pandas as pd
@@ -19,8 +20,8 @@ results = {
 }
 
 # %%
-# Sliding at the loop's last sub-problem. What is left on walls 3 and 4 is the loop's small cohesion, 1e-5 of
-# the largest normal force.
+# The table contains the energy of sliding in the last sub-problem of the loop. The small values of walls 3
+# and 4 come from the small cohesion of the loop, which is 1e-5 of the largest normal force.
 rows = []
 for wall, result in results.items():
     known, last = result.assembly.scene.reference, result.history.iloc[-1]
@@ -44,7 +45,7 @@ assert (table.loc[table["wall"].isin([3, 4]), "in sliding (%)"] < 0.1).all()
 assert (table.loc[~table["wall"].isin([3, 4]), "in sliding (%)"] > 1).all()
 
 # %%
-# Those of a row in one scale.
+# The three mechanisms of each row have the same scale.
 figure = Figure(figsize=(8, 7), layout="constrained")
 handles = {}
 for row, walls in zip(figure.subfigures(2, 1), ([1, 2, 3], [4, 5, 6]), strict=True):

@@ -2,8 +2,9 @@
 Fig. 11: convergence of the loop on wall 6
 ==========================================
 
-Load factors of the loop's sub-problems for several starting conditions, α and β (section 5.3). The paper: all
-answers are equal or very close to 0.29649, β = 0.2 takes 85 sub-problems, and β = 1 does not converge.
+The example shows the load factors of the loop's sub-problems for several starting conditions, α and β
+(section 5.3). According to the paper, all answers are equal or very close to 0.29649. The loop takes 85
+sub-problems with β = 0.2, and does not converge with β = 1.
 """
 
 import pandas as pd
@@ -15,8 +16,9 @@ from masonry_opt.scene.case_file import case_folder
 
 scene = mo.load(case_folder() / "ferris_tinloi" / "wall_6.toml")
 PUBLISHED = scene.reference["nonassociative"].value
-#: By panel and run: what differs from the paper's settings (trial cohesions in block weights). α = 0 alone:
-#: α_min = 0 too, so that nothing draws the normal forces to their least.
+#: For each panel and run, the options that differ from the paper's settings; trial cohesions are in block
+#: weights. The run with α = 0 throughout also has α_min = 0, so that nothing reduces the normal forces to
+#: their least values.
 PANELS = {
     "(a) starting conditions": {"associative": {}}
     | {f"trial cohesion {c:g}": {"start": "cohesive", "trial_cohesion": c} for c in (0.5, 1.0, 5.0)},
@@ -29,10 +31,12 @@ runs = {
     for panel in PANELS.values()
     for run, options in panel.items()
 }
-#: Of a loop that began again (with less slope, where a sub-problem had no state) the last attempt.
+#: Histories of the runs. If a sub-problem had no state, the loop starts again with smaller slopes of the
+#: limits, and only the last attempt is shown.
 histories = {run: r.history[r.history["attempt"] == r.history["attempt"].max()] for run, r in runs.items()}
 
 # %%
+# The table compares each run with the published load factor.
 table = pd.DataFrame(
     {
         "run": run,
@@ -54,7 +58,8 @@ assert converged.drop("α = 0 throughout")["diff %"].abs().max() < 0.1
 assert by_run.loc["β = 0.2", "sub-problems"] > 3 * by_run.loc["β = 0.4", "sub-problems"]
 
 # %%
-# A dot where a run converged, a cross where it did not; dotted: published.
+# A dot marks the end of a run that converged, and a cross the end of a run that did not converge. The dotted
+# line is the published load factor.
 figure = Figure(figsize=(8, 10.5), layout="constrained")
 ends = {"(d) the same, λ magnified": {"β = 0.2": {}, "β = 1": {}}}
 panels = figure.subplots(len(PANELS) + 1, 1)

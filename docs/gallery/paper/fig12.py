@@ -1,10 +1,11 @@
 """
-Fig. 12: where the energy goes, wall 6
-======================================
+Fig. 12: potential energy and energy of sliding, wall 6
+=======================================================
 
-The work of the live load at each iteration of the paper's loop: into raised weight, and into sliding, 18.2 %
-at the end (section 5.3). *Actual*: slips against the sub-problem's own shear limits; *corrected*: against
-Coulomb's. The paper finds them within 0.1 % of the total.
+At each iteration of the paper's loop, the work of the live load raises weights or is dissipated in sliding,
+18.2 % at the end (section 5.3). The *actual* energy of sliding is computed with the shear limits of the
+sub-problem, and the *corrected* energy with Coulomb's shear limits. In the paper both differ by at most 0.1 %
+of the total.
 """
 
 from matplotlib.figure import Figure
@@ -21,9 +22,10 @@ table["corrected (%)"] = 100 * table["corrected"] / table["λ"]
 print(table.to_string(index=False, float_format="{:.5g}".format))
 
 # %%
-# λ is the sum of both, to the solver's digits; no sliding costs anything in the first, associative program.
-# By step 6 the loop's small cohesion is taken off λ: it is friction in neither law, and without it actual
-# and corrected are as near as published.
+# λ equals the sum of both energies, to the accuracy of the solver. In the first, associative program sliding
+# dissipates no energy. Step 6 of the loop subtracts the energy of its small cohesion from λ, because this
+# energy is not friction. Without the energy of the small cohesion, the actual and the corrected energy differ
+# by less than 0.1 %, as published.
 last = table.iloc[-1]
 cohesion = 100 * (1 - result.required() / last["λ"])
 print(f"λ = {result.required():.5f}; small cohesion: {cohesion:.3f} % of the energy")
@@ -35,6 +37,7 @@ for share in ("actual (%)", "corrected (%)"):
 assert abs(last["actual (%)"] - cohesion - last["corrected (%)"]) < 0.1
 
 # %%
+# The upper diagram shows both energies, and the lower diagram the share of sliding:
 figure = Figure(figsize=(7.5, 6.5), layout="constrained")
 total, share = figure.subplots(2, 1, sharex=True, height_ratios=[1.5, 1])
 k = table["iteration"]

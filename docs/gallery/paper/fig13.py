@@ -2,8 +2,9 @@
 Fig. 13: the wall of Orduña & Lourenço
 ======================================
 
-792 blocks of 3 × 1 (section 5.3): associative and Coulomb load factor, the latter beside the MPEC that took
-Orduña & Lourenço 15 h 46 min on a machine of 551 MHz, the paper's loop 2 min on one of 1.4 GHz.
+The wall has 792 blocks of 3 × 1 (section 5.3). The example computes the associative and the Coulomb load
+factor, and compares the latter with an MPEC. The MPEC took Orduña & Lourenço 15 h 46 min on a machine with
+551 MHz. The paper's loop took 2 min on a machine with 1.4 GHz.
 """
 
 import pandas as pd
@@ -17,8 +18,8 @@ associative = mo.solve(scene, "static")
 loop = mo.solve(scene, "nonassociative", sub_problems="accurate")
 
 # %%
-# Which optimal state a solver returns decides where the loop ends; ours ends with exact forces on its
-# mechanism, within one per cent of the MPEC's 0.539.
+# The end of the loop depends on the optimal state that the solver returns. The loop of this package ends with
+# exact forces on its mechanism, within 1 % of the load factor 0.539 of the MPEC.
 rows = [("associative", associative, "associative"), ("Coulomb, loop", loop, "nonassociative")]
 table = pd.DataFrame(
     {

@@ -2,19 +2,24 @@
 Fig. 6: two blocks, and the jump of the load factor with the angle of dilatancy
 ===============================================================================
 
-Closed form. The face between A and B rises by ψ in the direction in which A is pushed. B, of weight 1,
-rests on a rough support in the line of that face, its weight in the middle of its span (0 ≤ x ≤ 3). As A
-moves by (1, tan φ₀), B rotates about one end of its support and touches A at one end of the face: about
-x = 0 and at x = 2 if it rises, about x = 1 and at x = 3 if it sinks. The shear force of the face passes
-through the hinge, so that moments about the hinge give the normal force n = κ cos ψ, κ = 1.5 / 2 if B rises,
-0.5 / 2 if it sinks. A drags B along; the face presses on A by n (cos ψ + μ sin ψ) downwards and
-n (μ cos ψ - sin ψ) backwards::
+The example compares computed load factors with a closed form. The face between A and B rises at the angle ψ
+in the direction in which A is pushed. B has weight 1 in the middle of its span (0 ≤ x ≤ 3), and rests on a
+rough support that is collinear with the face.
+
+A moves by (1, tan φ₀). B rotates about one end of its support and touches A at one end of the face. If B
+rises, it rotates about x = 0 and touches A at x = 2. If B sinks, it rotates about x = 1 and touches A at x =
+3.
+
+The shear force of the face passes through the hinge. Moments about the hinge therefore give the normal force
+n = κ cos ψ, with κ = 1.5 / 2 if B rises and 0.5 / 2 if B sinks. The face acts on A with the force
+n (cos ψ + μ sin ψ) downwards and n (μ cos ψ - sin ψ) against the motion::
 
     λ = μ (1 + n (cos ψ + μ sin ψ)) + n (μ cos ψ - sin ψ) = μ + κ cos² ψ (2 μ - (1 - μ²) tan ψ)
 
-With ψ = 0: 2.5 μ and 1.5 μ. With t = tan φ₀, B's end of the face moves along the normal of the face by
-2 t cos ψ - (1 - t²) sin ψ: first what the face opens by as it slips, then what A rises by. This changes its
-sign where tan 2φ₀ = tan ψ: the load factor jumps at φ₀ = ψ / 2 (footnote 2 of the paper).
+For ψ = 0 this gives 2.5 μ and 1.5 μ. With t = tan φ₀, the contact point of B moves along the normal of the
+face by 2 t cos ψ - (1 - t²) sin ψ. This is the opening of the face due to its slip, plus the motion of A
+along the normal. It changes its sign where tan 2φ₀ = tan ψ, so the load factor jumps at φ₀ = ψ / 2 (footnote
+2 of the paper).
 """
 
 from math import atan, cos, degrees, radians, tan
@@ -27,7 +32,7 @@ from masonry_opt.drawing.pictures import draw_mechanism
 from masonry_opt.scene.case_file import case_folder
 
 MU = 0.1
-#: By name: case file, and the angle ψ of the face in degrees.
+#: The case file and the angle ψ of the face in degrees, by the name of the variant.
 VARIANTS = {
     "flat": ("two_blocks", 0.0),
     "contracting wedge": ("wedge_blocks", 4.0),
@@ -38,24 +43,24 @@ SCENES = {name: mo.load(case_folder() / "gilbert" / f"{file}.toml") for name, (f
 
 
 def by_hand(face: float, rises: bool) -> float:
-    """λ of a face at ψ, in degrees."""
+    """Return λ by the closed form for a face at the angle ψ in degrees, if B rises or sinks."""
     psi, kappa = radians(face), 0.75 if rises else 0.25
     return MU + kappa * cos(psi) ** 2 * (2 * MU - (1 - MU**2) * tan(psi))
 
 
 def dilatant(name: str, angle: float) -> mo.Scene:
-    """The variant with the same angle of dilatancy, in degrees, in every joint but the rough one."""
+    """Return the variant with one angle of dilatancy, in degrees, in every joint except the rough joint."""
     joints = mo.JointDefaults(friction=MU, dilatancy=tan(radians(angle)))
     return SCENES[name].replace(joints=joints)
 
 
 def least(name: str, angle: float) -> mo.Result:
-    """The least load factor that a global search finds."""
+    """Return the result of method ``global`` for a variant and an angle of dilatancy in degrees."""
     return mo.solve(dilatant(name, angle), "global")
 
 
 def jump(name: str, face: float) -> float:
-    """Return the angle of dilatancy at which the least λ jumps, to 0.0005°, by bisection from the table's."""
+    """Return the angle of dilatancy at which the least λ jumps, by bisection to 0.0005°."""
     low, high = max(a for a in ANGLES if a < face / 2), min(a for a in ANGLES if a > face / 2)
     between = (by_hand(face, False) + by_hand(face, True)) / 2
     for _ in range(11):
@@ -65,7 +70,7 @@ def jump(name: str, face: float) -> float:
 
 
 # %%
-# At every angle, by hand, by a global search, and by the paper's loop.
+# At every angle, λ is computed by hand, by method `global`, and by the paper's loop.
 table = pd.DataFrame(
     {
         "variant": name,
@@ -85,15 +90,15 @@ table_jump = pd.DataFrame(
     for name, (_, face) in VARIANTS.items()
 )
 print(table.to_string(index=False), table_jump.to_string(index=False), sep="\n\n")
-assert table.loc[table["φ₀ (°)"] >= 0, "proven"].all()  # where joints do not contract
+assert table.loc[table["φ₀ (°)"] >= 0, "proven"].all()  # if joints do not contract
 assert (table["least λ"] / table["by hand"] - 1).abs().max() < 1e-8  # case files have twelve digits
-assert (table["loop"] / table["by hand"] - 1).abs().max() < 1e-5  # where the loop stops
+assert (table["loop"] / table["by hand"] - 1).abs().max() < 1e-5  # tolerance of the loop
 assert (table_jump["jump (°)"] - table_jump["published jump (°)"]).abs().max() < 7e-4
 for name, (_, face) in VARIANTS.items():
     assert abs(mo.solve(SCENES[name], "static").required() / by_hand(face, rises=True) - 1) < 1e-6
 
 # %%
-# (b) A pushes B up as it slides, (c) lets it sink; below, the load factor against φ₀.
+# In (b) A slides and lifts B, and in (c) B sinks. The lower diagrams show the load factor over φ₀.
 figure = Figure(figsize=(8, 5.6), layout="constrained")
 above, below = figure.subfigures(2, 1, height_ratios=[1, 2])
 mechanisms = {

@@ -2,9 +2,10 @@
 Fig. 7: two blocks, forces at each iteration
 ============================================
 
-How the loop moves between two blocks with shear limits that do not contract (a, α = 0), and with limits that
-do (b, α = 0.3 at first). Without contraction every load factor from 1.5 μ to 2.5 μ is a solution, and which
-one comes depends on the solver (section 4.1: 1.9535 μ, with MOSEK 2.5); with it the loop ends at 1.5 μ.
+The example follows the forces between two blocks during the loop. The shear limits do not contract in panel
+(a), with α = 0, and contract in panel (b), with α = 0.3 at first. Without contraction every load factor from
+1.5 μ to 2.5 μ is a solution. The loop then ends at a value that depends on the solver (section 4.1: 1.9535 μ,
+with MOSEK 2.5). With contraction the loop ends at 1.5 μ.
 """
 
 import matplotlib as mpl
@@ -21,7 +22,8 @@ PANELS = {"(a) α = 0": {"alpha": 0.0, "alpha_min": 0.0}, "(b) α = 0.3": {}}
 SOLVERS = [("cvxpy", "clarabel"), ("cvxpy", "highs-ipm"), ("cvxpy", "highs"), ("pyomo", "highs")]
 
 # %%
-# Where the loop ends, by solver. 1e-4: the small cohesion of the limits, 1e-5 of the largest normal force.
+# The table lists the load factor at which the loop ends with each solver. The tolerance of 1e-4 allows for
+# the small cohesion of the limits, which is 1e-5 of the largest normal force.
 ends = {
     (f"{solver} ({model})", panel): mo.solve(
         scene, "nonassociative", model=model, solver=solver, preset="paper", **options
@@ -36,14 +38,14 @@ table = pd.DataFrame(
 print(table.to_string(index=False))
 flat, contracts = (table.loc[table["panel"] == panel, "λ/μ"] for panel in PANELS)
 assert 1.5 * (1 - 1e-4) < flat.min() < flat.max() < 2.5 * (1 + 1e-4)
-assert np.diff(np.sort(flat.round(4).unique())).min() > 0.05 < flat.max() - flat.min()  # each its own
+assert np.diff(np.sort(flat.round(4).unique())).min() > 0.05 < flat.max() - flat.min()  # solvers differ
 assert (contracts / 1.5 - 1).abs().max() < 1e-3
 
 
 # %%
-# The joint between A and B at each iteration: its forces n and s, and the limit c + slope n on s.
+# The loop is followed at the joint between A and B: its forces n and s, and the limit c + slope n on s.
 def followed(**options: float) -> pd.DataFrame:
-    """One row an iteration of the loop, by Clarabel."""
+    """Return the forces and the shear limit of the joint at each iteration of the loop, by Clarabel."""
     steps = []
     result = mo.solve(
         scene, "nonassociative", preset="paper", incremental=False, progress=steps.append, **options
@@ -65,15 +67,17 @@ table_steps = pd.concat(paths, names=["panel", "iteration"]).reset_index()
 print(table_steps.to_string(index=False, float_format="{:.5f}".format))
 assert (table_steps["s"] < table_steps["c"] + table_steps["slope"] * table_steps["n"] + 1e-7).all()
 falls = paths["(b) α = 0.3"]["n"]
-assert abs(falls.iloc[0] - 0.75) < 1e-6  # by hand, B rising
-assert abs(falls.iloc[-1] - 0.25) < 1e-4  # B sinking
-# At the first iteration's n the second limit is Coulomb's, but for the small cohesion (1e-5 of 1.75).
+assert abs(falls.iloc[0] - 0.75) < 1e-6  # by hand, if B rises
+assert abs(falls.iloc[-1] - 0.25) < 1e-4  # by hand, if B sinks
+# At n of the first iteration the second limit equals Coulomb's limit, except for the small cohesion (1e-5 of
+# 1.75).
 second = paths["(b) α = 0.3"].iloc[1]
 assert abs(second["c"] + second["slope"] * falls.iloc[0] - MU * falls.iloc[0]) < 2e-5
 assert abs(second["slope"] + 0.3 * MU) < 1e-9
 
 # %%
-# Dots: forces; lines: the limits of the same colour, of which the first is Coulomb's.
+# Dots are forces, and lines are the limits of the iteration with the same colour. The first limit is
+# Coulomb's.
 figure = Figure(figsize=(8, 7.2), layout="constrained")
 above, below = figure.subfigures(2, 1, height_ratios=[1.5, 1])
 for axes, (panel, path) in zip(above.subplots(1, 2), paths.items(), strict=True):

@@ -2,9 +2,9 @@
 Fig. 8: Livesley's wedges
 =========================
 
-Two wedges between leaning abutments, one pulled up (section 5.1). With dilatancy the other one rises with
-it, λ = 1.8; without, it sinks, λ = 1.28. By hand, with t(x) = tan x°: 1 + (t9 - t1) / (t9 + t1) and
-1 + (t9 - t1) / (t9 + t19).
+Of two wedges between inclined abutments, one is pulled up (section 5.1). With dilatancy the unloaded wedge
+rises as well, and λ = 1.8. Without dilatancy the unloaded wedge sinks, and λ = 1.28. By hand, with t(x) = tan
+x°, the load factors are 1 + (t9 - t1) / (t9 + t1) and 1 + (t9 - t1) / (t9 + t19).
 """
 
 import pandas as pd
@@ -16,9 +16,9 @@ scene = mo.load(case_folder() / "livesley" / "wedges.toml")
 by_hand = {name: scene.reference[name].value for name in ("associative", "coulomb")}
 
 # %%
-# Statics in both languages; the paper's loop, which may end a trace lower than any Coulomb state; the
-# default; and the least load factor, which is proven. Values of the figure to half a unit in their last
-# digit.
+# The table has the static program in CVXPY and Pyomo, the paper's loop, the default, and the proven least
+# load factor. The loop may end slightly below any Coulomb state, within 2e-4. The values of the figure are
+# compared to half a unit in their last digit.
 runs = {
     "associative, CVXPY": (mo.solve(scene, "static"), 1.8, "associative", 1e-6),
     "associative, Pyomo": (mo.solve(scene, "static", model="pyomo"), 1.8, "associative", 1e-6),
@@ -44,7 +44,8 @@ for name, (result, drawn, reference, tolerance) in runs.items():
 assert runs["least, proven"][0].status is mo.Status.OPTIMAL
 
 # %%
-# The unloaded wedge, "right", rises in (a), associative, and sinks in (b), Coulomb.
+# The unloaded wedge, "right", rises in picture (a) with associative flow, and sinks in picture (b) with
+# Coulomb friction.
 associative, coulomb = runs["associative, CVXPY"][0], runs["least, proven"][0]
 rises, sinks = (result.blocks.set_index("block")["vy"]["right"] for result in (associative, coulomb))
 assert rises > 0 > sinks

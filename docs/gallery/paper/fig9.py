@@ -2,9 +2,14 @@
 Fig. 9: the least thickness of a semicircular arch
 ==================================================
 
-27 voussoirs, centreline radius 10 m, own weight (section 5.2): it collapses by hinges alone (mode I) where
-friction is above 0.396, by sliding alone (mode III) below 0.31, where no thickness stands, by both (mode II)
-between. Limits of many voussoirs: Cocchetti & Rizzi (2020), doi 10.3221/IGF-ESIS.51.26.
+The arch has 27 voussoirs and a centreline radius of 10 m, and is loaded by its own weight (section 5.2). It
+collapses in one of three modes:
+
+- mode I, by hinges alone, if friction is above 0.396
+- mode II, by hinges and sliding, if friction is between 0.31 and 0.396
+- mode III, by sliding alone, if friction is below 0.31; an arch of any thickness is then unstable
+
+Cocchetti & Rizzi (2020, doi 10.3221/IGF-ESIS.51.26) give the limits for many voussoirs.
 """
 
 import math
@@ -22,21 +27,22 @@ FRICTIONS = (0.32, 0.33, 0.34, 0.35, 0.36, 0.37, 0.38, 0.39, 0.4, 0.45, 0.5, 0.6
 
 
 def scene(arch: mo.Arch, friction: float, thickness: float | None = None) -> mo.Scene:
-    """The arch, of another thickness if one is given."""
+    """Return the scene of an arch, with another thickness if ``thickness`` is not None."""
     made = arch if thickness is None else arch.replace(thickness=thickness)
     return mo.Scene(title="arch", joints=mo.JointDefaults(friction=friction), blocks=made.blocks())
 
 
 def thinnest(arch: mo.Arch, friction: float):
-    """The least thickness at which it stands, with both ends of the interval in which it lies."""
+    """Return the least thickness at which the arch is stable, and an interval that contains it."""
     return mo.least(lambda t: scene(arch, friction, t), 0.01, 19.9, tolerance=1e-6, samples=0)
 
 
 def transitions(arch: mo.Arch) -> tuple[float, float, float]:
-    """Least thickness of the arch that hinges, μ from mode I to II, μ from mode II to III.
+    """Return the least thickness in mode I, and μ at the transitions from mode I to II and from II to III.
 
-    A thrust that is unique needs |s| ≤ μ n in every joint. The work of a sliding mechanism is in proportion
-    to the thickness, and its sign decides in an arch as thick as its radius.
+    At the least thickness in mode I the thrust line is unique, and mode I requires |s| ≤ μ n in every joint.
+    The work of the weight on a sliding mechanism is proportional to the thickness. Its sign can therefore be
+    determined for a thick arch, whose thickness equals its radius.
     """
     hinged = thinnest(arch, math.inf)
     forces = hinged.holds.result.joints
@@ -46,8 +52,11 @@ def transitions(arch: mo.Arch) -> tuple[float, float, float]:
 
 
 def opened(friction: float, thickness: float) -> mo.Scene:
-    """The arch under a live load that takes one voussoir's weight off the normal force of every joint, a
-    pressure from inside: its load factor is the margin with which it stands."""
+    """Return the arch under an outward pressure as live load, applied as one point load per voussoir.
+
+    The pressure reduces the normal force of every joint by the weight of one voussoir. The load factor is the
+    margin of stability.
+    """
     step = math.pi / ARCH.voussoirs
     outward = 2 * math.sin(step / 2) * step * ARCH.radius * thickness
     angles = [math.pi - step * (number + 0.5) for number in range(ARCH.voussoirs)]
@@ -59,8 +68,8 @@ def opened(friction: float, thickness: float) -> mo.Scene:
 
 
 # %%
-# Where the mode changes; with weights of straight-edged voussoirs, and of 501 with weights along the
-# centreline, as Cocchetti & Rizzi have them.
+# The table lists the transitions between the modes. They are also computed with the weights of voussoirs with
+# straight edges, and for 501 voussoirs whose weights act on the centreline, as in Cocchetti & Rizzi.
 hinging, one_to_two, two_to_three = transitions(ARCH)
 straight = transitions(ARCH.replace(weights="straight"))
 many = transitions(ARCH.replace(weights="centreline", voussoirs=501))
@@ -80,8 +89,9 @@ missed = table_transitions.query("abs(ours / published - 1) > tolerance")
 assert missed.empty, missed
 
 # %%
-# The curve, and whether Coulomb's flow rule changes it: below the least thickness no state of equilibrium
-# exists, whatever the flow rule; 5 % above, exact Coulomb states have the associative margin.
+# The next table contains the least thickness for each friction. Below the least thickness no state of
+# equilibrium exists under any flow rule. At 5 % above it, exact Coulomb states have the same margin as
+# associative flow, so Coulomb's flow rule does not change the curve.
 rows = []
 for mu in sorted([*FRICTIONS, two_to_three + 1e-4, one_to_two - 1e-4, one_to_two + 1e-4]):
     found = thinnest(ARCH, mu)
@@ -95,12 +105,13 @@ names = ["μ", "mode", "thickness (m)", "over radius", "margin, associative", "m
 table = pd.DataFrame(rows, columns=names)
 print(table.to_string(index=False, float_format="{:.6g}".format))
 assert (table["mode"] == np.where(table["μ"] > one_to_two, "I", "II")).all()
-mixed = table[table["μ"] > 0.31]  # where all slides, sliding does no work against the pressure
+mixed = table[table["μ"] > 0.31]  # in pure sliding the pressure does no work
 assert (mixed["margin, Coulomb"] / mixed["margin, associative"] - 1).abs().max() < 1e-6
 falls = [mo.solve(opened(mu, 19.9), "static").status for mu in (0.2, 0.3, two_to_three - 1e-4)]
 assert set(falls) == {mo.Status.UNSTABLE}
 
 # %%
+# The diagram shows the least thickness over friction, and the pictures show the three modes.
 figure = Figure(figsize=(7, 4.2), layout="constrained")
 axes = figure.add_subplot(xlabel="friction μ = tan φ", ylabel="least thickness (m)", xlim=(0.2, 0.8))
 for mode, text in (("II", "mode II: mixed"), ("I", f"mode I: hinging, μ > {one_to_two:.4f}")):
@@ -113,7 +124,7 @@ axes.set_ylim(0, 5)
 axes.secondary_yaxis("right", functions=(lambda t: 10 * t, lambda t: t / 10)).set_ylabel("% of the radius")
 axes.legend()
 
-# The modes. Sliding does no work against the pressure: a load on the crown drives mode III.
+# The pressure does no work in pure sliding, so mode III is computed with a load on the crown.
 loop = {"method": "nonassociative", "incremental": False, "always": True}
 figure_mode_i = mo.solve(opened(0.5, 1.0002 * hinging), **loop).plot()
 figure_mode_ii = mo.solve(opened(0.35, 1.05 * thinnest(ARCH, 0.35).value), "nonassociative").plot()

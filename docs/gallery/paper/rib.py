@@ -2,9 +2,10 @@
 Section 5.2: the arch rib of Pippard & Ashby
 ============================================
 
-For friction above about 0.11, the paper says, associative and Coulomb load factors of the rib coincide. Its
-geometry is not in the paper; with the one assumed in the case file they coincide below as well, down to the
-friction at which the rib no longer stands under its own weight.
+According to the paper, the associative and the Coulomb load factors of the rib coincide for friction above
+about 0.11. The paper does not state the geometry of the rib. With the geometry assumed in the case file, both
+load factors also coincide below 0.11, down to the friction at which the rib becomes unstable under its own
+weight.
 """
 
 import pandas as pd
@@ -34,17 +35,17 @@ FRICTIONS = (
     0.6,
     0.8,
 )
-#: Where a global search looks for a lower Coulomb load factor.
+#: Values of friction for which method ``global`` also looks for a lower Coulomb load factor.
 SEARCHED = (0.07, 0.08, 0.1, 0.12)
 
 
 def rib(friction: float) -> mo.Scene:
-    """The rib with another friction in all joints."""
+    """Return the rib with the given friction in all joints."""
     return RIB.replace(friction=friction)
 
 
 # %%
-# The friction below which the rib falls by itself.
+# First, the friction below which the rib is unstable under its own weight is computed.
 stands = mo.least(rib, 1e-3, 1.0, samples=0)
 print(stands)
 assert stands.value < CLAIMED
@@ -52,7 +53,8 @@ assert mo.solve(rib(stands.value - 1e-4), "static").status is mo.Status.UNSTABLE
 assert 0 < mo.solve(rib(stands.value + 1e-4), "static").required() < 0.01
 
 # %%
-# Load factors, in voussoir weights: the loop to its own tolerance, exact states to that of the solver.
+# The table contains load factors in voussoir weights. The loop agrees with the associative load factor to the
+# tolerance of the loop, and exact states agree to the tolerance of the solver.
 rows = []
 for mu in FRICTIONS:
     scene = rib(mu)
@@ -74,6 +76,7 @@ assert apart["coulomb"] < 1e-7
 assert apart["global"] < 1e-4
 
 # %%
+# The picture shows all load factors over friction:
 figure = Figure(figsize=(7, 4.2), layout="constrained")
 axes = figure.add_subplot(xlabel="friction μ = tan φ", ylabel="load factor λ (voussoir weights)")
 axes.plot(table["μ"], table["associative"], color="#0072B2", label="associative")

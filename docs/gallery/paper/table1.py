@@ -2,10 +2,11 @@
 Table 1: the six walls of Ferris & Tin-Loi
 ==========================================
 
-The associative load factor, the paper's loop, the mixed complementarity problem (MCP) and the MPEC of
-Ferris & Tin-Loi (2001), each beside the published value; the incremental load factor, which the loop and
-that MCP come near; and the lowest state that a search finds, beside the lowest known. Methods have their
-defaults. The incremental load factor has a column of its own.
+The table compares five computed load factors with published values. These are the associative load factor,
+the paper's loop, exact Coulomb states (compared with the mixed complementarity problem, MCP, of Ferris &
+Tin-Loi 2001), and their MPEC. The incremental load factor has a column of its own; the loop and the MCP are
+close to it. The lowest state that a search finds is compared with the lowest known state. All methods have
+their default options.
 """
 
 from functools import partial
@@ -16,7 +17,7 @@ import masonry_opt as mo
 from masonry_opt.scene.case_file import case_folder
 from masonry_opt.studies.runner import Workers
 
-#: By column: method, options, and the value of the case file that it is held against.
+#: For each column, the method, its options, and the value of the case file with which it is compared.
 COLUMNS = {
     "mpec": ("mpec", {}, "mpec"),
     "search": ("coulomb", {"search": 30.0}, "refined"),
@@ -30,14 +31,14 @@ WALLS = {n: mo.load(case_folder() / "ferris_tinloi" / f"wall_{n}.toml") for n in
 
 
 def published(wall: int, name: str) -> float:
-    """A value of the wall's case file; NaN if there is none."""
+    """Return a reference value of the wall's case file; NaN if the file does not contain it."""
     known = WALLS[wall].reference.get(name)
     return known.value if known else float("nan")
 
 
 # %%
-# Every solve runs in a process of its own, those that take longest first. A search ends at the lowest
-# state known, or after 30 s.
+# Each solve runs in its own process, and the longest solves start first. A search ends at the lowest known
+# state, or after 30 s.
 parts = [(wall, column) for column in COLUMNS for wall in reversed(WALLS)]
 solves = []
 for wall, column in parts:
@@ -51,9 +52,9 @@ found = {at: result.required() for at, result in results.items()}
 found |= {(wall, "incremental"): results[wall, "incremental"].incremental for wall in WALLS}
 
 # %%
-# The table, walls as rows. The Coulomb problem has many states: the MCP's solver, the default (`coulomb`),
-# the loop and the MPEC each end in one of their own. Elastic contacts and a load history from rest
-# (`incremental`) single one out.
+# Each row of the table is a wall. The Coulomb problem has many states. The solver of the MCP, the default
+# (`coulomb`), the loop and the MPEC end in different states. Method `incremental` selects one state, by
+# elastic contacts and a load history from rest.
 table = pd.DataFrame(
     {
         "wall": wall,
@@ -79,7 +80,8 @@ table = pd.DataFrame(
 print(table.to_string(index=False, float_format="{:.5f}".format))
 
 # %%
-# What is left of every condition, and what it took. Published times are of machines of 2001 and 2005.
+# The second table contains the residual of each condition, and the number of programs and the time of each
+# method. The published times are those of machines of 2001 and 2005.
 times = {"loop": "nonassociative_seconds", "mpec": "mpec_seconds"}
 table_residuals = pd.DataFrame(
     {
@@ -98,11 +100,17 @@ table_residuals = pd.DataFrame(
 print(table_residuals.to_string(index=False, float_format="{:.2g}".format))
 
 # %%
-# Associative load factors to the five published digits; the loop within 3e-4 (wall 5: 2e-3); the MPEC
-# within 1e-4; the incremental load factor, which is another number, within 4e-3 of the published loop; the
-# default nowhere above the published MCP by more than 5e-4; the search at the lowest state known on walls 1
-# to 5. On wall 6 the machine decides how far its seconds take it: to 2e-4 above the lowest known or, where
-# they are few, to the MPEC's state.
+# The assertions compare these results with published values:
+#
+# - the associative load factors, to the five published digits
+# - the loop, within 3e-4 (wall 5: 2e-3)
+# - the MPEC, within 1e-4
+# - the incremental load factor with the published loop, within 4e-3, although it is another quantity
+# - the default, which is at most 5e-4 above the published MCP
+# - the search, which finds the lowest known state of walls 1 to 5
+#
+# On wall 6 the result of the search depends on the speed of the machine. The search ends 2e-4 above the
+# lowest known state or, on a slow machine, in the state of the MPEC.
 for wall, scene in WALLS.items():
     size, known = results[wall, "loop"].size, scene.reference
     assert (size.blocks, size.joints) == (known["blocks"].value, known["joints"].value), wall

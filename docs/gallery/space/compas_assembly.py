@@ -1,10 +1,11 @@
 """
-What does an assembly from COMPAS bear?
-=======================================
+Which acceleration does an assembly from COMPAS withstand?
+==========================================================
 
-Who works with COMPAS has blocks already: an assembly in a JSON file. One of a vault of seven voussoirs is
-read, shaken along its span, and goes back with forces at its interfaces. Oppenheim (1992, *The masonry arch
-as a four-link mechanism under base motion*) gives 0.37 g for its section.
+Users of COMPAS have their blocks as an assembly in a JSON file. The example reads an assembly of a vault of
+seven voussoirs, and computes the acceleration along the span at which the vault collapses. It then writes the
+assembly with the forces at its interfaces. For the section of the vault, Oppenheim (1992, *The masonry arch
+as a four-link mechanism under base motion*) gives 0.37 g.
 """
 
 import json
@@ -20,15 +21,17 @@ folder = TemporaryDirectory()
 path, solved = Path(folder.name, "vault.json"), Path(folder.name, "solved.json")
 
 # %%
-# The file stands for one of yours: an assembly of compas_assembly whose abutments say ``is_support``.
+# The example writes its own input file: an assembly of compas_assembly whose abutments have the attribute
+# ``is_support``.
 keys = {"radius": 10, "angles": (168.75, 11.25), "thickness": 1.5, "voussoirs": 7}
 vault = mo.Barrel(**keys, length=4, stone=2, unit_weight=1)
 mo.export(mo.Scene(title="vault", joints=mo.JointDefaults(friction=0.75), blocks=vault.blocks()), path)
 
 # %%
-# Friction, unit weight and live load are given beside it. A live load of three numbers asks for a scene in
-# space. Between straight edges, as solids have them, weights lie a little otherwise than in the ring that
-# Oppenheim takes: the load factor is that of the arch with such weights, and 1 % more than his.
+# Friction, unit weight and live load are arguments. A live load with three components makes a scene in space.
+# Voussoirs of a solid vault have straight edges, so that their weights differ slightly from those of
+# Oppenheim's curved ring. The load factor equals that of a plane arch with the weights of straight voussoirs,
+# and is within 1 % of Oppenheim's value.
 scene = mo.read_compas(path, friction=0.75, unit_weight=1, live=(1, 0, 0))
 result = mo.solve(scene)
 print(result)
@@ -38,8 +41,9 @@ assert abs(result.required() - straight) < 1e-6
 assert abs(result.required() / 0.37 - 1) < 0.01
 
 # %%
-# Back to COMPAS: at each contact point of an interface the forces along its axes, on the first of its blocks.
-# Together the abutments push back with λ times the weight of the vault, and hold that weight.
+# The exported assembly has forces at each contact point of an interface. They act on the first block of the
+# interface, along the axes of the interface. The resultant of the abutments balances λ times the weight
+# horizontally, and the weight vertically.
 mo.export(result, solved)
 pushed = np.zeros(3)
 for first, others in json.loads(solved.read_text())["data"]["graph"]["data"]["edge"].items():

@@ -2,9 +2,9 @@
 How far may a tower of scanned stones lean?
 ===========================================
 
-A tower of eight sides has come to lean, and its drums with it. They are modelled in Rhino or Blender, or
-scanned, and come as one OBJ file: a closed mesh a stone, lengths in metres with three decimals. At what lean
-does it fall, and what is left of it before?
+A tower of octagonal drums leans. The drums were modelled in Rhino or Blender, or scanned, and exported to one
+OBJ file. The file has a closed mesh for each stone, with coordinates in metres and three decimals. At which
+lean does the tower collapse, and what is its load factor at a smaller lean?
 """
 
 from math import cos, pi, sin
@@ -17,10 +17,11 @@ RADIUS, HEIGHT, DRUMS, SIDES = 2.0, 12.0, 6, 8
 
 
 # %%
-# Such a file, of our own making: `o` begins a stone and names it (those named "fixed ..." are supports), `v`
-# is a corner, and `f` a face by the numbers of its corners, which count on through the file.
+# A function writes such a file. A line `o` begins a stone and names it, and stones named "fixed ..." are
+# supports. A line `v` is a corner. A line `f` is a face, given by the numbers of its corners. Corners are
+# numbered through the whole file.
 def tower(lean: float) -> str:
-    """Drums whose middles move to x by ``lean`` for each metre of height, on a plinth."""
+    """Return the lines of an OBJ file: drums on a plinth, shifted along x by ``lean`` per metre of height."""
     levels = [(-1, 0), *((HEIGHT * drum / DRUMS, HEIGHT * (drum + 1) / DRUMS) for drum in range(DRUMS))]
     lines = []
     for stone, level in enumerate(levels):
@@ -37,7 +38,7 @@ def tower(lean: float) -> str:
 
 
 def read(lean: float) -> mo.Scene:
-    """From the file to a scene; live load: an earthquake towards the lean."""
+    """Write and read the file, and return the scene. The live load is an earthquake towards the lean."""
     with TemporaryDirectory() as folder:
         path = Path(folder, "tower.obj")
         path.write_text(tower(lean))
@@ -45,8 +46,10 @@ def read(lean: float) -> mo.Scene:
 
 
 # %%
-# By hand: it turns about the side of its foot that it leans to, a = R cos(π/8) from the middle. The weight
-# acts at half the height, h/2 · lean nearer: λ = (a − lean h/2) / (h/2), and it falls at lean = a / (h/2).
+# By hand: the tower rotates about the side of its foot in the direction of lean, at the distance a = R
+# cos(π/8) from the middle. The weight acts at half the height, and the lean shifts it by lean · h/2 towards
+# this side. Hence λ = (a − lean h/2) / (h/2), and the tower collapses under its own weight at lean = a /
+# (h/2).
 foot = RADIUS * cos(pi / SIDES)
 for lean in (0.0, 0.1, 0.2):
     result = mo.solve(read(lean))

@@ -2,8 +2,8 @@
 How thick must the walls under a barrel vault be?
 =================================================
 
-A barrel vault thrusts its walls apart. Its section, analysed in the plane, knows nothing of an end wall that
-is toothed into both: how much thinner may they be with one?
+A barrel vault thrusts its side walls apart. A plane analysis of the section neglects an end wall that is
+toothed into both side walls. How much thinner may the side walls be with an end wall?
 """
 
 import masonry_opt as mo
@@ -15,7 +15,7 @@ FRICTION = mo.JointDefaults(friction=0.7)
 
 
 def room(wall: float, end_wall: bool) -> mo.Scene:
-    """Two side walls of that thickness under a vault, with or without a wall at its far end."""
+    """Return two side walls of the given thickness under a vault, with or without an end wall."""
     middle = (SPAN + wall) / 2
     axes = {"left": [(-middle, 0), (-middle, LENGTH)], "right": [(middle, 0), (middle, LENGTH)]}
     if end_wall:
@@ -30,7 +30,7 @@ def room(wall: float, end_wall: bool) -> mo.Scene:
 
 
 def section(wall: float) -> mo.Scene:
-    """The same in the plane, of 1 m."""
+    """Return the section of the room without an end wall, in the plane and 1 m wide."""
     blocks = mo.Arch(at=(0, HEIGHT), **VAULT, **STONE).blocks()
     for name, left in (("left", -SPAN / 2 - wall), ("right", SPAN / 2)):
         blocks += mo.Column(name=name, at=(left, 0), width=wall, height=HEIGHT, drums=6, **STONE).blocks()
@@ -38,7 +38,8 @@ def section(wall: float) -> mo.Scene:
 
 
 # %%
-# Without an end wall the room needs what its section does: no wall leans unless all of it does.
+# Without an end wall the room needs the same thickness as its section, because each wall leans along its
+# whole length. With an end wall the side walls may be thinner by 40 %.
 roughly = {"samples": 0, "tolerance": 1e-4}
 in_the_plane = mo.least(section, 0.2, 0.8, **roughly).value
 alone = mo.least(lambda wall: room(wall, end_wall=False), 0.2, 0.8, **roughly).value
@@ -48,8 +49,8 @@ assert abs(alone - in_the_plane) < 2e-4
 assert 0.58 < held / alone < 0.62
 
 # %%
-# That a state of equilibrium exists is all that is asked here; with the end wall it rests on friction along
-# the teeth. Walls of 0.6 m without one, and the load on the crown that spreads them:
+# The least thickness requires only that a state of equilibrium exists. With the end wall, this state needs
+# friction along the teeth. The picture shows walls of 0.6 m without an end wall, under a load on the crown:
 result = mo.solve(room(0.6, end_wall=False))
 assert abs(result.associative / result.required() - 1) < 1e-5
 result.plot(view=(-50, 25))

@@ -2,8 +2,9 @@
 Does a wall carry less in space than in the plane?
 ==================================================
 
-A plane analysis says what a wall carries along its own plane. Made thick it might twist, or lean out. Wall 1
-of Table 1 of Gilbert, Casapulla & Ahmed (2006) is pushed along its plane, and then across.
+A plane analysis computes the load factor of a wall that is loaded in its own plane. A wall in space could
+also twist or lean out of its plane. The example loads wall 1 of Table 1 of Gilbert, Casapulla & Ahmed (2006)
+first in its plane and then out of its plane.
 """
 
 import masonry_opt as mo
@@ -12,8 +13,8 @@ from masonry_opt.scene.case_file import case_folder
 THICKNESS, HEIGHT, FRICTION = 0.7, 10.5, 0.65
 
 # %%
-# Along the wall nothing is lost, however thick it is: the associative load factor in space is the 0.64286 of
-# Table 1, and the Coulomb state that is found is the lowest that is known in the plane, 0.638982.
+# In its plane the wall has the same load factors in space, for any thickness. The associative load factor is
+# the 0.64286 of Table 1. The lowest Coulomb state found is the lowest state known in the plane, 0.638982.
 flat = mo.load(case_folder() / "ferris_tinloi" / "wall_1.toml")
 for scene in (flat, mo.extrude(flat, THICKNESS), mo.extrude(flat, HEIGHT)):
     along = mo.solve(scene, incremental=False)
@@ -23,9 +24,10 @@ for scene in (flat, mo.extrude(flat, THICKNESS), mo.extrude(flat, HEIGHT)):
 
 
 # %%
-# Across it the plane knows nothing: the wall falls over its foot at t / h, up to where it slides.
+# A plane analysis cannot load the wall out of its plane. Out of its plane a wall of thickness t and height h
+# overturns at λ = t / h, or slides if friction is smaller than t / h.
 def across(thickness: float) -> mo.Scene:
-    """Its weight, sideways, out of the plane."""
+    """Return the wall with the given thickness. The live load is its weight, applied out of its plane."""
     thick = mo.extrude(flat, thickness)
     turned = [one if one.fixed else one.replace(live_per_weight=(0, 1, 0)) for one in thick.blocks]
     return thick.replace(title="wall 1, pushed across", blocks=turned)

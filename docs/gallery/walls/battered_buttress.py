@@ -2,8 +2,9 @@
 How much should a buttress taper?
 =================================
 
-A vault thrusts against a buttress. A broad foot keeps it from overturning, but stone that is put there no
-longer weighs on the joints above: of one amount of stone, which taper bears most?
+A vault thrusts against a buttress. A wide foot increases the resistance to overturning, but stone at the foot
+does not press on the joints above, which may slide. Which taper of a given amount of stone carries the
+largest thrust?
 """
 
 import masonry_opt as mo
@@ -13,7 +14,7 @@ LOW, HIGH = 1.5, 2.0  # m above ground: the vault thrusts against this drum
 
 
 def buttress(foot: float, top: float) -> mo.Scene:
-    """Drums whose right side is upright, under a thrust of 1 kN to the left."""
+    """Return a buttress of drums with a vertical right side, under a thrust of 1 kN to the left."""
     batter = "both" if foot == top else "left"
     drums = mo.Column(
         width=(foot, top), height=HEIGHT, drums=8, batter=batter, unit_weight=UNIT_WEIGHT
@@ -25,7 +26,7 @@ def buttress(foot: float, top: float) -> mo.Scene:
 
 
 def by_hand(foot: float, top: float) -> tuple[float, float]:
-    """Thrusts at which it overturns about its foot, and slides on the joint below the loaded drum, in kN."""
+    """Return the thrusts in kN at which the buttress overturns, and slides below the loaded drum."""
     sloping = foot - top
     moment = UNIT_WEIGHT * HEIGHT * (top * (foot - top / 2) + sloping**2 / 3)
     width = foot - sloping * LOW / HEIGHT
@@ -34,7 +35,8 @@ def by_hand(foot: float, top: float) -> tuple[float, float]:
 
 
 # %%
-# Upright it overturns, with much taper it slides. The best is in between:
+# Without taper the buttress overturns, and with a large taper it slides. A taper between both carries the
+# largest thrust:
 results = {}
 for foot, top in ((1.2, 1.2), (1.5, 0.9), (1.8, 0.6)):
     results[foot] = mo.solve(buttress(foot, top))

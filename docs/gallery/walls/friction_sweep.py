@@ -2,15 +2,15 @@
 When does a wall stop sliding and start to rock?
 ================================================
 
-A small wall is pushed sideways. Its friction is known within limits only: up to which value does the load
-factor depend on it, and where does the mechanism change?
+A small wall is pushed sideways. Its friction coefficient is not known exactly. Up to which friction does the
+load factor depend on friction, and at which friction does the mechanism change?
 """
 
 import masonry_opt as mo
 
 
 def wall(friction: float) -> mo.Scene:
-    """Six courses of running bond, two stones wide, live load = weight."""
+    """Return six courses of running bond, two stones wide. The live load is the weight, applied sideways."""
     bond = mo.Wall(
         block=(4, 1.75),
         weight=1,
@@ -23,14 +23,14 @@ def wall(friction: float) -> mo.Scene:
 
 
 # %%
-# The mechanism has its name in each row: "sliding", "hinging", or "mixed".
+# Each row names the kind of mechanism: "sliding", "hinging", or "mixed".
 frame = mo.sweep(wall, {"friction": [0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0]}, workers=1)
 frame[["friction", "load_factor", "associative", "mechanism"]].round(4)
 
 # %%
-# Up to 0.545 the wall slides, and the load factor is the friction. Beyond it parts rock while others
-# slide, and more friction adds nothing. Classical analysis would go on rising: by a third at a friction
-# of 1.
+# Up to a friction of 0.545 the wall slides, and the load factor equals the friction coefficient. At higher
+# friction some parts rock while others slide, and the load factor is constant. The associative load factor
+# increases further, and is a third higher at a friction of 1.
 sliding = frame["mechanism"] == "sliding"
 assert (frame["load_factor"] - frame["friction"])[sliding].abs().max() < 1e-6
 assert (frame["load_factor"] - 0.545055)[~sliding].abs().max() < 1e-6

@@ -2,8 +2,8 @@
 How far is a retaining wall from sliding and overturning?
 =========================================================
 
-Earth, or water, presses on a wall of rough stones with a pressure that grows with depth. The load factor
-is the safety: by how much the pressure may be multiplied before the wall gives way.
+Earth or water presses on a wall of rough stones with a pressure that increases with depth. The load factor is
+the factor of safety: the number by which the pressure must be multiplied to make the wall collapse.
 """
 
 import masonry_opt as mo
@@ -13,7 +13,7 @@ PRESSURE = 18.0  # kN/m² at the foot
 
 
 def wall(friction: float) -> mo.Scene:
-    """Six courses, loaded from the left by a triangle of pressure."""
+    """Return a wall of six courses under a triangular pressure from the left."""
     courses = mo.Column(width=WIDTH, height=HEIGHT, drums=6, unit_weight=UNIT_WEIGHT).blocks()
     earth = mo.EdgeLoad(start=(0, HEIGHT), end=(0, 0), pressure=(0, PRESSURE), kind="live")
     return mo.Scene(
@@ -22,8 +22,8 @@ def wall(friction: float) -> mo.Scene:
 
 
 # %%
-# By hand, at the foot: μ W over the thrust, and W b/2 over its moment about the toe, a third of the
-# height up.
+# By hand, at the foot: the wall slides at μ W divided by the thrust. It overturns at W b/2 divided by the
+# moment of the thrust about the toe. The thrust acts at a third of the height.
 weight, thrust = UNIT_WEIGHT * WIDTH * HEIGHT, PRESSURE * HEIGHT / 2
 slides, overturns = FRICTION * weight / thrust, weight * WIDTH / 2 / (thrust * HEIGHT / 3)
 result = mo.solve(wall(FRICTION))
@@ -31,7 +31,7 @@ print(f"load factor {result.required():.4f}; by hand slides at {slides:.4f}, ove
 assert abs(result.required() - min(slides, overturns)) < 1e-5
 
 # %%
-# On smooth joints it slides instead:
+# With smoother joints (friction 0.4) the wall slides instead of overturning:
 smooth = mo.solve(wall(0.4))
 print(f"friction 0.4: load factor {smooth.required():.4f}")
 assert abs(smooth.required() - 0.4 * weight / thrust) < 1e-5

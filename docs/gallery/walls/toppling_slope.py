@@ -1,22 +1,26 @@
 """
-What bolt holds a slope of toppling columns?
-============================================
+Which bolt force stabilises a slope of toppling columns?
+========================================================
 
-Rock in steep columns topples like books on a shelf (Goodman & Bray 1976). A bolt through the lowest
-column is to hold sixteen of them. How strong must it be?
+Rock in steep columns topples like books on a shelf (Goodman & Bray 1976). A bolt through the lowest of
+sixteen columns prevents their collapse. How large must the force of the bolt be?
 """
 
 from math import cos, radians, sin
 
 import masonry_opt as mo
 
-BOLT = 10_000.0  # kN, at half the height of column 1, 4° below the horizontal: more than enough
+BOLT = 10_000.0  # kN, at half the height of column 1, 4° below the horizontal: larger than needed
 
 
 # %%
-# Axes run along and normal to the base, which dips 30° in steps of 1 m.
+# The axes of the model are parallel and normal to the base of the slope, which dips at 30° and has steps of 1
+# m.
 def slope(friction: float) -> mo.Scene:
-    """The bolt is a dead load, and its opposite the live load: what is needed is (1 − λ) of it."""
+    """Return the slope with the bolt force as dead load, and its opposite as live load.
+
+    The bolt force at collapse is therefore (1 − λ) times ``BOLT``.
+    """
     along = (BOLT * cos(radians(34)), -BOLT * sin(radians(34)))
     blocks = []
     for number in range(1, 17):
@@ -35,9 +39,9 @@ def slope(friction: float) -> mo.Scene:
 
 
 # %%
-# Below the associative answer, 236.6 kN, no state of equilibrium exists: the slope falls whatever joints
-# do. The textbook's limit equilibrium asks for 2010 kN, and Coulomb states of collapse are known up to
-# 4555 kN.
+# Below the associative bolt force, 236.6 kN, no state of equilibrium exists, and the slope collapses under
+# any flow rule. The limit equilibrium of the textbook requires 2010 kN. Coulomb collapse states are known up
+# to 4555 kN.
 result = mo.solve(slope(0.65))
 least, found = (BOLT * (1 - value) for value in (result.associative, result.required()))
 print(f"needed whatever joints do: {least:.1f} kN; a Coulomb state of collapse: {found:.0f} kN")
