@@ -280,8 +280,10 @@ def pushed_arch(friction: float) -> mo.Scene:
 
 
 def kerbed(height: float) -> mo.Scene:
-    """Return a block on a floor that turns about a kerb at its foot: the foot slips by the kerb's height
-    per rotation."""
+    """Return a block on a floor that turns about a kerb at its foot.
+
+    The foot slips by the height of the kerb per unit of rotation.
+    """
     kerb = mo.Block(name="kerb", vertices=rectangle(0.6, 3, -1, height), fixed=True)
     floor = mo.Block(name="floor", vertices=rectangle(-3, 0.6, -1, 0), fixed=True)
     block = mo.Block(name="A", vertices=rectangle(0, 0.6, 0, 2), weight=10, live_per_weight=(1, 0))

@@ -139,7 +139,10 @@ def test_axles_beyond_the_road_do_not_count():
 
 
 def test_each_load_case_has_the_road_of_its_own_settlement(monkeypatch):
-    """The beam turns about x = 1 by a quarter of the settlement, which is twice as large in case "heavy"."""
+    """Each load case has a road that follows its own settlement.
+
+    The beam turns about x = 1 by a quarter of the settlement, which is twice as large in case "heavy".
+    """
     movements = {"light": {"R": (0.0, -0.02)}, "heavy": {"R": (0.0, -0.04)}}
 
     def settles(scene, _):

@@ -94,7 +94,8 @@ def test_a_coulomb_method_solves_the_worst_associative_position_first():
 
 
 def test_load_cases_solved_before_the_limit_are_not_lost(time_is_over_at):
-    """The second of two cases has no answer, so the first is the worst; its axles count twice."""
+    """Case "a" was solved before the limit and case "b" was not, so that "a" governs; its axles count
+    twice."""
     time_is_over_at(2)
     found = mo.crossing(IN_TWO_CASES, method="static", time_limit=100)
     assert (found.worst.load_case, found.not_crossed) == ("a", ["b"])
@@ -119,7 +120,8 @@ def test_an_error_in_a_later_load_case_loses_no_earlier_case(watched, error):
 
 
 def test_a_case_with_a_lower_state_governs_although_another_case_was_stopped(monkeypatch):
-    """The limit ends the search for lower states in case b, which has an answer, but twice that of case a."""
+    """Case "a" governs although the limit ended the search for lower states in case "b", whose λ is twice
+    as large."""
     answer = module.Session.answer
 
     def stopped(session, scene, progress, effort):
@@ -184,7 +186,7 @@ def test_a_load_factor_that_the_default_method_has_by_the_limit_is_compared():
 
 
 def test_a_stopped_crossing_of_a_settled_bridge_draws_the_axle_loads():
-    """Forces on blocks, as pictures and moved blocks use them, have the resultants of the problem's loads."""
+    """The forces that pictures draw on blocks have the resultants of the problem's loads."""
     scene = beam(live=(0, 0)).replace(axles=[axles(3.0, road=[(0, 2), (5, 2)])])
     found = mo.crossing(scene, method="static", settled=SINKS, progress=ends_at(3, {}))
     assert found.time_limit_reached
@@ -214,7 +216,8 @@ def test_before_a_coulomb_answer_the_least_upper_bound_is_stated(monkeypatch, st
 
 
 def test_the_last_solve_may_find_the_time_over(watched):
-    """The worst position is solved again for its incremental load factor, which is then missing."""
+    """The worst position is solved a second time for its incremental load factor, which the time limit
+    ends."""
 
     def ends(*_):
         if len(solved) == 2:
@@ -241,7 +244,7 @@ def test_the_command_prints_the_answer_and_ends_with_exit_code_1(slow_positions,
 
 
 def test_a_report_of_a_stopped_crossing_ends_with_exit_code_1(slow_positions, command, tmp_path):
-    """The page is written with the worst position so far."""
+    """The report is written with the worst position so far."""
     mo.save(LOADED, tmp_path / "overhang.toml")
     limited = "report", tmp_path / "overhang.toml", "--method", "static", "--time-limit", "100"
     page = tmp_path / "page.html"

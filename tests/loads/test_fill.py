@@ -205,8 +205,8 @@ def test_a_wall_that_retains_fill(push, friction, method, keys):
 
     The earth pressure is E = γ t h² / 2 times a coefficient, at a third of the depth. If the wall is pushed
     away from the fill, the coefficient is K_a, and E adds to the push. If it is pushed into the fill, the
-    coefficient is m K_p, and E resists. The wall turns at (W b / 2 ± E h / 3) / (H / 2), and slides at μ W ±
-    E.
+    coefficient is m K_p, and E resists. The wall turns at (W b / 2 ± E h / 3) / (H / 2), and slides at
+    μ W ± E.
     """
     whole = GAMMA * THICK * DEEP**2 / 2
     earth = PASSIVE * whole if push > 0 else -ACTIVE * whole

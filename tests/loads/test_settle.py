@@ -60,9 +60,9 @@ IN_BOTH = pytest.mark.parametrize(
 def test_a_beam_on_two_piers(in_space):
     """The reactions of R agree with moments by hand, in the plane and in space.
 
-    As R settles, the beam turns about the inner edge of L (x = 1) and touches R only at its outer edge (x =
-    5): 4 R = 1.5 W. As R is pushed up, the beam turns about the outer edge of L and touches R at its inner
-    edge: 4 R = 2.5 W.
+    As R settles, the beam turns about the inner edge of L (x = 1) and touches R only at its outer edge
+    (x = 5): 4 R = 1.5 W. As R is pushed up, the beam turns about the outer edge of L and touches R at its
+    inner edge: 4 R = 2.5 W.
     """
     scene, down = (mo.extrude(beam(), 1.5), (0, 0, -1)) if in_space else (beam(), DOWN)
     found = mo.settle(scene, "R", down)
@@ -354,8 +354,8 @@ def test_turned_and_in_other_units():
 def test_a_tie_between_support_and_beam():
     """The reactions of R agree with moments by hand if a tie between R and the beam yields at T.
 
-    The tie is at x = 4.5. The normal force N follows from 4 N = 1.5 W + 3.5 T or 2.5 W + 4.5 T, and R = N −
-    T.
+    The tie is at x = 4.5. The normal force N follows from 4 N = 1.5 W + 3.5 T or 2.5 W + 4.5 T, and
+    R = N − T.
     """
     rod = mo.Tie(between=("R", "beam"), at=((4.5, 0.5), (4.5, 1.5)), strength=1.0)
     found = mo.settle(beam().replace(ties=[rod]), "R", DOWN)

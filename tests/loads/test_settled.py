@@ -25,7 +25,8 @@ def corners_of(scene: mo.Scene) -> np.ndarray:
 
 @pytest.mark.slow
 def test_openings_after_a_movement_of_20_mm():
-    """The beam turns about (1, 1) by 0.02/4 and stays on the outer edge of R: both joints open by 0.005."""
+    """The beam turns about (1, 1) by 0.02/4 and stays on the outer edge of R, so that both joints open by
+    0.005."""
     settlement = mo.settle(beam(), "R", (0, -1), movement=0.02)
     widths = settlement.openings["opening_at_movement"]
     np.testing.assert_allclose(widths, [0.005, 0.005], rtol=1e-6)
@@ -335,7 +336,8 @@ def test_axles_cross_a_settled_bridge():
 
 @pytest.mark.slow
 def test_a_load_at_the_edge_of_a_displaced_block_is_no_warning():
-    """The load acts at the top of the beam at rest, and moves with the beam."""
+    """A load on the top of the beam moves with the beam and causes no warning; a load above the top causes
+    one."""
     scene = beam(live_at=(2.5, 2.0))
     assert mo.solve(scene, "static", settled={"R": (0.0, -0.2)}).warning_sentences == ()
     lifted = beam(live_at=(2.5, 2.1))

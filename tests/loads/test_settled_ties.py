@@ -1,4 +1,4 @@
-"""Scenes that hang on ties alone, after their support has settled, and under loads that ties cannot carry."""
+"""Tests of scenes that hang on ties alone, after a settlement, and under loads that ties cannot carry."""
 
 import numpy as np
 import pytest

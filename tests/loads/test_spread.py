@@ -60,8 +60,8 @@ def test_pressure_on_a_level_edge_is_uniform(angle, tangent):
 def test_on_an_inclined_edge_the_lower_side_is_met_further_off(slope):
     """On an inclined edge, the mean position of the pressure agrees with the integral over all rays.
 
-    The depth at the distance u from the load is a - m u. A ray of tangent t meets the edge at u = a t / (1 +
-    m t). With the tangent T of the spread, the mean of u is
+    The depth at the distance u from the load is a - m u. A ray of tangent t meets the edge at
+    u = a t / (1 + m t). With the tangent T of the spread, the mean of u is
 
         a / (2 T) ∫ t / (1 + m t) dt = a / (2 T m) (2 T - ln((1 + m T) / (1 - m T)) / m),
 

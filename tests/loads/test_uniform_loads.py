@@ -28,7 +28,7 @@ def alone(*strips, **keys):
     [
         (alone(strip(8.0, 0.0, 0.5)), 8 * 0.5 * 0.25),
         (alone(strip(8.0, -0.25, 0.25), factor=2.0), 16 * 0.5 * 0.25),
-        # A strip that is longer than the slab is worst where it ends at the edge of the support.
+        # A strip that is longer than the slab is worst if it ends at the edge of the support.
         (alone(strip(8.0, 0.0, 5.0)), 8 * 0.5 * 0.25),
         # The worst position has the axle at the end of the slab, and the strip behind it from x = 0.6 to 0.9.
         (axles(3.0, uniform=[strip(4.0, 0.1, 0.4)]), 3 * 0.5 + 4 * 0.3 * 0.25),

@@ -226,7 +226,8 @@ def test_the_least_weight_that_carries_the_axles():
 
 
 def test_an_interrupted_crossing_of_a_study_is_no_answer(monkeypatch):
-    """A crossing returns its positions after Ctrl-C; a study must not take these for all positions."""
+    """After Ctrl-C a crossing returns the positions solved so far; a study must not use them as its
+    answer."""
     whole = mo.crossing(WITH_AXLES, method="static")
     interrupted = replace(whole, interrupted=True)
     monkeypatch.setattr("masonry_opt.studies.many.scene_answer.cross", lambda *_: interrupted)
@@ -235,10 +236,10 @@ def test_an_interrupted_crossing_of_a_study_is_no_answer(monkeypatch):
 
 
 def light_and_heavy(factor=1.0):
-    """The slab with two groups of one axle: a load of ``factor``, and one three times as large.
+    """Return the slab with two groups of one axle: a load of ``factor``, and a load three times as large.
 
-    The heavy axle governs: λ = W / (3 factor). For the light axle alone, λ is three times as large. Within
-    45 s of ``slow_positions`` only the light axle moves, beginning at the end of the slab.
+    The heavy axle governs: λ = W / (3 factor). For the light axle alone, λ is three times as large. Within 45
+    s of ``slow_positions`` only the light axle moves, beginning at the end of the slab.
     """
     return OVERHANG.replace(axles=[axles(factor, name="light"), axles(3 * factor, name="heavy")])
 
@@ -269,7 +270,8 @@ def test_a_stopped_crossing_does_not_show_that_a_load_is_carried(slow_positions,
 
 
 def test_a_stopped_crossing_may_show_that_a_load_is_not_carried(slow_positions):
-    """With axles of 10 and 30, λ ≤ W / 10 = 1.2; only the next scene remains undecided."""
+    """With axles of 10 and 30, λ ≤ W / 10 = 1.2, so that a load of 2 is not carried; the next scene is
+    undecided."""
     tried = []
     given = {"method": "static", "time_limit": 45, "progress": tried.append}
     with pytest.raises(NoLoadFactorError, match=r"^at -1: it could not be decided"):

@@ -28,9 +28,10 @@ def sensitivity(drawn, values, confidence):
 def test_ranks_of_a_quantile_cover_it(n, p, confidence):
     """The ranks of an interval cover the quantile with the confidence asked, and no narrower ranks do.
 
-    The number K of values below the quantile is binomial. The quantile lies between the ranks l and u if l ≤
-    K < u. One rank nearer on either side would not suffice. The least of n values lies above the 5 % quantile
-    with probability 0.95ⁿ, which is below 2.5 % from n = 72 on. For fewer values there is no lower limit.
+    The number K of values below the quantile is binomial. The quantile lies between the ranks l and u if
+    l ≤ K < u. One rank nearer on either side would not suffice. The least of n values lies above the 5 %
+    quantile with probability 0.95ⁿ, which is below 2.5 % from n = 72 on. For fewer values there is no lower
+    limit.
     """
     row = quantiles(np.arange(1.0, n + 1), [p], confidence).iloc[0]
     below, beside = stats.binom(n, p), (1 - confidence) / 2
@@ -90,7 +91,8 @@ def test_rounding_follows_nothing():
 def test_a_lognormal_has_the_mean_and_deviation_given():
     law = lognormal(0.65, 0.0975)
     assert (law.mean(), law.std()) == pytest.approx((0.65, 0.0975))
-    # Its logarithm is normal: the median is the mean over the root of 1 + (deviation / mean)².
+    # The logarithm of a lognormal variable is normal: the median is the mean over the root of 1 + (deviation
+    # / mean)².
     assert law.median() == pytest.approx(0.65 / math.sqrt(1 + 0.15**2))
 
 
@@ -156,7 +158,8 @@ def test_more_points_begin_with_the_same(dimensions):
 
 @pytest.mark.parametrize("dimensions", [6, 12])
 def test_points_are_even_and_independent(dimensions):
-    """A correlation of n independent points has the standard deviation 1 / √n; four of these are allowed."""
+    """Correlations of n independent points have the standard deviation 1 / √n; four times this value is
+    allowed."""
     drawn = points(2048, dimensions, 3)
     assert min(stats.kstest(column, "uniform").pvalue for column in drawn.T) > 1e-3
     assert np.abs(np.corrcoef(drawn, rowvar=False) - np.eye(dimensions)).max() < 4 / math.sqrt(2048)
@@ -172,7 +175,7 @@ def test_of_many_numbers_no_two_move_as_one():
     """No two of 83 parameters are correlated more than chance allows.
 
     Correlations of n independent points have the standard deviation 1/√n. The largest of 3403 is about four
-    of these; five are allowed.
+    times this value; five times is allowed.
     """
     found = np.corrcoef(stats.norm.ppf(points(128, 83, 0)), rowvar=False) - np.eye(83)
     assert np.abs(found).max() < 5 / math.sqrt(128)

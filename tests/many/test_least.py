@@ -56,7 +56,7 @@ def test_greatest_tilt_of_a_block_is_its_slenderness():
 def test_a_margin_is_not_passed_off_as_a_load_factor():
     """Trials of a search under dead load have no load factor and no tilt angle.
 
-    The block at μ = 0.9 has tilt "right", with which a solve has both.
+    A solve of the same block, with μ = 0.9 and tilt "right", has both.
     """
     reference = {"associative": mo.Reference(value=0.5, source="by hand")}
     scene = block_on_floor(friction=0.9, live=(0.0, 0.0)).replace(tilt="right", reference=reference)

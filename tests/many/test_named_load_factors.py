@@ -39,7 +39,8 @@ def test_a_sample(method, words):
 
 @pytest.mark.parametrize(("method", "words"), [("coulomb", PROVEN), ("static", UPPER_BOUND)])
 def test_a_threshold(method, words):
-    """The block slides while friction is below its live load. Equilibrium alone fixes its forces."""
+    """The least friction that carries a load of 0.3 is 0.3, and equilibrium alone fixes the forces of the
+    block."""
     found = mo.least(lambda friction: block_on_floor(friction=friction), 0.1, 0.4, load=0.3, method=method)
     assert found.value == pytest.approx(0.3, rel=1e-5)
     assert found.facts()["λ is"] == words

@@ -171,7 +171,7 @@ def test_a_folder_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
         write_folder(tmp_path, {"a.csv": "first\n", "b.csv": "second\n"})
     assert {name: content for name, content in contents(tmp_path).items() if name != RECORD} == before
     monkeypatch.undo()
-    # The old files are still known as the package's own, and so are the new ones.
+    # The package still recognises the old files and the new ones as its own.
     for content in ("third\n", "fourth\n"):
         write_folder(tmp_path, {"a.csv": content, "b.csv": content})
 

@@ -54,7 +54,7 @@ def test_quantiles_and_fragility_hold_those_of_the_distribution(block):
     curve = block.fragility(loads)
     known = np.where(np.array(loads) < SLENDER, FRICTION.cdf(loads), 1.0)
     assert ((curve["lower"] <= known) & (known <= curve["upper"])).all()
-    # If the number of points of a scrambled net is a power of two, every interval [0, u) has its share to
+    # If the number of points is a power of two, every interval [0, u) has its share of a scrambled net to
     # within one point. 48 is the sum of two powers of two.
     assert np.abs(curve["probability"] - known).max() <= 2 / 48 + 1e-12
 

@@ -20,7 +20,7 @@ SMALLER_WALL = small_wall(2, 2)
 
 
 def wall_for(method):
-    """Return the wall that a method solves in these tests."""
+    """Return the wall that is solved with a method."""
     return SMALLER_WALL if method == "coulomb" else WALL
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
-#: Columns that the page omits. Times are those of one run on one machine.
+#: Columns that the page omits. The times are measured in one run on one machine.
 LEFT_OUT = ["method", "NLPs", "time (s)", "published (s)"]
 
 

@@ -104,7 +104,7 @@ def test_a_load_factor_is_not_advised_without_a_live_load(command, tmp_path):
 
 
 def test_a_load_factor_is_advised_where_axles_move(command, tmp_path):
-    """The search moves the axles of such a scene only if a load factor is given."""
+    """The search moves the axles of a scene only if a load factor is given."""
     path = tmp_path / "axles.toml"
     mo.save(axles_on_a_beam(0.6), path)
     assert "without 'load', live loads are ignored" in least(command, path, "0.2:0.9")

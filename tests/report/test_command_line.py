@@ -102,7 +102,8 @@ def test_text_says_what_moves_at_what_load_and_how_sure_that_is(monkeypatch, cap
     assert out.splitlines()[2].startswith("  found          0.6398")
     assert labels(out)[2].startswith("at the state found: ")
     assert labels(out)[3:] == ["live load", "reference"]
-    # The loop contracts sliding by 10⁻³ μ, so that it finds no exact state and the flow residual is printed.
+    # Sliding joints contract by 10⁻³ μ in the loop, so that no exact state is found and the flow residual is
+    # printed.
     assert re.search(r"^  found .*flow \d\.\de-0[34]", out, re.MULTILINE)
     assert "\x1b" not in out
 
@@ -202,7 +203,7 @@ def test_options_of_the_method_and_published_values(command):
 
 @pytest.mark.slow
 def test_a_published_value_of_an_mcp_or_the_loop_serves_the_default():
-    """A value of method 'coulomb' comes first, then the value of an MCP, then the value of the loop."""
+    """The reference of method 'coulomb' is printed first, else that of an MCP, else that of the loop."""
     scene = mo.load(CASES / "livesley" / "wedges.toml")
     own, loop = scene.reference["coulomb"], scene.reference["nonassociative"]
     mcp = own.model_copy(update={"source": "an MCP"})

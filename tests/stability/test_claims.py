@@ -60,7 +60,7 @@ def test_self_stress_along_an_edge_refutes_uniqueness():
 
 
 def test_a_stack_has_unique_forces():
-    """A block on the floor has three forces and three equations."""
+    """A block on the floor has three forces and three equations, so that its forces are unique."""
     assert refute_uniqueness(assemble(block_on_floor(1.0, 2.0, 0.3)), 0.1) == []
 
 

@@ -124,7 +124,7 @@ def test_anything_in_place_of_keys_and_values_ends_in_a_message(tmp_path):
     assert len(list(outcomes(made, tmp_path))) == 25
 
 
-#: Values for a key: those of case files, and objects of Python.
+#: Values for a key: the odd values of case files, and objects of Python.
 THINGS = [*ODD_VALUES, None, b"A", 1j, np.zeros(3), np.eye(3), np.nan, object(), {1}, range(3), mo.Solid, []]
 
 

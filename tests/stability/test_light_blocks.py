@@ -1,4 +1,4 @@
-"""Tests of a live load on blocks much lighter than those below: the right load factor, or none."""
+"""Tests of a live load on blocks much lighter than the blocks below: the right load factor, or none."""
 
 from dataclasses import replace
 from math import inf
@@ -38,7 +38,7 @@ def column(side):
     return on_boulder(side, small, friction=0.4)
 
 
-#: Runs of the loop take seconds on the first scene.
+#: Runs of the first scene; those of the loop take seconds.
 TIMED = [pytest.param(run, marks=[pytest.mark.slow] if "loop" in run else []) for run in RUNS]
 
 #: Runs that have an answer at any ratio of weights. Interior points and the loop leave a residual of
@@ -95,7 +95,7 @@ def test_default_gives_a_state_that_holds() -> None:
     """The default's state on a wall with μ = 1e6 is exact, and not above the associative load factor.
 
     Exact states may be lower, if blocks that separate slide along each other; associative flow forbids this
-    motion. The load history may end at such a state.
+    motion. The load history may end at a lower state.
     """
     result = mo.solve(mo.load(WALLS[0]).replace(friction=1e6))
     assert result.exact

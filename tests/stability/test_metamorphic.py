@@ -1,9 +1,9 @@
 """Tests that λ does not change if a scene is moved, turned, mirrored, scaled or renumbered.
 
 For associative flow this is a theorem (λ is the optimum of one program), asserted to the accuracy of the
-solver. It also holds for elastic contacts, whose forces are unique: the sides of friction polygons start from
-the longest side of each joint, and turn with it. The loop is a heuristic: its λ depends on which of many
-optimal states a solver returns.
+solver. It also holds for elastic contacts, whose forces are unique. The sides of their friction polygons
+start from the longest side of each joint, and turn with it. The loop is a heuristic: its λ depends on which
+of many optimal states a solver returns.
 """
 
 import numpy as np

@@ -136,9 +136,10 @@ def solid(name, low, high, turned=0.0, **keys):
 
 @pytest.mark.parametrize("method", ["coulomb", "static"])
 def test_a_brick_in_space_overhangs_in_two_directions(method):
-    """Brick b covers a on 1.4 × 0.8, and its weight acts 0.4 and 0.3 from the nearest two edges.
+    """The margins of a brick that overhangs in two directions agree with hand calculation.
 
-    The weight is 0.3 and 0.1 from the middle of the joint: margins 1 - 0.3 / 0.7 and 1 - 0.1 / 0.4.
+    Brick b covers a on 1.4 × 0.8, and its weight acts 0.4 and 0.3 from the nearest two edges. The weight is
+    0.3 and 0.1 from the middle of the joint: margins 1 - 0.3 / 0.7 and 1 - 0.1 / 0.4.
     """
     blocks = [solid("floor", (-5, -5, -1), (5, 5, 0), fixed=True), solid("a", (0, 0, 0), (2, 1, 1), weight=1)]
     blocks.append(solid("b", (0.6, 0.2, 1), (2.6, 1.2, 2), weight=1))

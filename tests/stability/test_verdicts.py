@@ -10,7 +10,7 @@ from second_program import random_of_any_kind, verdict_on
 import masonry_opt as mo
 from masonry_opt.solution.reasons import Code
 
-#: The first seed, of scenes on which no setting was tuned; and those of the first eight that take a second at
+#: The first seed of scenes on which no setting was tuned, and the numbers of the scenes that take a second at
 #: most.
 FIRST, FAST = 910_000, (0, 2, 3, 4)
 

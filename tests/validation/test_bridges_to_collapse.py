@@ -33,8 +33,8 @@ BRIDGES = {
     "page/shinafoot": arch(6.16, 1.19, 0.542, 0.215, 7.03, steps=50),
     "page/strathmashie": arch(9.42, 2.99, 0.6, 0.41, 5.81, steps=50),
 }
-#: Collapse loads of the guide in kN: without fill; with its weight; with spread too; with 0.33 of the passive
-#: pressure too; with all of it; and with 0.33 of it and masonry of 5 N/mm².
+#: Collapse loads of the guide in kN. The first four add up effects: no fill, its weight, its spread, 0.33 of
+#: its passive pressure. Then follow all of the passive pressure, and 0.33 of it with masonry of 5 N/mm².
 GUIDE = {
     "hendry_davies_royles/bridgemill": (1730, 2800, 2990, 3170, 3720, 2000),
     "page/prestwood": (47.6, 102, 113, 134, 177, 118),
@@ -89,7 +89,7 @@ def test_geometry(name):
     assert scene.fills[0].road[0][1] == pytest.approx(stated.road, rel=1e-9)
     assert scene.thickness == stated.width
     assert scene.loads[0].at[0] == pytest.approx(-stated.span / 4, rel=1e-9)
-    # The joints are perpendicular to the intrados, as those of the independent program.
+    # The joints are perpendicular to the intrados, as in the independent program.
     joints = np.array([stated.intrados[0], stated.back])
     nearest = np.abs(corners[:, None, None] - joints).max(axis=-1).min(axis=(1, 2))
     np.testing.assert_allclose(nearest, 0, atol=2e-7)

@@ -1,7 +1,7 @@
 """Tests of case files of textbooks and of ``cases/closed_forms``: each load factor is calculated by hand.
 
 :data:`KNOWN` has all load factors, with associative flow and without dilatancy. The rest of this file derives
-the numbers, and tests other frictions and further facts about the cases.
+the numbers. It also tests other frictions and further facts about the cases.
 """
 
 import math
@@ -108,7 +108,7 @@ KNOWN = {
     "oppenheim/seven_voussoirs": Known(*2 * (by_four_hinges("oppenheim/seven_voussoirs"),)),
     # Makris & Vassiliou (2013): columns that carry a beam uplift at b/h, as columns without a beam do.
     "makris_vassiliou/rocking_frame": Known(1 / 4, 1 / 4, of_loop=1e-6),
-    # Fig. 6: 2.5 μ with dilatancy, 1.5 μ with contraction.
+    # Fig. 6: 2.5 μ with associative flow, 1.5 μ with Coulomb friction.
     "gilbert/two_blocks": Known(0.25, 0.15, of_loop=1e-3),
     # Each leaf turns about its toe, at width over height: the face of one leaf slides up the face of the
     # other.
@@ -156,7 +156,7 @@ def test_references_of_case_files_are_the_closed_forms(name):
 
 def test_closed_forms_are_the_published_numbers():
     assert pytest.approx(423, abs=0.5) == RAISING
-    assert pytest.approx(206, abs=0.55) == LOWERING  # by way of forces rounded to three digits
+    assert pytest.approx(206, abs=0.55) == LOWERING  # from forces that are rounded to three digits
     assert pytest.approx(400 * math.tan(2 * ANGLE - WEDGE), rel=1e-12) == DILATING
     assert pytest.approx(103.1, abs=0.05) == ALONE
     assert min(ALONE, TOGETHER) == pytest.approx(93.8, abs=0.05)

@@ -101,8 +101,8 @@ def test_counts_and_provenance(path: Path) -> None:
 def test_every_case_has_something_to_meet() -> None:
     """Every case has a reference with a tolerance, apart from a few known exceptions.
 
-    The exceptions are façades whose load factors the paper omits (Fig. 16 has their times), arches of which
-    it has thicknesses and frictions only, and the project's own examples.
+    The paper omits the load factors of two façades (Fig. 16 has their times), and has only thicknesses and
+    frictions of the arches. Examples of the project have no source.
     """
     met = {path for path, _ in TOLD}
     without = {path.relative_to(CASES).as_posix() for path in ALL_CASES if path not in met}

@@ -53,7 +53,7 @@ def arms(column: int) -> tuple[float, float]:
 def limit_equilibrium(friction: float) -> tuple[float, dict[int, str]]:
     """Return the bolt, and the mode of each column that moves: "topples" or "slides".
 
-    These are Goodman & Bray's equations for the forces that prevent toppling and sliding, and for the bolt on
+    The equations are Goodman & Bray's, for the forces that prevent toppling and sliding, and for the bolt on
     column 1.
     """
     sin, cos = 0.5, math.sqrt(0.75)

@@ -25,8 +25,8 @@ PATH = CASES / "makris_alexakis" / "vertical_cuts.toml"
 
 
 def under_circle(radius: float, x: float) -> float:
-    """Return the moment about the vertical at x of the area below a circle from 0 to x: ∫ (x - u) √(R² -
-    u²) du."""
+    """Return the moment about the vertical at x of the area below a circle from 0 to x: ∫ (x - u) √(R² - u²)
+    du."""
     left = math.sqrt(max(radius**2 - x**2, 0.0))
     area = (x * left + radius**2 * math.asin(x / radius)) / 2
     return x * area - (radius**3 - left**3) / 3

@@ -45,8 +45,8 @@ def test_a_stone_on_two_levels_overturns_about_the_upper_one(method):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_beam_on_a_corner_lifts_off_its_far_bearing(method):
-    """By moments about a corner at x = 1, λ · 1 = 1 · 1: the weight acts at x = 2, and the live load at x =
-    0.
+    """By moments about a corner at x = 1, λ · 1 = 1 · 1: the weight acts at x = 2, and the live load at
+    x = 0.
 
     The far bearing of the beam is from x = 3 to x = 4.
     """
