@@ -1,4 +1,5 @@
-"""A slab that reaches beyond its support on either side, and axles over a road on it."""
+"""Scene for tests of crossings: a slab that overhangs its support on both sides, and axles on a road over
+it."""
 
 import masonry_opt as mo
 
@@ -7,7 +8,7 @@ WEIGHT = 12.0
 
 
 def slab(name="slab", left=-1.0, **keys):
-    """A block 2 wide and 1 high, from its left end."""
+    """Return a block of width 2 and height 1 whose left edge is at x = `left`."""
     right = left + 2
     return mo.Block(name=name, vertices=[(left, 0), (right, 0), (right, 1), (left, 1)], weight=WEIGHT, **keys)
 
@@ -18,7 +19,7 @@ def support(left, right):
     )
 
 
-#: A slab that reaches .5 beyond its support on either side.
+#: The slab overhangs its support by 0.5 on each side.
 OVERHANG = mo.Scene(joints={"friction": 0.5}, blocks=[slab(), support(-0.5, 0.5)])
 
 
@@ -27,7 +28,8 @@ def axles(*loads, distances=(), **keys):
 
 
 def interrupts(told):
-    """Progress of a crossing that ends like Ctrl-C at the third position, and keeps those."""
+    """Return a progress callback that appends positions to `told` and raises KeyboardInterrupt at the
+    third."""
 
     def third(position, load_factor):
         told.append(position)

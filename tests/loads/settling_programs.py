@@ -1,5 +1,7 @@
-"""Second formulations of supports that settle under associative flow: forces of joints as `second_program`
-has them, and lines of thrust in arches, from geometry alone."""
+"""Second formulations of supports that settle under associative flow: joint forces and lines of thrust.
+
+The programs of joint forces are those of `second_program`. Lines of thrust in arches use geometry alone.
+"""
 
 from collections.abc import Sequence
 
@@ -16,16 +18,16 @@ from masonry_opt.problem.problem import Problem
 def reactions(
     scene: mo.Scene, settling: Sequence[str], direction: tuple[float, float] = (0.0, -1.0)
 ) -> tuple[float, float]:
-    """Least and greatest sum of the reactions of some fixed blocks against a direction."""
+    """Return the least and the greatest sum of the reactions of some supports against a direction."""
     assembly = assemble(scene)
     problem, joints = assembly.problem, assembly.joints
     statics, rows, limits = program(assembly, inside=True)
     along = np.column_stack([joints.normal[:, 1], -joints.normal[:, 0]])
     settles = np.array([block.name in settling for block in scene.blocks], dtype=float)
-    # Joint forces act on the first block as normal and direction say, on the second against them.
+    # Joint forces act on the first block along `normal` and `along`, and on the second block against them.
     sign = settles[joints.first] - settles[joints.second]
     normal, shear = (sign * (of @ direction) for of in (joints.normal, along))
-    # Ties and props lead from block to block here: none of them ends in a support.
+    # In these scenes, ties and props connect movable blocks: none of them ends in a support.
     limited = np.zeros(len(assembly.limited))
     found = _least_and_greatest(
         np.concatenate([normal, normal, shear, limited]),
@@ -39,16 +41,17 @@ def reactions(
 
 
 def exact_load_factors(problem: Problem, low: float, high: float) -> tuple[float, float] | None:
-    """Return the least and greatest load factor of exact Coulomb states between two, None if there are none.
+    """Return the least and the greatest load factor of exact Coulomb states between `low` and `high`.
 
-    HiGHS branches on one binary for each face, 0 where it is at yield and 1 where it is at rest. The matrices
-    are the package's. States with a slack or rate above 200, in the problem's units, are not counted.
+    The program has one binary for each face: 0 at yield and 1 at rest. HiGHS solves it by branch and bound.
+    The matrices are the package's. States with a slack or rate above 200, in the problem's units, are not
+    counted. Returns None if there are no states.
     """
     (rows, forces), faces, most = problem.B.shape, problem.faces, 200.0
     free, one = np.full(forces, np.inf), sp.eye_array(faces)
 
     def row(load_factor=None, q=None, d=None, p=None, resting=None):
-        """Blocks of a row of the program, zero where not given."""
+        """Return the blocks of one row of the program side by side; a block that is None is zero."""
         given = (load_factor, q, d, p, resting)
         height = next(block.shape[0] for block in given if block is not None)
         widths = (1, forces, rows, faces, faces)
@@ -75,7 +78,7 @@ def exact_load_factors(problem: Problem, low: float, high: float) -> tuple[float
     cost = np.eye(1, len(integrality))[0]
     program = {"constraints": conditions, "bounds": bounds, "integrality": integrality}
     least = milp(cost, **program)
-    if least.status == 2:  # no state exists, whichever end is asked for
+    if least.status == 2:  # No state exists, so the greatest need not be computed.
         return None
     greatest = milp(-cost, **program)
     assert (least.status, greatest.status) == (0, 0)
@@ -89,21 +92,23 @@ def thrusts(
     pivot: tuple[float, float] | None = None,
     motion: np.ndarray | None = None,
 ) -> tuple[float, float] | None:
-    """Least and greatest horizontal thrust of an arch on two supports, None if there is none: a search among
-    lines of thrust.
+    """Return the least and the greatest horizontal thrust of an arch on two supports, by lines of thrust.
 
-    Unknown are the force and the moment at the first springing; statics give the resultant in each joint.
+    The force and the moment at the first springing are unknown; statics give the resultant in each joint.
+    Returns None if no line of thrust exists.
 
     Parameters
     ----------
-    voussoirs: corners of each from the first springing on, shape (4, 2): inner and outer corner of its first
-        joint, then outer and inner corner of its second.
-    pivot: the point about which the second support turns freely; None: it does not turn.
+    voussoirs: corners of each voussoir from the first springing on, shape (4, 2): the inner and the outer
+        corner of its first joint, then the outer and the inner corner of its second joint.
+    pivot: the point about which the second support turns freely. If None, the support does not turn.
     motion: centroid, velocity and rotation of the first support, the voussoirs and the second support, shape
-        (voussoirs + 2, 5), with which the thrust is to go by Coulomb's law: what opens carries nothing, and
-        what slides all its friction.
+        (voussoirs + 2, 5). The thrust then obeys Coulomb's law for this motion: a joint carries nothing where
+        it opens, and all of its friction where it slides.
     """
-    state = np.eye(3, 4)  # force and moment about the origin, of what is behind a joint: three unknowns, 1
+    # Force and moment of the part behind a joint, about the origin: coefficients of the three unknowns and of
+    # 1.
+    state = np.eye(3, 4)
     rows = []
     for number, (inner, outer) in enumerate(_springings(voussoirs)):
         middle, thickness = (inner + outer) / 2, np.linalg.norm(outer - inner)
@@ -132,13 +137,16 @@ def thrusts(
 
 
 def _springings(voussoirs: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Inner and outer corner of each joint."""
+    """Return the inner and the outer corner of each joint."""
     return [*(corners[:2] for corners in voussoirs), voussoirs[-1][[3, 2]]]
 
 
 def _moving(voussoirs: Sequence[np.ndarray], motion: np.ndarray) -> np.ndarray:
-    """Whether each joint opens at its outer and at its inner corner, and slides inwards or outwards, in this
-    order. What overlaps is no motion."""
+    """Return four flags per joint: opens at its outer corner, opens at its inner corner, slides inwards,
+    slides outwards.
+
+    Rates are compared with the fastest. A motion in which joints overlap raises AssertionError.
+    """
     rates = []
     for behind, ahead, (inner, outer) in zip(motion, motion[1:], _springings(voussoirs), strict=False):
         along = (outer - inner) / np.linalg.norm(outer - inner)

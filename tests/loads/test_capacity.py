@@ -1,4 +1,5 @@
-"""The capacity curve: closed forms by hand, arches by a second program, work, symmetry, and what stops it."""
+"""Tests of the capacity curve: closed forms, arches by a second program, work, symmetry, and how curves
+end."""
 
 import itertools
 import math
@@ -16,7 +17,7 @@ from masonry_opt.solution.motion import joint_motion
 from masonry_opt.solution.reasons import Code
 
 SPECTRUM = ((0.0, 0.2), (0.15, 0.5), (4.0, 0.03))
-#: Of a curve against a closed form.
+#: Tolerance of curves against closed forms.
 CLOSE = 1e-9
 
 
@@ -27,8 +28,12 @@ def followed(scene: mo.Scene, steps: int = 10, **options) -> mo.Capacity:
 @pytest.mark.slow
 @pytest.mark.parametrize(("b", "h"), [(0.3, 2.0), (2.0, 1.0)])
 def test_a_rocking_block(b, h):
-    """About the corner the weight's lever is (b cos θ − h sin θ)/2, that of λ W (h cos θ + b sin θ)/2; works
-    are of the way of the centroid. The control point is the middle of the top."""
+    """λ and the works of a rocking block agree with closed forms.
+
+    About the corner, the weight has the lever (b cos θ − h sin θ)/2, and the live load λ W has the lever (h
+    cos θ + b sin θ)/2. The works follow from the displacement of the centroid. The control point is the
+    middle of the top.
+    """
     curve = followed(block_on_floor(b, h, friction=3.0), block="A", point=(b / 2, h))
     theta, λ = curve.table["rotation"].to_numpy(), curve.table["load_factor"].to_numpy()
     s, c = np.sin(theta), np.cos(theta)
@@ -46,8 +51,11 @@ def test_a_rocking_block(b, h):
 
 
 def test_a_rocking_frame():
-    """Columns and the beam on them move in one direction, tan(α − θ) upwards for 1 sideways: λ, whatever they
-    weigh (Makris & Vassiliou 2013). More hinges than forces need: four of two bodies each."""
+    """λ of a rocking frame is tan(α − θ), whatever its blocks weigh (Makris & Vassiliou 2013).
+
+    The columns and the beam on them move in one direction: tan(α − θ) upwards for 1 sideways. The frame has
+    four hinges of two bodies each, more than equilibrium requires.
+    """
     curve = followed(mo.load(CASES / "makris_vassiliou" / "rocking_frame.toml"))
     theta = curve.table["rotation"].to_numpy()
     np.testing.assert_allclose(curve.table["load_factor"], np.tan(math.atan(1 / 4) - theta), atol=1e-8)
@@ -56,8 +64,11 @@ def test_a_rocking_frame():
 
 @pytest.mark.slow
 def test_a_dead_load_on_its_top_goes_with_it():
-    """N at x on the top: λ W (h c + b s)/2 = W (b c − h s)/2 + N ((b − x) c − h s), by a load at a point, by
-    N/b along the edge, and by one that grows along it, whose resultant is at 2b/3."""
+    """A dead load on the top of a block moves with the block.
+
+    With N at x on the top, λ W (h c + b s)/2 = W (b c − h s)/2 + N ((b − x) c − h s). N is a point load, a
+    load N/b along the edge, or a load that grows along the edge, with its resultant at 2b/3.
+    """
     b, h, N = 1.0, 2.0, 1.5
     edge = {"start": (0, h), "end": (b, h)}
     for dead, at in (
@@ -73,8 +84,10 @@ def test_a_dead_load_on_its_top_goes_with_it():
 
 
 def struts(length: float, t: float = 0.3, h: float = 1.5, N: float = 2.0) -> mo.Scene:
-    """Two blocks on each other between floors: pushed to the right by their weights, N on top, and the top
-    held by a weightless strut of some length."""
+    """Return two stacked blocks on a floor, whose top is held by a weightless strut of the given length.
+
+    Their weights push both blocks to the right, and N acts on the top.
+    """
     at, pushed = t + length, {"weight": 1, "live": (1, 0)}
     on_top = {"dead": (0, -N), "dead_at": (t / 2, 2 * h)}
     return mo.Scene(
@@ -91,7 +104,10 @@ def struts(length: float, t: float = 0.3, h: float = 1.5, N: float = 2.0) -> mo.
 
 
 def by_second_program(curve: mo.Capacity, order: list[str], rows: range) -> np.ndarray:
-    """λ of four bars at the rotations that the first body has in these rows; blocks from ground to ground."""
+    """Return λ of the four-bar linkage at the rotations of its first body in the given rows.
+
+    `order` names the blocks from ground to ground.
+    """
     assembly, joints = curve.result.assembly, curve.result.assembly.joints
     names, block = assembly.names(assembly.movable), {each.name: each for each in assembly.scene.blocks}
     centre = assembly.geometry.centroid[assembly.movable] + assembly.geometry.origin
@@ -119,16 +135,18 @@ def by_second_program(curve: mo.Capacity, order: list[str], rows: range) -> np.n
 
 
 def ideal(theta: np.ndarray, t: float, h: float, k: float, N: float, W: float = 1.0) -> np.ndarray:
-    """λ of the wall whose top is held in place sideways, at height k above the middle on its outer corner.
+    """Return λ of a wall whose top is held sideways on its outer corner, at the height k above the middle.
 
-    The lower block turns by θ outwards about its outer corner T at the foot, the upper one back by φ about
-    the inner end M of the joint between. M = T + (h s − t c, t s + h c), and k sin φ − t cos φ = h s − t c
-    keeps the top above T. λ by virtual work of weights W, N on the middle of the top, and λ W sideways."""
+    The lower block turns outwards by θ about its outer corner T at the foot. The upper block turns back by φ
+    about the inner end M of the joint between the blocks. M = T + (h s − t c, t s + h c), and k sin φ − t cos
+    φ = h s − t c keeps the top above T. λ follows from the virtual work of the weights W, of N on the middle
+    of the top, and of λ W sideways.
+    """
     s, c = np.sin(theta), np.cos(theta)
     phi = np.arcsin((h * s - t * c) / math.hypot(k, t)) + math.atan2(t, k)
     sf, cf = np.sin(phi), np.cos(phi)
     rate = (h * c + t * s) / (k * cf + t * sf)
-    mx, my = h * c + t * s, t * c - h * s  # of M
+    mx, my = h * c + t * s, t * c - h * s  # Velocity of M.
     sideways = W * mx / 2 + W * (mx - rate * (t * sf + h * cf) / 2)
     of_upper = rate * (t * cf - h * sf) / 2
     upwards = W * my / 2 + W * (my + of_upper) + N * (my + rate * (t / 2 * cf - h * sf))
@@ -137,7 +155,10 @@ def ideal(theta: np.ndarray, t: float, h: float, k: float, N: float, W: float = 
 
 @pytest.mark.parametrize(("length", "near"), [(2.0, 0.1), (20.0, 0.01)])
 def test_a_wall_of_two_blocks_between_floors(length, near):
-    """By the second program, which comes to the ideal as the strut grows; then the strut bears no more."""
+    """λ agrees with the second program, and approaches that of a wall with a fixed top as the strut grows.
+
+    The curve ends when the strut carries no force.
+    """
     curve = followed(struts(length))
     λ, order = curve.table["load_factor"].to_numpy(), ["floor", "lower", "upper", "strut", "wall"]
     np.testing.assert_allclose(λ, by_second_program(curve, order, range(len(λ))), atol=1e-8)
@@ -148,7 +169,10 @@ def test_a_wall_of_two_blocks_between_floors(length, near):
 
 
 def test_an_arch_by_a_second_program():
-    """Loaded on a haunch; between events, where four joints hinge; the path itself finds which."""
+    """λ of an arch that is loaded on a haunch agrees with the second program while four joints hinge.
+
+    The curve itself determines which joints hinge between two events.
+    """
     loads = {"unit_weight": 1, "point_loads": [mo.PointLoad(voussoir=4, force=(0, -10))]}
     ring = mo.Arch(radius=10, angles=(157.5, 22.5), thickness=1.5, voussoirs=15, **loads)
     curve = followed(mo.Scene(joints=mo.JointDefaults(friction=2.0), blocks=ring.blocks(thickness=1.0)))
@@ -167,12 +191,13 @@ def test_an_arch_by_a_second_program():
 
 @pytest.mark.slow
 def test_the_curve_does_not_depend_on_axes_and_units():
-    """Turned, in millimetres and newtons, its blocks in another order."""
+    """The curve is the same for a scene that is rotated, in millimetres and newtons, with its blocks in
+    another order."""
     scene, about = mo.load(CASES / "oppenheim" / "seven_voussoirs.toml"), turned(0.7)
     units = {"dead": 1e3, "live": 2e3, "length": 1000, "order": np.arange(9)[::-1]}
     other = mapped(scene, lambda v: tuple(1000 * x + 5000 for x in about(v)), about, **units)
     before, after = (followed(one, steps=8).table for one in (mapped(scene), other))
-    # Steps in between are some way along: at events all agrees.
+    # The steps between events differ, so that only the rows at events are compared.
     before, after = (table[(table["event"] != "") | (table.index == 0)] for table in (before, after))
     assert list(after["event"]) == list(before["event"])
     scales = {"displacement": 1e3, "rotation": 1, "load_factor": 1 / 2, "dead_work": 1e6, "live_work": 2e6}
@@ -183,8 +208,10 @@ def test_the_curve_does_not_depend_on_axes_and_units():
 
 @pytest.mark.parametrize("in_space", [False, True])
 def test_blocks_that_meet_end_the_curve(in_space):
-    """A block of height h rocks towards a wall at a distance g from its foot: they meet where h sin θ = g,
-    which is found in the plane; in space the last state is that before."""
+    """A block of height h rocks towards a wall at the distance g from its foot, and meets it at h sin θ = g.
+
+    In the plane the curve ends at this state. In space it ends at the step before.
+    """
     g, h = 0.2, 2.0
     scene = block_on_floor(1.0, h, friction=3.0)
     wall = mo.Block(name="wall", vertices=rectangle(1 + g, 2, 0, 3), fixed=True)
@@ -228,7 +255,7 @@ def test_what_has_no_finite_motion_stops_at_the_onset(scene, code):
 
 
 def test_a_curve_that_ends_because_joints_slide_says_by_how_much():
-    """With associative flow the block opens by 0.4 per unit of slip: 1/√1.16 of its speed is slip."""
+    """With associative flow the block opens by 0.4 per unit of slip, so that 1/√1.16 of its speed is slip."""
     curve = mo.capacity(mo.solve(block_on_floor(friction=0.4), "static"))
     assert "the largest slip is 93 % of the speed of the fastest corner" in curve.message
     assert curve.message.endswith("(hinges slip by up to 0.2 %)")
@@ -238,7 +265,7 @@ def test_a_curve_that_ends_because_joints_slide_says_by_how_much():
 
 
 def surveyed(scene: mo.Scene, size: float, seed: int) -> mo.Scene:
-    """The scene with random errors of that size in the corners of all blocks."""
+    """Return the scene with random errors of the given size in the corners of all blocks."""
     rng = np.random.default_rng(seed)
     corners = {block.name: np.array(block.vertices) for block in scene.blocks}
     moved = {name: at + size * rng.standard_normal(at.shape) for name, at in corners.items()}
@@ -253,7 +280,10 @@ def pushed_arch(friction: float) -> mo.Scene:
 
 
 def kerbed(height: float) -> mo.Scene:
-    """A block on a floor, with its foot against a kerb about which it turns: the foot slips by the height."""
+    """Return a block on a floor that turns about a kerb at its foot.
+
+    The foot slips by the height of the kerb per unit of rotation.
+    """
     kerb = mo.Block(name="kerb", vertices=rectangle(0.6, 3, -1, height), fixed=True)
     floor = mo.Block(name="floor", vertices=rectangle(-3, 0.6, -1, 0), fixed=True)
     block = mo.Block(name="A", vertices=rectangle(0, 0.6, 0, 2), weight=10, live_per_weight=(1, 0))
@@ -272,7 +302,10 @@ def kerbed(height: float) -> mo.Scene:
     ],
 )
 def test_a_joint_slides_here_if_it_slides_in_the_result(scene):
-    """Slip below the threshold of a result is none, as that of the foot at a kerb of 1 in 2000."""
+    """A capacity curve and a result agree on whether joints slide.
+
+    Slip below the threshold of a result does not count, as at a kerb of 1/2000 of the block's height.
+    """
     result = solved(scene, "static")
     slides = joint_motion(result.assembly, result.solution).slides.any()
     end = mo.capacity(result, steps=4).end
@@ -280,7 +313,8 @@ def test_a_joint_slides_here_if_it_slides_in_the_result(scene):
 
 
 def test_below_the_associative_load_factor_no_joint_is_said_to_slide_that_does_not():
-    """The foot's slip lowers λ by Coulomb's law, by less than 1 in 200, and results call it a hinge."""
+    """The slip of the foot lowers λ by less than 1/200, and results call the joint a hinge, as the curve
+    does."""
     result = solved(kerbed(1e-3), "coulomb", incremental=False)
     assert not joint_motion(result.assembly, result.solution).slides.any()
     curve = mo.capacity(result)
@@ -291,7 +325,8 @@ def test_below_the_associative_load_factor_no_joint_is_said_to_slide_that_does_n
 
 
 def bonded_wall(friction: float) -> mo.Scene:
-    """A wall of five courses, 1 wide and 1.25 high, of stones of 0.5 with half stones at every other end."""
+    """Return a wall of five courses, 1 wide and 1.25 high, with stones of 0.5 and half stones in every
+    second course."""
     blocks = [mo.Block(name="floor", vertices=rectangle(-3, 4, -1, 0), fixed=True)]
     for course in range(5):
         ends = [0, 0.5, 1] if course % 2 == 0 else [0, 0.25, 0.75, 1]
@@ -305,8 +340,12 @@ def bonded_wall(friction: float) -> mo.Scene:
 @pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.7, 1.5])
 def test_a_mechanism_of_coulomb_friction_below_the_associative_load_factor_is_followed(friction):
-    """Half of the wall, above a stair from (1, 0.25) to (0, 1), turns about (1, 0.25); its centroid is at
-    (0.625, 0.875). Joints of the stair that slip open at once, and head joints in it carry no force."""
+    """A mechanism of Coulomb friction is followed, and its λ agrees with the closed form.
+
+    Half of the wall, above a stair of joints from (1, 0.25) to (0, 1), turns about (1, 0.25). Its centroid is
+    at (0.625, 0.875). Joints of the stair that slip open at once, and head joints in the stair carry no
+    force.
+    """
     result = solved(bonded_wall(friction), "coulomb", incremental=False)
     assert result.load_factor < 0.99 * result.associative
     curve = mo.capacity(result, steps=10)
@@ -315,7 +354,8 @@ def test_a_mechanism_of_coulomb_friction_below_the_associative_load_factor_is_fo
     exact = (0.375 * c - 0.625 * s) / (0.625 * c + 0.375 * s)
     np.testing.assert_allclose(curve.table["load_factor"], exact, atol=1e-7)
     assert curve.reaches_zero
-    # The centroid of the half that moves comes above the corner; the mean is that of the whole wall.
+    # The curve ends with the centroid of the moving half above the corner. The displacement is the mean of
+    # the whole wall.
     assert curve.displacement == pytest.approx(0.375 / 2, abs=CLOSE)
 
 

@@ -1,4 +1,5 @@
-"""The capacity curve in space: a body about an edge, against the plane's and closed forms; what stops it."""
+"""Tests of the capacity curve in space: a body that turns about an edge, against the plane and closed
+forms."""
 
 import math
 
@@ -14,7 +15,7 @@ from masonry_opt.scene.solids import prism
 from masonry_opt.solution.reasons import Code
 
 SPECTRUM = ((0.0, 0.2), (0.15, 0.5), (4.0, 0.03))
-#: Of a curve against a closed form, and of the onset that a solver found.
+#: Tolerance of curves against closed forms, and of the onset that a solver found.
 CLOSE = 1e-9
 
 
@@ -43,7 +44,7 @@ def test_as_the_plane_s_on_extruded_scenes(scene):
     checks = [curve.check(SPECTRUM) for curve in (plane, space)]
     numbers = ("mass_fraction", "acceleration", "displacement", "ultimate", "secant", "demand_acceleration")
     for name in numbers:
-        # The plane's rates are those of a linear program.
+        # The rates in the plane are those of a linear program.
         assert getattr(checks[1], name) == pytest.approx(getattr(checks[0], name), rel=1e-7)
     (last,) = [row for row in space.joints().itertuples() if row.state == "hinged"]
     assert (last.x, last.z) == pytest.approx((0.6, 0.0), abs=CLOSE)
@@ -52,7 +53,10 @@ def test_as_the_plane_s_on_extruded_scenes(scene):
 
 
 def test_statics_are_asked_again_without_presolve(failing):
-    """Of a front of 91 stones simplex ended in an error on what presolve had left."""
+    """If the simplex method fails on a presolved static program, the program is solved without presolve.
+
+    This failure occurred for a front of 91 stones.
+    """
     scene = mo.extrude(block_on_floor(0.6, 3.0, friction=3.0), 0.5)
     whole, asked = followed(scene), []
 
@@ -70,8 +74,11 @@ def test_statics_are_asked_again_without_presolve(failing):
 @pytest.mark.parametrize("plan", [0.0, 0.7], ids=["along x", "oblique"])
 @pytest.mark.parametrize("strength", [None, 3.0])
 def test_a_front_that_overturns(plan, strength):
-    """By moments about its foot: λ W (h c + b s)/2 = W (b c − h s)/2 + T times the tie's distance from it,
-    which leads from y up on the back to a point 4 behind, and goes with the front. Seen from anywhere."""
+    """λ of a front that overturns agrees with moments about its foot, for any direction in plan.
+
+    λ W (h c + b s)/2 = W (b c − h s)/2 + T times the distance of the tie from the foot. The tie runs from
+    height y on the back of the front to a point 4 behind. Its end on the front moves with the front.
+    """
     b, h, t, W, y, far = 0.6, 3.0, 0.8, 40.0, 2.5, -4.0
     about = turned(plan)
 
@@ -88,7 +95,7 @@ def test_a_front_that_overturns(plan, strength):
     curve = followed(mo.Scene(**made, earthquake=push), block="front")
     theta, T = curve.table["rotation"].to_numpy(), strength or 0.0
     c, s = np.cos(theta), np.sin(theta)
-    x, z = y * s - b * c, y * c + b * s  # of the anchor, from the foot
+    x, z = y * s - b * c, y * c + b * s  # Position of the anchor, from the foot.
     along = np.array([far - b - x, y - z]) / np.hypot(far - b - x, y - z)
     held = W * (b * c - h * s) / 2 + T * (x * along[1] - z * along[0])
     np.testing.assert_allclose(curve.table["load_factor"], held / (W * (h * c + b * s) / 2), atol=CLOSE)
@@ -105,8 +112,10 @@ PARTS = {"A": (0, 1), "B": (1, 2)}
 
 @pytest.mark.slow
 def test_a_prestressed_tie_that_slackens_pulls_with_its_prestress():
-    """A tie before the front shortens: its prestress, least of all, pulls it over. One that never yields does
-    nothing within it."""
+    """A tie in front of a wall slackens and pulls the wall over with its prestress: λ = 0.5 − 0.1.
+
+    A tie within the wall that never yields has no effect.
+    """
     front = [
         mo.box(name, (0, 1), (0, 1), z, weight=0.5, live_per_weight=(1, 0, 0)) for name, z in PARTS.items()
     ]
@@ -121,7 +130,10 @@ def test_a_prestressed_tie_that_slackens_pulls_with_its_prestress():
 
 @pytest.mark.slow
 def test_a_front_that_leaves_its_returns():
-    """As if they were not there, from its Coulomb state; with associative flow it drags on them."""
+    """A front leaves its return walls as if they were not there, if its state is that of Coulomb friction.
+
+    With associative flow, the front drags on the return walls, and the curve is refused because joints slide.
+    """
     sides = {"left": (0, 0.6), "right": (3.4, 4)}
     push = {"unit_weight": 18, "live_per_weight": (1, 0, 0)}
     blocks = [mo.box("front", (0, 0.6), (0, 4), (0, 6), **push)]
@@ -139,7 +151,8 @@ def test_a_front_that_leaves_its_returns():
 
 
 def topped() -> mo.Scene:
-    """A block on another, with a load near its edge: as they lean its joint opens."""
+    """Return two stacked blocks with a load near the edge of the upper one: their joint opens as they
+    lean."""
     push = {"live_per_weight": (1, 0)}
     low = mo.Block(name="low", vertices=rectangle(0, 1, 0, 2), weight=10, **push)
     on_it = {"weight": 1, "dead": (0, -1), "dead_at": (0.9, 3)} | push
@@ -148,7 +161,8 @@ def topped() -> mo.Scene:
 
 @pytest.mark.slow
 def test_it_ends_before_the_state_at_which_another_joint_opens():
-    """In the plane that state is found, and followed."""
+    """In space the curve ends one step before another joint opens; in the plane it continues after this
+    state."""
     plane, space = followed(topped()), followed(mo.extrude(topped(), 0.5), steps=40)
     opens = plane.table.loc[plane.table["event"] == "joint opens", "displacement"].iloc[0]
     assert space.end.code is Code.JOINT_OPENS
@@ -183,7 +197,11 @@ def test_the_command_and_pictures(command, tmp_path):
     ("live", "up", "friction"), [((1, 0, 0), 0.22, 1.5), ((1, 0, 0), 0.22, 20.0), ((1, 0, -0.3), -0.1, 20.0)]
 )
 def test_a_load_that_comes_to_lead_through_the_edge(live, up, friction):
-    """λ grows without end up to there. The last bears on the edge; the others slide on it before."""
+    """λ grows without limit up to the rotation at which the load passes through the edge.
+
+    The third block stays on the edge up to this rotation, and the curve ends locked. The first two slide on
+    the edge before.
+    """
     base, top = mo.box("base", (0, 1), (0, 1), (-1, 0), fixed=True), ("T", (0, 1.6), (0, 1), (0, 1))
     joints, load = mo.JointDefaults(friction=friction), mo.Load(block="T", live=live, at=(1.6, 0.5, up))
     curve = followed(mo.Scene(joints=joints, blocks=[base, mo.box(*top, weight=1.6)], loads=[load]), steps=40)

@@ -1,4 +1,4 @@
-"""Axles over a road: closed forms by virtual work, sweeps by hand, and what is proven."""
+"""Tests of axles on a road: closed forms by virtual work, comparisons with sweeps, and proven bounds."""
 
 from dataclasses import replace
 
@@ -23,7 +23,10 @@ from masonry_opt.studies.crossing.search import PassageTrials, least_associative
 
 @pytest.mark.slow
 def test_a_slab_on_its_support_carries_any_axle():
-    """The road begins before the slab, over the support, where an axle loads nothing that can move."""
+    """A slab whose support is wider carries any axle, under fill and without.
+
+    The road begins before the slab, over the support, where an axle loads no movable block.
+    """
     scene = mo.Scene(joints={"friction": 0.5}, blocks=[slab(), support(-3, 3)])
     group = axles(3.0, 2.0, distances=[0.7], road=[(-3, 2), (3, 2)])
     for fills in ([mo.Fill(road=[(-3, 2), (3, 2)], unit_weight=1.0, pressure=False)], []):
@@ -36,8 +39,10 @@ def test_a_slab_on_its_support_carries_any_axle():
     "method", ["static", "kinematic", "nonassociative", pytest.param("coulomb", marks=pytest.mark.slow)]
 )
 def test_one_axle_turns_a_slab_over_the_edge_of_its_support(method):
-    """About the edge at x = .5: λ P (x - .5) = W .5, least at the end of the slab. Between the edges of the
-    support any load is carried."""
+    """The load factor of one axle agrees with moments about the edge at x = 0.5: λ P (x - 0.5) = 0.5 W.
+
+    It is least at the end of the slab. Between the edges of the support any load is carried.
+    """
     found = mo.crossing(OVERHANG, axles(3.0), method=method)
     assert found.load_factor == pytest.approx(WEIGHT / 3, rel=1e-6)
     assert abs(found.position) == pytest.approx(1, abs=1e-6)
@@ -67,7 +72,10 @@ def test_interrupted_it_keeps_the_positions_solved_by_then(method):
 
 @pytest.mark.parametrize("method", ["static", pytest.param("coulomb", marks=pytest.mark.slow)])
 def test_interrupted_in_its_last_solve_it_keeps_what_was_found(method, watched):
-    """The worst position is solved once more, for the incremental load factor, which is then missing."""
+    """Ctrl-C in the last solve loses only the incremental load factor.
+
+    The last solve repeats the worst position to compute this load factor.
+    """
     whole = mo.crossing(OVERHANG, axles(3.0), method=method, incremental=False)
     first = ["stands", "last"]
 
@@ -87,7 +95,8 @@ def test_interrupted_in_its_last_solve_it_keeps_what_was_found(method, watched):
 
 
 def test_positions_without_an_answer_are_told_and_end():
-    """Where the solver fails right of the support, ranges there are not halved, and nothing is proven."""
+    """If the solver fails right of the support, the search does not halve ranges there, and proves no
+    bound."""
     ((passage,),), _ = _passages(OVERHANG, axles(3.0))
     problem = replace(passage.assembly.problem, live=passage.live(-1.0))
     exact, solved = moving_load(problem, Effort()), 0
@@ -110,14 +119,19 @@ def test_positions_without_an_answer_are_told_and_end():
 
 @pytest.mark.slow
 def test_axles_beyond_the_road_do_not_count():
-    """To the right: with the first axle at the end, the second (three times it) holds the slab down; worst is
-    the second alone, at the end. To the left the same in the mirror."""
+    """An axle beyond the road does not count.
+
+    On the way to the right, the second axle, three times as heavy, holds the slab down while the first is at
+    the end. The worst position has the second axle alone, at the end. To the left, the positions are
+    mirrored.
+    """
     found = mo.crossing(OVERHANG, axles(1.0, 3.0, distances=[0.8]), method="static")
     assert found.load_factor == pytest.approx(0.5 * WEIGHT / (3 * 0.5), rel=1e-6)
     assert {*found.table["direction"]} == {"right", "left"}
     assert abs(found.at[1]) == pytest.approx(1, abs=1e-6)
     assert abs(found.position) == pytest.approx(1.8, abs=1e-6)
-    # A road that begins at x = -.9: there the second axle turns the slab, the first at x = -.1 against it.
+    # On a road that begins at x = -0.9, the second axle turns the slab there, and the first, at x = -0.1,
+    # resists.
     short = axles(1.0, 3.0, distances=[0.8], road=[(-0.9, 1), (0.7, 1)], travels="right")
     found = mo.crossing(OVERHANG, short, method="static")
     assert found.load_factor == pytest.approx(0.5 * WEIGHT / (3 * 0.4 - 1 * 0.4), rel=1e-6)
@@ -125,7 +139,10 @@ def test_axles_beyond_the_road_do_not_count():
 
 
 def test_each_load_case_has_the_road_of_its_own_settlement(monkeypatch):
-    """The beam turns about x = 1 by a quarter of the settlement, which is twice as large in case "heavy"."""
+    """Each load case has a road that follows its own settlement.
+
+    The beam turns about x = 1 by a quarter of the settlement, which is twice as large in case "heavy".
+    """
     movements = {"light": {"R": (0.0, -0.02)}, "heavy": {"R": (0.0, -0.04)}}
 
     def settles(scene, _):
@@ -141,8 +158,11 @@ def test_each_load_case_has_the_road_of_its_own_settlement(monkeypatch):
 
 
 def test_load_factors_jump_between_two_blocks():
-    """Left of x = 0 an axle stands over a support. Right of it, on the next block, it turns that about the
-    edge of its own at x = .5, which takes λ P .5 = W .5; nothing holds the two together."""
+    """The load factor jumps where an axle passes from one block to the next.
+
+    Left of x = 0, an axle is over a support. Right of x = 0, it turns the next block about the edge of its
+    support at x = 0.5: λ P 0.5 = 0.5 W. Without friction, nothing connects the two blocks.
+    """
     scene = mo.Scene(
         joints={"friction": 0.0, "dilatancy": 0.0},
         blocks=[slab("left", -2.0), slab("right", 0.0), support(-2.0, 0.0), support(0.5, 1.5)],
@@ -160,7 +180,7 @@ def arch(voussoirs=10, friction=0.45):
 
 
 def at_points(scene, points):
-    """The scene with loads by hand: each on the voussoir whose back lies below it."""
+    """Return the scene with point loads, each on the voussoir whose extrados lies below it."""
     loads = []
     for x, load in points:
         for block in scene.blocks:
@@ -189,7 +209,7 @@ def test_no_load_by_hand_is_worse_than_the_least():
     assert mo.solve(again, "static").load_factor == pytest.approx(found.load_factor, rel=1e-8)
 
 
-#: Where sampled load factors are compared with a bound: tolerance of programs solved to 1e-9.
+#: Relative tolerance of sampled load factors against a bound; the programs are solved to 1e-9.
 _SAMPLED = 1e-7
 
 
@@ -197,8 +217,11 @@ _SAMPLED = 1e-7
     ("strength", "law"), [(None, ""), pytest.param(900.0, "parabola", marks=pytest.mark.slow)]
 )
 def test_the_bound_is_of_the_associative_load_factor_by_its_own_law(strength, law):
-    """No position has a lower associative load factor than the bound, by scenes with the axle as a load of a
-    voussoir. Chords miss up to 0.65 % of the moment: by these λ may be below the bound."""
+    """No position has a lower associative load factor than the bound, if crushing follows the same law.
+
+    The positions are solved as scenes with the axle as a load on a voussoir. Chords underestimate the moment
+    by up to 0.65 %, so that λ with chords may be below the bound.
+    """
     scene = arch(6)
     if strength:
         scene = scene.replace(joints={"friction": 0.45, "strength": strength})
@@ -218,7 +241,7 @@ def test_the_bound_is_of_the_associative_load_factor_by_its_own_law(strength, la
     if strength:
         assert found.default.crushing == "chords"
         assert found.default.load_factor < found.bound
-        # Its own associative load factor, by the same chords, is no lower.
+        # The associative load factor with the same chords is not lower.
         assert found.default.associative >= found.default.load_factor * (1 - _SAMPLED)
         assert (1 - 0.0065) * found.load_factor <= found.default.associative
         assert "by the same law" in told["first look"]
@@ -263,7 +286,7 @@ def test_the_load_of_a_road_keeps_its_sum_and_its_place():
     x, load = np.array([-1.1, 0.25, 0.3, 1.9, 7.0]), np.array([1.0, 2.0, 3.0, 4.0, 5.0])
     forces = road.on_blocks(x, load)
     assert not forces[:, 0].any()
-    # The last two are on an abutment, and beyond the road.
+    # The last two loads are on an abutment and beyond the road.
     assert forces[:, 1].sum() == pytest.approx(-6)
     centroid = assembly.geometry.centroid + assembly.geometry.origin
     moment = forces[:, 2].sum() + (centroid[:, 0] * forces[:, 1]).sum()
@@ -271,7 +294,7 @@ def test_the_load_of_a_road_keeps_its_sum_and_its_place():
 
 
 def arch_under_fill():
-    """An arch of 14 voussoirs on fixed abutments, under fill."""
+    """Return an arch of 14 voussoirs on fixed abutments, under fill."""
     bank = [(1.5, -1), (4, -1), (4, 0.18), (1.74, 0.18), (1.5, 0)]
     abutments = [
         mo.Block(name=name, vertices=[(side * x, y) for x, y in bank], fixed=True)
@@ -288,9 +311,11 @@ def arch_under_fill():
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["static", "coulomb"])
 def test_bridge_with_fill_against_a_sweep(method):
-    """Loads spread through fill: nothing jumps, and no load is a line or parabola of the position.
+    """The least load factor of a bogie on a bridge with fill agrees to 1e-3 with a sweep of positions.
 
-    With Coulomb friction a position costs a hundred times as much: the arch alone, of fewer voussoirs.
+    Loads spread through fill, so that λ does not jump. No load on a block is a linear or quadratic function
+    of the position. With Coulomb friction, a position takes a hundred times as long; this test then uses a
+    single arch of fewer voussoirs.
     """
     bridge = mo.load(CASES / "bridges" / "arch_with_fill.toml").model_copy(update={"loads": []})
     bogie = mo.Axles(name="bogie", set="CS 454 double 1.3 m", factor=0.4)
@@ -312,7 +337,10 @@ def test_bridge_with_fill_against_a_sweep(method):
 
 @pytest.mark.parametrize("load_factor", [0.0, 0.5])
 def test_a_load_factor_below_its_bound_is_no_longer_hidden(load_factor):
-    """The bound is by another program than the answer: a contradiction is told, and no bound given."""
+    """A load factor below its bound contradicts the bound: a warning says so, and no bound is given.
+
+    The bound and the answer come from different programs.
+    """
     found = mo.crossing(axles_on_a_beam(0.6), method="static")
     assert found.bound == pytest.approx(found.load_factor, rel=2e-3)
     assert found.warning_records == []

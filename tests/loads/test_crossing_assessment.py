@@ -1,4 +1,5 @@
-"""A crossing in terms of an assessment: loads at collapse, a required load factor, reasons of differences."""
+"""Tests of the assessment of a crossing: loads at collapse, a required load factor, reasons for
+differences."""
 
 from dataclasses import replace
 
@@ -16,7 +17,7 @@ def crossed(group=None, **options):
 
 @pytest.mark.slow
 def test_loads_at_collapse():
-    """λ P .5 = W .5: the axle weighs W at collapse, whatever its load in the case is."""
+    """At collapse the axle weighs W, whatever its load in the case is: λ P 0.5 = 0.5 W."""
     for load, factor in ((3.0, 1.0), (5.0, 1.0), (5.0, 2.0)):
         found = crossed(axles(load, factor=factor))
         assert found.axle_loads == [load * factor]
@@ -37,7 +38,7 @@ def test_loads_at_collapse_contain_the_factor_of_the_load_case():
 
 
 def test_loads_at_collapse_of_a_uniform_load():
-    """8 per unit length over .5: λ 8 .5 .25 = W .5."""
+    """A load of 8 per unit length over a length of 0.5 turns the slab at λ · 8 · 0.5 · 0.25 = 0.5 W."""
     group = axles(uniform=[mo.UniformLoad(load=8.0, start=0.0, end=0.5)])
     found = crossed(group)
     assert (found.axle_loads, found.capacity, found.at) == ([], [], [])
@@ -50,7 +51,7 @@ def test_loads_at_collapse_of_a_uniform_load():
 
 @pytest.mark.parametrize(("required", "passed"), [(3.9, True), (4.0, True), (4.1, False)])
 def test_a_required_load_factor(required, passed):
-    """The least load factor is 4 by hand."""
+    """A crossing passes if its least load factor, 4 by hand, is not below the required load factor."""
     found = crossed(required_factor=required)
     assert found.passed is passed
     assert found.as_dict()["passed"] is passed
@@ -58,7 +59,7 @@ def test_a_required_load_factor(required, passed):
 
 
 def test_the_picture_shows_a_required_load_factor_far_above_the_least():
-    """The axis of λ usually ends at four times the least load factor."""
+    """The axis of λ usually ends at four times the least load factor; here it includes the required one."""
     chart = crossed(required_factor=100.0).plot().axes[0].child_axes[0]
     (line,) = [line for line in chart.get_lines() if line.get_label() == "required"]
     assert line.get_ydata()[0] == 100.0
@@ -69,7 +70,7 @@ def test_the_picture_shows_a_required_load_factor_far_above_the_least():
 def test_what_a_required_load_factor_is_compared_with():
     found = crossed(required_factor=3.5)
     assert "proven lower bound for associative flow" in found.facts()["required"] or found.bound == 4
-    # The default method found less at the worst position.
+    # The default method found a lower load factor at the worst position.
     lighter = OVERHANG.replace(
         blocks={"slab": {"weight": 0.75 * WEIGHT, "live": (0.0, -3.0), "live_at": (1, 0.5)}}
     )

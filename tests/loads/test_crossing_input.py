@@ -1,4 +1,4 @@
-"""Groups of axles and roads: load cases beside them, what is refused, the command and the page."""
+"""Tests of axles and roads as input: other load cases, wrong input, the command and the page."""
 
 import json
 from dataclasses import replace
@@ -28,7 +28,7 @@ def test_other_live_loads_stay_and_plain_solving_says_that_axles_move():
     assert with_axles.load_factor == alone.load_factor == pytest.approx(WEIGHT / 6)
     (warning,) = with_axles.warnings
     assert warning.code is Code.AXLES_LEFT_OUT
-    # Both at the end: λ (3 + 6) .5 = W .5.
+    # Both loads are at the end: λ (3 + 6) 0.5 = 0.5 W.
     assert mo.crossing(own, axles(3.0), method="static").load_factor == pytest.approx(WEIGHT / 9, rel=1e-6)
     with pytest.raises(mo.CaseError, match="crossing"):
         mo.solve(OVERHANG.replace(axles=[axles(3.0)]), "static")
@@ -38,7 +38,8 @@ def test_other_live_loads_stay_and_plain_solving_says_that_axles_move():
 
 
 def in_cases(**keys):
-    """The slab with a load of 6 down at its end, of group "crowd", and cases with axles and without."""
+    """Return the slab with a load of 6 in group "crowd" at its end, and with load cases with and without
+    axles."""
     crowd = mo.Load(block="slab", live=(0.0, -6.0), at=(1.0, 0.5), group="crowd")
     cases = [
         mo.LoadCase(name="alone", dead={"weight": 0.9}, live={"axles": 1.5}),
@@ -50,15 +51,19 @@ def in_cases(**keys):
 
 @pytest.mark.slow
 def test_load_cases(tmp_path):
-    """About the edge of the support: λ 1.5 · 3 · .5 = .9 W .5, and λ (2 · 3 + .5 · 6) .5 = W .5 at an end."""
+    """The load factors of two cases agree with moments about the edge of the support, with the axle at an
+    end.
+
+    λ · 1.5 · 3 · 0.5 = 0.9 W · 0.5 in case "alone", and λ (2 · 3 + 0.5 · 6) 0.5 = 0.5 W in case "crowd too".
+    """
     for name, expected in (("alone", 0.9 * WEIGHT / 4.5), ("crowd too", WEIGHT / 9)):
         found = mo.crossing(in_cases(), axles(3.0), method="static", load_case=name)
         assert found.load_factor == pytest.approx(expected, rel=1e-6)
         assert found.as_dict()["load_case"] == found.worst.load_case == name
-        # The worst is the answer of its own scene, by another method too.
+        # The scene of the worst position has the same load factor by another method.
         own = found.least.passage.scene(found.position)
         assert mo.solve(own, "kinematic").load_factor == pytest.approx(expected, rel=1e-6)
-        # So is that of its file, by the name of the case.
+        # Its case file has the same load factor, for the load case of this name.
         mo.save(own, tmp_path / f"{name}.toml")
         again = mo.solve(tmp_path / f"{name}.toml", "static", load_case=name)
         assert again.load_factor == pytest.approx(expected, rel=1e-6)
@@ -73,8 +78,11 @@ def test_load_cases(tmp_path):
 
 @pytest.mark.parametrize("method", ["static", pytest.param("nonassociative", marks=pytest.mark.slow)])
 def test_all_load_cases_at_once(tmp_path, method):
-    """Each as alone; at each position of the one or the other the lesser by hand, with a third that is the
-    greater near the support and the lesser at the end: the crowd helps an axle there, beside .5."""
+    """A crossing of all load cases equals the crossings of single cases, and governs by the lesser λ by hand.
+
+    Case "crowd too" has the greater λ near the support, where the crowd helps an axle at the other end. It
+    has the lesser λ at the end of the slab.
+    """
     of = in_cases(axles=[axles(3.0)])
     names = ("alone", "crowd too")
     alone = {name: mo.crossing(of, method=method, load_case=name) for name in names}
@@ -106,7 +114,10 @@ def test_all_load_cases_at_once(tmp_path, method):
 
 @pytest.mark.slow
 def test_load_cases_that_were_not_crossed_are_named(tmp_path):
-    """After Ctrl-C in the first case, and beside one that falls, in the answer and in the report."""
+    """Load cases that were not crossed are named in the answer and in the report.
+
+    The crossing ends after Ctrl-C in the first case, or because the scene is unstable in a case.
+    """
     told = []
     of = in_cases(axles=[axles(3.0)])
     stopped = mo.crossing(of, method="static", progress=interrupts(told))
@@ -128,7 +139,10 @@ def test_load_cases_that_were_not_crossed_are_named(tmp_path):
 
 
 def test_an_undecided_load_case_is_named_and_not_hidden():
-    """Where the other carries any load, and where neither has an answer: one position, whatever its cases."""
+    """A position with an undecided load case is reported once.
+
+    The other case carries any load, or has no answer either.
+    """
     whole = mo.crossing(in_cases(), axles(3.0), method="static")
     failed = Solution(mo.Status.SOLVER_FAILED, Kind.ASSOCIATIVE)
     unlimited = Solution(mo.Status.UNLIMITED, Kind.ASSOCIATIVE)
@@ -159,8 +173,10 @@ def test_a_first_look_that_ends_loses_no_crossing(watched, error, words):
 
 
 def by_crowd(x):
-    """Of a load of 6 · .5 at the end x = 1, and axles of 3 · 2 at x: about the edge at .5, and that at -.5 if
-    the axle turns the slab back over it."""
+    """Return λ of case "crowd too" by hand: a load of 0.5 · 6 at x = 1, and an axle load of 2 · 3 at x.
+
+    The slab turns about the edge at 0.5, or about the edge at -0.5 if the axle turns it to the left.
+    """
     right = 6 * (x - 0.5) + 1.5
     left = 6 * (-x - 0.5) - 4.5
     most = np.maximum(right, left)
@@ -198,7 +214,7 @@ def test_solving_leaves_out_cases_of_axles_alone():
     assert "'alone'" in found.summary
     codes = {name: [one.code for one in result.warnings] for name, result in found.results.items()}
     assert codes == {"crowd too": [Code.AXLES_LEFT_OUT], "crowd": []}
-    # Whether or not the scene itself has them.
+    # The warning also appears if the scene itself has no axles.
     (warning,) = mo.solve(in_cases(), "static", load_case="crowd too").warnings
     assert (warning.code, warning.values["names"]) == (Code.AXLES_LEFT_OUT, [])
     alone = of.model_copy(update={"load_cases": of.load_cases[:1]})
@@ -222,7 +238,7 @@ def test_sets_are_whole():
     for distances, loads, source in SETS.values():
         assert len(distances) == len(loads) - 1
         assert source
-    # Of EN 1991-2 twice 300 kN, of CS 454 twice 9.5 t.
+    # LM1 of EN 1991-2 has twice 300 kN, and the double axle of CS 454 twice 9.5 t.
     assert sum(SETS["LM1 lane 1"].loads) == 600
     assert mo.Axles(name="a", set="CS 454 double 1.3 m", factor=0.5).group.loads == pytest.approx(
         (46.5975, 46.5975)
@@ -294,7 +310,7 @@ def test_command(case, tmp_path, command):
     assert told["worst"]["load_factor"] == told["load_factor"]
     assert len(told["positions"]) > 10
     assert (tmp_path / "a.png").stat().st_size > 10_000
-    out = command(*asked, "--plot", tmp_path / "a.png", "--table")  # the picture of before is replaced
+    out = command(*asked, "--plot", tmp_path / "a.png", "--table")  # An existing picture is replaced.
     assert "4.000000" in out
     assert out.count(" right ") > 10
     for wrong in (("--axles", "b"), ("--plot", tmp_path / "a.doc"), ("-o", "axles=1")):
@@ -310,5 +326,6 @@ def test_page(case, tmp_path):
     positions = text.rpartition("<table")[2]
     assert positions.count("<tr>") == len(found.table) + 1
     assert "data:image/svg+xml" in text
-    assert found.table["mechanism"].isna().any()  # over the support nothing moves, and the page says nothing
+    # Over the support nothing moves, and the page leaves the mechanism empty.
+    assert found.table["mechanism"].isna().any()
     assert ">nan<" not in text

@@ -1,4 +1,5 @@
-"""The time limit of a crossing: it is that of all positions, and the worst position by then is the answer."""
+"""Tests of the time limit of a crossing: all positions share it, and the worst solved position is the
+answer."""
 
 from dataclasses import replace
 
@@ -22,7 +23,7 @@ IN_TWO_CASES = LOADED.replace(
 
 
 def ends_at(number, known, error=None):
-    """Progress of a crossing whose time is over after some positions; ``known`` records their λ."""
+    """Return a progress callback that ends a crossing after some positions; ``known`` records their λ."""
 
     def ends(position, load_factor):
         known[position] = load_factor
@@ -33,13 +34,13 @@ def ends_at(number, known, error=None):
 
 
 def by_hand(axle, position):
-    """λ of an axle at x, which turns the slab about the edge at .5: λ P (|x| - .5) = .5 W."""
+    """Return λ of an axle at x, which turns the slab about the edge at 0.5: λ P (|x| - 0.5) = 0.5 W."""
     return 0.5 * WEIGHT / (axle * (abs(position) - 0.5))
 
 
 @pytest.fixture
 def time_is_over_at(clock, watched):
-    """Let the limit of 100 s be over as soon as a scene is assembled for the given solve of a session."""
+    """Return a function that lets the limit of 100 s be over in the given solve of a session."""
 
     def of(number):
         def advance(*_):
@@ -86,14 +87,15 @@ def test_a_stopped_crossing_decides_nothing_about_a_factor_that_it_reaches_so_fa
 
 
 def test_a_coulomb_method_solves_the_worst_associative_position_first():
-    """It is the end of the slab, so the answer does not change after one of the positions."""
+    """The first solved position is the end of the slab, where λ is least, so that its answer is final."""
     found = mo.crossing(LOADED, progress=ends_at(1, {}))
     assert found.load_factor == pytest.approx(WEIGHT / 3, rel=1e-6)
     assert abs(found.position) == pytest.approx(1, abs=1e-6)
 
 
 def test_load_cases_solved_before_the_limit_are_not_lost(time_is_over_at):
-    """The second of two cases has no answer, so the first is the worst; its axles count twice."""
+    """Case "a" was solved before the limit and case "b" was not, so that "a" governs; its axles count
+    twice."""
     time_is_over_at(2)
     found = mo.crossing(IN_TWO_CASES, method="static", time_limit=100)
     assert (found.worst.load_case, found.not_crossed) == ("a", ["b"])
@@ -118,7 +120,8 @@ def test_an_error_in_a_later_load_case_loses_no_earlier_case(watched, error):
 
 
 def test_a_case_with_a_lower_state_governs_although_another_case_was_stopped(monkeypatch):
-    """The limit ends the search for lower states in case b, which has an answer, but twice that of case a."""
+    """Case "a" governs although the limit ended the search for lower states in case "b", whose λ is twice
+    as large."""
     answer = module.Session.answer
 
     def stopped(session, scene, progress, effort):
@@ -151,7 +154,7 @@ def test_ctrl_c_in_the_first_solve_is_an_interrupt(watched):
 
 
 def test_ctrl_c_is_not_taken_for_the_time_limit_of_a_method():
-    """Method "global" has a time limit of its own, which may end its solve of the worst position."""
+    """Method "global" has its own time limit, which may end its solve of the worst position."""
     whole = mo.crossing(LOADED, method="static")
     solution = with_answer(whole.worst.solution, TimeLimitReached(60.0), Effort())
     found = replace(whole, worst=replace(whole.worst, solution=solution), interrupted=True)
@@ -162,7 +165,10 @@ def test_ctrl_c_is_not_taken_for_the_time_limit_of_a_method():
 
 
 def test_the_limit_may_end_the_solve_of_the_default_method(time_is_over_at):
-    """It is the third solve, after those of the first and of the worst position; the crossing is complete."""
+    """The third solve is that of the default method; the crossing itself is complete.
+
+    The first two solves are those of the first and of the worst position.
+    """
     time_is_over_at(3)
     found = mo.crossing(LOADED, method="static", time_limit=100)
     assert found.default is None
@@ -180,7 +186,7 @@ def test_a_load_factor_that_the_default_method_has_by_the_limit_is_compared():
 
 
 def test_a_stopped_crossing_of_a_settled_bridge_draws_the_axle_loads():
-    """Forces on blocks, as pictures and moved blocks use them, have the resultants of the problem's loads."""
+    """The forces that pictures draw on blocks have the resultants of the problem's loads."""
     scene = beam(live=(0, 0)).replace(axles=[axles(3.0, road=[(0, 2), (5, 2)])])
     found = mo.crossing(scene, method="static", settled=SINKS, progress=ends_at(3, {}))
     assert found.time_limit_reached
@@ -197,7 +203,8 @@ def test_a_stopped_crossing_of_a_settled_bridge_draws_the_axle_loads():
     ("stop", "error"), [(TimeLimitReached(7.0), TimeLimitError), (KeyboardInterrupt(), KeyboardInterrupt)]
 )
 def test_before_a_coulomb_answer_the_least_upper_bound_is_stated(monkeypatch, stop, error):
-    """The associative load factors of the whole road are known, and no other."""
+    """By then only associative load factors are known, for the whole road; the error states the least of
+    them."""
 
     def ends(*_):
         raise stop
@@ -209,7 +216,8 @@ def test_before_a_coulomb_answer_the_least_upper_bound_is_stated(monkeypatch, st
 
 
 def test_the_last_solve_may_find_the_time_over(watched):
-    """The worst position is solved again for its incremental load factor, which is then missing."""
+    """The worst position is solved a second time for its incremental load factor, which the time limit
+    ends."""
 
     def ends(*_):
         if len(solved) == 2:
@@ -236,7 +244,7 @@ def test_the_command_prints_the_answer_and_ends_with_exit_code_1(slow_positions,
 
 
 def test_a_report_of_a_stopped_crossing_ends_with_exit_code_1(slow_positions, command, tmp_path):
-    """The page is written with the worst position so far."""
+    """The report is written with the worst position so far."""
     mo.save(LOADED, tmp_path / "overhang.toml")
     limited = "report", tmp_path / "overhang.toml", "--method", "static", "--time-limit", "100"
     page = tmp_path / "page.html"

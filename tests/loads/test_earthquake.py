@@ -1,12 +1,14 @@
-"""Earthquakes against closed forms derived here: their vertical part, masses beside weights, space.
+"""Tests of earthquakes against closed forms: vertical components, masses that are no weights, and space.
 
-A block of weight W, base b and height h on a plane, pushed by λ W sideways and by r λ W along gravity, is
-pressed on its base by N = W (1 + r λ). It turns about an edge where λ W h/2 = N b/2, and slides where
-λ W = μ N:
+A block of weight W, base b and height h is on a plane. It is pushed by λ W sideways and by r λ W along
+gravity, so that the normal force on its base is N = W (1 + r λ). It turns about an edge if λ W h/2 = N b/2,
+and slides if λ W = μ N. Its load factor is therefore
 
     λ = min(b / (h − r b), μ / (1 − r μ))
 
-A mass m at height y over the middle that is no dead load pushes too: λ (W h/2 + m y − r (W + m) b/2) = W b/2.
+A mass m that is no dead load, at height y above the middle of the base, adds to the push:
+
+    λ (W h/2 + m y − r (W + m) b/2) = W b/2
 """
 
 import math
@@ -54,17 +56,23 @@ def test_a_mass_that_is_no_dead_load(vertical):
 @pytest.mark.parametrize(
     ("load", "mass"),
     [
-        (mo.Load(block="A", dead=(0.2, -2.0), at=(0.5, 3.0)), 2.0),  # what is along gravity
+        # By default, the component along gravity is mass.
+        (mo.Load(block="A", dead=(0.2, -2.0), at=(0.5, 3.0)), 2.0),
         (mo.Load(block="A", dead=(0.2, -2.0), at=(0.5, 3.0), mass=0.0), 0.0),
         (mo.Load(block="A", dead=(0.2, -2.0), at=(0.5, 3.0), mass=0.8), 0.8),
         (mo.EdgeLoad(start=(0, 3), end=(1, 3), force=(0.2, -2.0)), 2.0),
         (mo.EdgeLoad(start=(0, 3), end=(1, 3), force=(0.2, -2.0), mass=0.8), 0.8),
-        (mo.EdgeLoad(start=(0, 3), end=(1, 3), pressure=2.0), 0.0),  # of water, or earth
+        (mo.EdgeLoad(start=(0, 3), end=(1, 3), pressure=2.0), 0.0),  # Pressure of water or earth has no mass.
         (mo.EdgeLoad(start=(0, 3), end=(1, 3), pressure=2.0, mass=0.8), 0.8),
     ],
 )
 def test_dead_loads_that_are_mass_and_those_that_are_none(load, mass):
-    """About the right edge: λ (W h/2 + m h) = (W + F) b/2 − H h, F and H the load's own parts."""
+    """A dead load counts as mass by its weight or by its key `mass`; a pressure does not unless it has this
+    key.
+
+    The block turns about its right edge: λ (W h/2 + m h) = (W + F) b/2 − H h, where F and H are the vertical
+    and the horizontal component of the load.
+    """
     key = "loads" if isinstance(load, mo.Load) else "edge_loads"
     scene = block_on_floor(1.0, 3.0).model_copy(update={key: [load]})
     aside = 0.0 if getattr(load, "pressure", None) else 0.2
@@ -82,8 +90,12 @@ def test_dead_loads_that_are_mass_and_those_that_are_none(load, mass):
     ],
 )
 def test_dead_forces_without_mass(given, mass):
-    """A force (0.2, -2) at the middle of a block of b = 1, h = 3, W = 1, or half as far aside at its top:
-    λ (W + m) h/2 = (W + 2) b/2 - 0.2 h/2; with its mass, which counts by default, λ (W + 2) h/2."""
+    """With `dead_as_mass` false, a dead force is a mass only if the load states one.
+
+    The block has b = 1, h = 3 and W = 1. The force (0.2, -2) acts at its middle, or (0.1, -2) acts on its
+    top, with the same moment. By hand, λ (W + m) h/2 = (W + 2) b/2 - 0.2 h/2. If the force counts as mass, as
+    by default, m is 2.
+    """
     scene = block_on_floor(1.0, 3.0, friction=3.0, live=(0.0, 0.0), dead=given.get("block", (0.0, 0.0)))
     loads = {key: [given[of]] for key, of in (("loads", "load"), ("edge_loads", "line")) if of in given}
     scene = scene.replace(**loads, earthquake={"direction": "right", "dead_as_mass": False})
@@ -96,8 +108,11 @@ def test_dead_forces_without_mass(given, mass):
 
 
 def over_direction(size, friction, vertical, degrees):
-    """A box turns about the edge that its push leads over: with N = W (1 + r λ) the force meets the base at
-    λ W h/2 / N from its middle, so λ = bᵢ / (h |eᵢ| − r bᵢ) about an edge across eᵢ."""
+    """Return the closed-form λ of a box that an earthquake pushes in a horizontal direction.
+
+    The box turns about one of the edges towards which it is pushed. With N = W (1 + r λ), the resultant meets
+    the base at λ W h/2 / N from its middle. Therefore λ = bᵢ / (h |eᵢ| − r bᵢ) about the edge across eᵢ.
+    """
     a, b, height = size
     angle = math.radians(degrees)
     levers = ((a, abs(math.cos(angle))), (b, abs(math.sin(angle))))
@@ -119,7 +134,7 @@ def test_the_polar_chart_of_a_box(tmp_path):
     axes = found.plot().axes[0]
     drawn = np.array(axes.lines[0].get_data())
     assert axes.name == "polar"
-    assert drawn[:, -1] == pytest.approx(drawn[:, 0])  # once round
+    assert drawn[:, -1] == pytest.approx(drawn[:, 0])  # The curve is closed.
     assert drawn[1, :-1] == pytest.approx(found.table["load_factor"][:8].to_numpy())
     found.save(tmp_path / "polar.png")
 
@@ -135,4 +150,5 @@ def test_a_scene_turned_in_plan_with_its_earthquake_has_the_same_coefficient():
         )
         vector = tuple((turn @ [math.cos(math.radians(push)), math.sin(math.radians(push)), -0.4]).tolist())
         after = quake(turned, "static", direction=vector, vertical=-0.2)
-        assert after == pytest.approx(before, rel=1e-7)  # what of it is along gravity does not count
+        # The component of the vector along gravity does not count.
+        assert after == pytest.approx(before, rel=1e-7)

@@ -1,4 +1,4 @@
-"""Fill: its weight by hand and by loads along edges, the edges it touches, and what it cannot lie on."""
+"""Tests of fill: its weight, pressure and touched edges by hand, and fills that are refused."""
 
 import math
 
@@ -35,7 +35,8 @@ def scene(blocks, fills, **keys):
 
 
 def of_fill(made):
-    """Forces and moments of fill on the blocks: dead loads without the weights, shape (blocks, 3)."""
+    """Return the forces and moments of the fill on the blocks: dead loads without the weights, shape
+    (blocks, 3)."""
     return forces_of(assemble(made)) - forces_of(assemble(made.model_copy(update={"fills": []})))
 
 
@@ -45,8 +46,11 @@ def names(made):
 
 
 def test_weight_under_a_road_that_bends_and_ends_within_a_block():
-    """Road from (1, 2) over (3, 3) to (4, 2): depths on the flat edge 1 to 1.5, on the slope 0.5 to 1.5, then
-    1.5 to 1. Centroid of the sloped block: 8 / 9 from its upper end."""
+    """The weight of the fill on two blocks agrees with trapezia by hand.
+
+    The road runs from (1, 2) over (3, 3) to (4, 2). The depth is 1 to 1.5 above the flat edge. Above the
+    slope it is 0.5 to 1.5, then 1.5 to 1. The centroid of the sloped block is 8 / 9 from its upper end.
+    """
     acting = of_fill(scene([LOW, SLOPED], [fill([(1, 2), (3, 3), (4, 2)])], thickness=0.5))
     weight = 0.5 * GAMMA
     flat = weight * 1.25 * (1 + (1 + 2 * 1.5) / (3 * 2.5) - 1)
@@ -58,7 +62,11 @@ def test_weight_under_a_road_that_bends_and_ends_within_a_block():
 
 
 def test_the_edges_that_fill_touches():
-    """Tops, the step between the blocks, the free side of the last and the ground beside; not the other."""
+    """Fill touches the tops, the step between the blocks, the free side of the last block and the ground next
+    to it.
+
+    It does not touch the free side of the first block, where the road begins.
+    """
     made = scene([LOW, SLOPED], [fill([(0, 3), (5, 3)])])
     found = [(name, (piece.ends + assemble(made).geometry.origin).tolist()) for name, piece in names(made)]
     assert found == [
@@ -72,7 +80,7 @@ def test_the_edges_that_fill_touches():
 
 
 def test_what_an_overhang_hides_is_not_touched():
-    """Below the cap there is no fill: neither on the foot nor against the shaft."""
+    """There is no fill below a cap that overhangs: neither on the ground nor against the shaft."""
     shaft = block("shaft", [(0, 0), (1, 0), (1, 2), (0, 2)])
     cap = block("cap", [(0, 2), (2, 2), (2, 3), (0, 3)])
     made = scene([shaft, cap], [fill([(0, 4), (3, 4)])])
@@ -170,7 +178,7 @@ WIDTH, HEIGHT, DEEP, WEIGHT, THICK = 1.2, 2.5, 2.0, 40.0, 0.7
 
 
 def retaining(push, friction, **keys):
-    """A wall with fill to its right, up to a depth of ``DEEP``, pushed at the height of its centroid."""
+    """Return a wall with fill of depth ``DEEP`` to its right, pushed at the height of its centroid."""
     corners = [(0, 0), (WIDTH, 0), (WIDTH, HEIGHT), (0, HEIGHT)]
     wall = mo.Block(name="wall", vertices=corners, weight=WEIGHT, live=(push, 0.0))
     made = mo.Fill(
@@ -192,8 +200,14 @@ def retaining(push, friction, **keys):
 @pytest.mark.parametrize("push", [-1.0, 1.0])
 @pytest.mark.parametrize("friction", [0.25, 0.9])
 def test_a_wall_that_retains_fill(push, friction, method, keys):
-    """E = γ t h² / 2 at a third of the depth. Pushed from the fill it holds against K_a E, pushed into it
-    with m K_p E: about the toe W b / 2 ± E h / 3 over H / 2, along the bed μ W ± E."""
+    """The load factor of a wall that retains fill is the lesser of turning about its toe and sliding along
+    its bed.
+
+    The earth pressure is E = γ t h² / 2 times a coefficient, at a third of the depth. If the wall is pushed
+    away from the fill, the coefficient is K_a, and E adds to the push. If it is pushed into the fill, the
+    coefficient is m K_p, and E resists. The wall turns at (W b / 2 ± E h / 3) / (H / 2), and slides at
+    μ W ± E.
+    """
     whole = GAMMA * THICK * DEEP**2 / 2
     earth = PASSIVE * whole if push > 0 else -ACTIVE * whole
     overturns = (WEIGHT * WIDTH / 2 + earth * DEEP / 3) / (HEIGHT / 2)
@@ -209,8 +223,12 @@ UPPER, BACKED, BACKED_SHARE = 1.2, 3.0, 0.9
 @pytest.mark.parametrize("factor", [1.0, 1.35, 0.0])
 @pytest.mark.parametrize("push", [-1.0, 1.0])
 def test_a_wall_that_retains_fill_over_backing(push, factor):
-    """Down to the backing a triangle of γ h₁, below a trapezium from that to that and γ_b h₂, each times its
-    coefficient; both times the load case's factor, also where the case alone differs."""
+    """The pressure of fill over backing agrees with the closed form, also with a factor of the load case.
+
+    The pressure grows as a triangle to γ h₁ at the backing. Below, it is a trapezium from γ h₁ to γ h₁ + γ_b
+    h₂. Each part is multiplied by its own coefficient and by the factor of the load case. The two load cases
+    differ by this factor alone.
+    """
     backing = {"line": [(0, UPPER), (5, UPPER)], "unit_weight": BACKED, "mobilised": BACKED_SHARE}
     made = retaining(push, 0.9, backing=backing).replace(
         load_cases=[
@@ -237,14 +255,19 @@ def test_a_wall_that_retains_fill_over_backing(push, factor):
             assert ("the load case multiplies" in summary(found)) == (factor != 1)
     alone = mo.solve(made, "coulomb", load_case="b")
     assert alone.load_factor == pytest.approx(expected, rel=1e-7)
-    # The wall's face is cut at the backing's line, and is one edge, as is the ground beside.
+    # The line of the backing divides the face of the wall, which still counts as one edge. The second edge is
+    # the ground next to the wall.
     assert "touches 2 edges" in summary(alone)
     assert "its backing touches 2 edges" in summary(alone)
 
 
 @pytest.mark.parametrize("turn", [1, -1])
 def test_backing_that_ends_at_a_face_presses_the_side_on_which_it_lies(turn):
-    """On a wall with fill of one height on both sides: the same as a line that ends a millimetre short."""
+    """Backing presses only the side of a wall on which it lies, even if its line ends exactly at a face.
+
+    The load factor equals that for a line that ends 1 mm before the face. The wall has fill of the same
+    height on both sides.
+    """
     found = []
     for end in (3.0, 2.999, 2.0, 2.001):
         line = [(0, 1.5), (end, 1.5)] if end > 2.5 else [(end, 1.5), (6, 1.5)]
@@ -263,7 +286,11 @@ def test_backing_that_ends_at_a_face_presses_the_side_on_which_it_lies(turn):
 
 
 def test_what_fill_and_backing_weigh_over_an_arch_are_their_areas():
-    """Polygons between road, backing and extrados; its line bends, and ends short of one springing."""
+    """Over an arch, fill and backing weigh their areas, computed with polygons, times their unit weights.
+
+    The areas lie between the road, the line of the backing and the extrados. The line bends, and ends short
+    of one springing.
+    """
     line = [(-1.5, 0.9), (0.3, 1.0), (1.0, 1.1)]
     ring = mo.Arch(span=3, rise=1, thickness=0.25, voussoirs=40, unit_weight=22).blocks()
     earth = fill([(-1.6, 1.5), (1.6, 1.5)], backing={"line": line, "unit_weight": BACKED})
@@ -284,8 +311,11 @@ def test_pressure_switched_off_leaves_the_wall_alone():
 
 
 def test_pressure_on_an_inclined_edge_acts_on_its_height_where_depth_has_its_centre():
-    """The slope from (4, 1) up to (2, 2) below a road at 3: depths 2 and 1, height 1: 1.5 γ, at the centre of
-    that trapezium."""
+    """Pressure on an inclined edge acts on its height, at the centroid of the trapezium of depths.
+
+    The slope runs from (4, 1) up to (2, 2) below a road at 3. Its depths are 2 and 1 and its height is 1, so
+    that the pressure is 1.5 γ times the coefficient.
+    """
     keys = {"pressure": True, "friction_angle": ANGLE, "mobilised": SHARE}
     made = scene([LOW, SLOPED], [fill([(2, 3), (4, 3)], **keys)])
     assembly = assemble(made)

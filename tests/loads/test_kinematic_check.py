@@ -1,4 +1,4 @@
-"""Kinematic checks: a rocking block and a column of two masses by hand, and input that is wrong."""
+"""Tests of kinematic checks: a rocking block and a column of two masses by hand, and wrong input."""
 
 import math
 from functools import cache
@@ -22,7 +22,10 @@ def rocking(b: float = 1.0, h: float = 2.0, **options: int) -> mo.Capacity:
 
 @pytest.mark.slow
 def test_the_kinematic_check_of_a_rocking_block():
-    """One mass: e* = 1, M* = W/g; its centroid is d before the corner at (b/2 − d)/√(R² − (b/2 − d)²)."""
+    """The check of a rocking block agrees with hand calculation: one mass has e* = 1 and M* = W/g.
+
+    After the centroid has moved by d, the acceleration is (b/2 − d)/√(R² − (b/2 − d)²).
+    """
     b, h, g, FC = 0.6, 3.0, 9.81, 1.35
     check = rocking(b, h, steps=60).check(SPECTRUM)
     assert check.mass_fraction == pytest.approx(1)
@@ -44,8 +47,11 @@ def test_the_kinematic_check_of_a_rocking_block():
 
 @pytest.mark.slow
 def test_the_mass_that_takes_part_and_the_oscillator():
-    """Two equal masses at h/4 and 3h/4: e* = (1 + 3)²/(2 (1 + 9)) = .8; d* = d (1 + 9)/(3 (1 + 3)) of the
-    upper one's centroid, = d/e* of the mean."""
+    """The participating mass and the displacement of the oscillator agree with hand calculation.
+
+    Two equal masses at h/4 and 3h/4 have e* = (1 + 3)²/(2 (1 + 9)) = 0.8. The displacement d* is d (1 + 9)/(3
+    (1 + 3)) if d is that of the upper centroid, and d/e* if d is the mean.
+    """
     h = 4.0
     masses = [
         mo.Block(name=str(k), vertices=rectangle(0, 0.5, y, y + h / 2), weight=2, live=(2, 0))
@@ -62,7 +68,10 @@ def test_the_mass_that_takes_part_and_the_oscillator():
 
 
 def test_the_check_of_2018_of_a_rocking_block():
-    """C8.7.1.2.1.6 to 8: d_SLV = 0.4 d_0 and d_SLC = 0.6 d_0; T = 1.68 π √(d/a) and 1.56 π √(d/a) there."""
+    """The check of a rocking block by NTC 2018 agrees with C8.7.1.2.1.6 to C8.7.1.2.1.8.
+
+    d_SLV = 0.4 d_0 has the period T = 1.68 π √(d/a), and d_SLC = 0.6 d_0 has T = 1.56 π √(d/a).
+    """
     b, h, g, FC = 0.6, 3.0, 9.81, 1.35
     curve = rocking(b, h, steps=60)
     spectrum = [(0.0, 0.2), (0.15, 0.5), (0.5, 0.5), (1.0, 0.25), (2.0, 0.125), (9.0, 0.03)]
@@ -86,9 +95,10 @@ def test_the_check_of_2018_of_a_rocking_block():
 
 
 def test_the_demand_of_2018_is_the_largest_of_all_shorter_periods():
-    """The spectrum falls from 1 g at 1 s to 0.2 g at 1.6 s.
+    """The demand is that at T = 1.1667 s, a shorter period than that of the block.
 
-    S T² is largest where 3 T = 2 · 1.75, at T = 1.1667 s, with S = 1 − 0.1667/0.6 · 0.8 = 0.7778 g.
+    The spectrum falls from 1 g at 1 s to 0.2 g at 1.6 s. S T² is largest where 3 T = 2 · 1.75, at T = 1.1667
+    s, with S = 1 − 0.1667/0.6 · 0.8 = 0.7778 g.
     """
     spectrum = [(0.0, 0.2), (1.0, 1.0), (1.6, 0.2), (9.0, 0.01)]
     check = rocking(0.6, 3.0, steps=60).check(spectrum, code="NTC 2018 SLV")
@@ -100,7 +110,10 @@ def test_the_demand_of_2018_is_the_largest_of_all_shorter_periods():
 
 
 def test_masses_at_rest_do_not_take_part():
-    """Right block overturns, the left one is four times as wide and rests: e* is that of one block, 1."""
+    """A block that does not move takes no part: e* is 1, as for the overturning block alone.
+
+    The right block overturns. The left block is four times as wide and stays at rest.
+    """
     blocks = [
         mo.Block(name=name, vertices=rectangle(*ends, 0, 2), unit_weight=1, live_per_weight=(1, 0))
         for name, ends in (("wide", (-4, 0)), ("slim", (1, 2)))
@@ -114,7 +127,10 @@ def test_masses_at_rest_do_not_take_part():
 
 
 def test_accelerations_of_earthquakes_from_all_sides():
-    """Two equal masses at h/4 and 3h/4 above the toe: λ = b/h, e* = (1 + 3)²/(2 (1 + 9)) = 0.8."""
+    """Accelerations of earthquakes in both directions agree with hand calculation.
+
+    Two equal masses are at h/4 and 3h/4 above the toe: λ = b/h and e* = (1 + 3)²/(2 (1 + 9)) = 0.8.
+    """
     h = 4.0
     masses = [
         mo.Block(name=str(k), vertices=rectangle(0, 0.5, y, y + h / 2), weight=2)
@@ -135,7 +151,7 @@ def test_accelerations_of_earthquakes_from_all_sides():
 
 @pytest.mark.parametrize("part", [{"coefficient": 0.15}, {"vertical": 0.3}])
 def test_an_earthquake_of_a_part_of_the_weights_is_not_checked(part):
-    """Its forces are not the weights of the masses: M* and a*_0 would be wrong."""
+    """An earthquake whose forces are not the weights of the masses is refused: M* and a*_0 would be wrong."""
     shaken = block_on_floor(friction=3.0, live=(0, 0)).replace(earthquake={"direction": "right"} | part)
     curve = mo.capacity(mo.solve(shaken, "static"))
     with pytest.raises(OptionError, match="coefficient"):
@@ -178,7 +194,8 @@ def test_wrong_spectra_and_values_are_refused():
     ],
 )
 def test_a_check_says_on_which_load_factor_it_rests(method, words, known):
-    """Of a block half as wide as high, under its weight to the side: λ = 1/2."""
+    """The check quotes how its load factor is known: λ = 1/2 of a block half as wide as high, pushed by
+    its weight."""
     block = mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 2), (0, 2)], weight=1, live=(1, 0))
     floor = mo.Block(name="floor", vertices=[(-1, -1), (2, -1), (2, 0), (-1, 0)], fixed=True)
     scene = mo.Scene(joints=mo.JointDefaults(friction=0.9), blocks=[block, floor])

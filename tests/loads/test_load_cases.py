@@ -1,4 +1,4 @@
-"""Load cases: what acts as dead and as live, what is kept between them, and what is refused."""
+"""Tests of load cases: factors on dead and live loads, matrices that cases share, and wrong input."""
 
 import numpy as np
 import pytest
@@ -18,14 +18,14 @@ EDGE = mo.EdgeLoad(start=(0, 0), end=(0, 2), pressure=2.0, kind="live", group="w
 
 
 def scene(*cases: dict[str, object], **keys: object) -> mo.Scene:
-    """A block 1 × 2 of weight 1 with a live load 1 to the right, and others in groups."""
+    """Return a block of 1 × 2 and weight 1 with a live load of 1 to the right, and other loads in groups."""
     return block_on_floor().replace(
         **{"loads": LOADS, "edge_loads": [EDGE], "load_cases": list(cases)} | keys
     )
 
 
 def forces(of: mo.Scene) -> tuple[np.ndarray, np.ndarray]:
-    """Dead and live fx, fy, and moment about the centroid (.5, 1)."""
+    """Return the dead and the live load: fx, fy and the moment about the centroid (0.5, 1)."""
     problem = assemble(of).problem
     unit = problem.force_unit * np.array([1, 1, problem.length_unit])
     return problem.dead * unit, problem.live * unit
@@ -34,9 +34,11 @@ def forces(of: mo.Scene) -> tuple[np.ndarray, np.ndarray]:
 def test_factors_of_groups_as_dead_and_as_live():
     factors = {"dead": {"weight": 0.9, "floor": 0.5, "live": 2.0}, "live": {"wind": 1.5, "weight": 0.1}}
     dead, live = forces(scene({"name": "a"} | factors).in_case("a"))
-    # 0.9 of the weight, half the floor, all that is dead of no group, twice what is live of no group.
+    # The dead load is 0.9 of the weight, half of group "floor", and all dead and twice the live loads without
+    # group.
     assert dead == pytest.approx([0.1 + 2 * 1.5, -0.9 - 2.0, -0.25 * -2.0])
-    # 1.5 times the wind: 3 at half a unit above the centroid, 2 × 2 at its height; a tenth of the weight.
+    # The live load is 1.5 of group "wind" and a tenth of the weight. The wind is a force of 3 at half a unit
+    # above the centroid, and a pressure of 2 on a height of 2.
     assert live == pytest.approx([1.5 * 7.0, -0.1, -1.5 * 3.0 * 0.5])
 
 
@@ -66,11 +68,12 @@ def test_moments_of_solids():
 
 
 def test_an_earthquake_pushes_the_masses_of_the_dead_loads_of_its_case():
-    """W = 1 and half the floor, and nothing else, whatever is live."""
+    """An earthquake acts on the dead loads of its case: W = 1 and half of group "floor", but no live load."""
     quake = {"direction": "right", "vertical": -0.5}
     of = scene({"name": "q", "dead": {"floor": 0.5}, "earthquake": quake}).in_case("q")
     _, live = forces(of)
-    down = -0.25 * 1.0 + 1.0 * -2.0  # half of 2 upwards, a quarter left of the middle; 2 sideways, 1 above
+    # Half of 2 acts upwards, 0.25 left of the centroid; 2 acts sideways, 1 above it.
+    down = -0.25 * 1.0 + 1.0 * -2.0
     assert live == pytest.approx([3.0, 1.5, down])
 
 
@@ -90,7 +93,7 @@ def test_all_cases_are_those_solved_one_by_one(method):
             assert found.results[case.name].load_factor == pytest.approx(alone.load_factor, rel=1e-9)
     least = found.table["load_factor"].idxmin()
     assert found.governing == found.table["load_case"][least]
-    assert not found.usable  # more weight brings nothing down
+    assert not found.usable  # More weight causes no collapse.
     matrices = {id(result.assembly.problem.matrices) for result in found.results.values()}
     assert len(matrices) == 1
 
@@ -211,7 +214,11 @@ def test_a_factor_on_weights_is_no_force_that_was_given():
 
 
 def test_fill_in_a_case_and_in_an_earthquake():
-    """A load of unit weight 2 and depth 1.5 over a block a length 1 wide and 2 high: 3, where it stands."""
+    """Fill is a dead load of a case, and a mass in an earthquake.
+
+    Fill of unit weight 2 and depth 1.5 on a block of width 1 and height 2 weighs 3. It acts at the middle of
+    the top.
+    """
     fill = mo.Fill(road=[(0, 3.5), (1, 3.5)], unit_weight=2.0, pressure=False)
     cases = [
         {"name": "heavy", "dead": {"fill": 1.2}, "live": {"live": 1}},
@@ -226,7 +233,8 @@ def test_fill_in_a_case_and_in_an_earthquake():
 
 
 def test_ties_between_cases_of_other_dead_loads():
-    """The unit of force changes with the dead load; strengths do not."""
+    """The strength of a tie is the same in all cases, although the unit of force changes with the dead
+    load."""
     tie = mo.Tie(between=("A", "ground"), at=((0.5, 1.5), (-5, 1.5)), strength=0.3)
     cases = (
         {"name": "a", "live": {"live": 1.0}},
@@ -234,6 +242,6 @@ def test_ties_between_cases_of_other_dead_loads():
     )
     of = scene(*cases, loads=[], edge_loads=[], ties=[tie])
     found = mo.solve_cases(of, "static").table["load_factor"]
-    # 1 × 2, pulled at its middle: λ 1 = W b/2 + T 1.5, W being 1 and 5, up to where it slides.
+    # The block of 1 × 2, with W = 1 or 5, turns at λ = W b/2 + 1.5 T and slides at λ = μ W + T.
     assert found[0] == pytest.approx(min(0.5 + 0.45, 0.6 + 0.3), rel=1e-6)
     assert found[1] == pytest.approx(min(2.5 + 0.45, 3.0 + 0.3), rel=1e-6)

@@ -1,4 +1,5 @@
-"""Load cases and directions of earthquakes on the command line: what is printed, JSON, exit codes."""
+"""Tests of load cases and directions of earthquakes on the command line: printed text, JSON and exit
+codes."""
 
 import pytest
 from scenes import CASES as CASE_FILES
@@ -14,7 +15,8 @@ CASES = [
 
 @pytest.fixture
 def path(tmp_path):
-    """λ = 1/2 where it is pushed by its weight, half of that where it is shaken by twice."""
+    """Return a case file of a block: λ = 1/2 if its weight pushes it, 1/4 if an earthquake of coefficient
+    2 does."""
     mo.save(block_on_floor().replace(load_cases=CASES), tmp_path / "case.toml")
     return tmp_path / "case.toml"
 
@@ -65,7 +67,7 @@ def test_directions(command, path):
 
 
 def test_reference_values_are_not_compared_with_load_factors_of_other_loads(command):
-    """The value of the case is of its own live load, not of an earthquake, nor of a load case."""
+    """The reference value of a case belongs to its own live load, not to an earthquake or a load case."""
     case = CASE_FILES / "gilbert" / "two_blocks.toml"
     assert "\nreference " in command("solve", case, "--method", "static")
     assert "\nreference " not in command("directions", case, "--method", "static")

@@ -1,4 +1,4 @@
-"""Supports that settle: reactions by hand, in the plane and in space."""
+"""Tests of supports that settle: reactions by hand, in the plane and in space."""
 
 import json
 import math
@@ -14,7 +14,7 @@ from masonry_opt.solution.reasons import Status
 from masonry_opt.studies.settle.answer import Bound
 
 DOWN, RIGHT = (0.0, -1.0), (1.0, 0.0)
-#: Of reactions, over the weight of all blocks: what solvers leave.
+#: Tolerance of reactions, relative to the weight of all blocks: the error that solvers leave.
 CLOSE = 1e-7
 
 
@@ -23,7 +23,8 @@ def block(name: str, left: float, right: float, bottom: float, top: float, **key
 
 
 def beam(friction: float = 0.6, weight: float = 10.0, **given: object) -> mo.Scene:
-    """A beam of 5 × 1 on piers whose tops are 1 wide, at its ends; a pier's weight does not count."""
+    """Return a beam of 5 × 1 on piers at its ends, whose tops are 1 wide; the weight of a pier does not
+    count."""
     blocks = [
         block("L", 0, 1, 0, 1, fixed=True),
         block("R", 4, 5, 0, 1, fixed=True, weight=7.0),
@@ -33,7 +34,8 @@ def beam(friction: float = 0.6, weight: float = 10.0, **given: object) -> mo.Sce
 
 
 def reactions(found: mo.Settlement) -> list[float]:
-    """Least and greatest, lowest, incremental and associative."""
+    """Return the reaction by the method asked, the incremental and the associative one, of the least and
+    greatest end."""
     ends = (found.least, found.greatest)
     return [value for end in ends for value in (end.reaction, end.incremental, end.associative)]
 
@@ -56,8 +58,12 @@ IN_BOTH = pytest.mark.parametrize(
 @pytest.mark.slow
 @IN_BOTH
 def test_a_beam_on_two_piers(in_space):
-    """As R settles the beam turns about the inner edge of L (x = 1) and leaves R by its outer one (x = 5):
-    4 R = 1.5 W; as R is pushed up, about the outer edge of L and the inner one of R: 4 R = 2.5 W."""
+    """The reactions of R agree with moments by hand, in the plane and in space.
+
+    As R settles, the beam turns about the inner edge of L (x = 1) and touches R only at its outer edge
+    (x = 5): 4 R = 1.5 W. As R is pushed up, the beam turns about the outer edge of L and touches R at its
+    inner edge: 4 R = 2.5 W.
+    """
     scene, down = (mo.extrude(beam(), 1.5), (0, 0, -1)) if in_space else (beam(), DOWN)
     found = mo.settle(scene, "R", down)
     assert found.status is Status.STABLE
@@ -67,7 +73,7 @@ def test_a_beam_on_two_piers(in_space):
     assert set(found.least.rows()[0]["moves"]) == {"beam", "R"}
     for kind, of in found.least.results.items():
         assert of.certificate is not None, kind
-    # The other way round the same force has the other sign, and the least is the greatest.
+    # In the opposite direction the reaction has the opposite sign, and the least is the greatest.
     back = mo.settle(scene, "R", tuple(-part for part in down))
     assert reactions(back) == one_answer(-6.25, -3.75)
 
@@ -75,22 +81,26 @@ def test_a_beam_on_two_piers(in_space):
 @pytest.mark.slow
 @IN_BOTH
 def test_a_pier_that_turns_too(in_space):
-    """What the beam presses on R passes R's centroid, .5 below the joint, at x = 4.5: the more shear, up to
-    .6 of the lesser normal force, the farther from it. Least: R (4.5 + .3 − 1) = 1.5 W; greatest, where L
-    slides: 4.5 R − .5 · .6 (W − R) = 2.5 W."""
+    """The reactions of a pier that can also rotate agree with moments by hand.
+
+    The force of the beam on R passes through the centroid of R at x = 4.5, 0.5 below the joint. Shear moves
+    the point of action in the joint away from x = 4.5. The shear is at most 0.6 of the lesser normal force.
+    Least: R (4.5 + 0.3 − 1) = 1.5 W. Greatest, if L slides: 4.5 R − 0.5 · 0.6 (W − R) = 2.5 W.
+    """
     scene, down = (mo.extrude(beam(), 1.5), (0, 0, -1)) if in_space else (beam(), DOWN)
     found = mo.settle(scene, "R", down, turns=True)
     assert reactions(found) == one_answer(15 / 3.8, 28 / 4.8)
 
 
 def with_solution(end: Bound, **changes: object) -> Bound:
-    """The end with another solution of the method asked."""
+    """Return the end with changes to the solution of the method asked."""
     return replace(end, result=replace(end.result, solution=replace(end.result.solution, **changes)))
 
 
 @pytest.mark.slow
 def test_what_is_known_of_each_reaction():
-    """Of every row, in the table and on the command line: no reaction is given as the end unless proven."""
+    """The table and the command line state the certainty of each reaction: it is called the limit only if
+    proven."""
     found = mo.settle(beam(), "R", RIGHT)
     known = found.table.set_index(["end", "kind"])["certainty"]
     for end in ("least", "greatest"):
@@ -113,7 +123,11 @@ def test_what_is_known_of_each_reaction():
 
 @pytest.mark.slow
 def test_states_nearer_to_rest_and_across_it_are_warned_of():
-    """A load history that ends at half the reaction found, and a state beyond the reaction at rest."""
+    """Warnings report a load history that ends nearer to rest, and a state on the other side of rest.
+
+    The load history is made to end at half the reaction that was found, and the state to lie beyond the
+    reaction at rest.
+    """
     found = mo.settle(beam(), "R", RIGHT)
     least, half = found.least, 0.5 * found.least.result.load_factor
     history = least.result.solution.incremental
@@ -137,8 +151,11 @@ def test_piers_that_settle_alike_bear_the_weight():
 
 @pytest.mark.slow
 def test_a_pier_pulled_away_under_a_beam():
-    """With associative flow the beam holds R by friction on both piers, half its weight on either: μ W / 2.
-    Without dilatancy R slides off under its least normal force, 3.75, or anything up to a half."""
+    """The reactions of a pier that is pulled away are friction forces by hand.
+
+    With associative flow, friction on both piers acts, under half of the weight each: μ W / 2. Without
+    dilatancy, R slides off under its least normal force, 3.75, or under any force up to W / 2.
+    """
     found = mo.settle(beam(), "R", RIGHT)
     assert found.at_rest == pytest.approx(0.0, abs=1e-9)
     for end, sign in ((found.least, -1), (found.greatest, 1)):
@@ -148,7 +165,7 @@ def test_a_pier_pulled_away_under_a_beam():
 
 
 def rafters() -> mo.Scene:
-    """Two that lean on each other, .5 thick at the crown and at their feet."""
+    """Return two rafters that lean on each other, with joints of length 0.5 at the crown and at the feet."""
     left = [(-2.5, 0), (-2, 0), (0, 1.5), (0, 2)]
     blocks = [
         mo.Block(name="left", vertices=left, weight=3),
@@ -161,8 +178,12 @@ def rafters() -> mo.Scene:
 
 @IN_BOTH
 def test_openings_of_three_hinges(tmp_path, in_space):
-    """Hinges at the feet's inner edges, 4 apart, and 2 above at the crown's upper one: as R goes by 1, each
-    half turns by 1 / (2 · 2), and joints of .5 open by .5 / 4, between the two by twice that."""
+    """The openings of a frame with three hinges agree with geometry by hand.
+
+    The hinges are at the inner edges of the feet, 4 apart, and at the upper end of the crown joint, 2 above.
+    As R moves by 1, each half turns by 1 / (2 · 2). The joints at the feet are 0.5 long and open by 0.5 / 4,
+    and the joint at the crown opens by twice as much.
+    """
     scene, right = (mo.extrude(rafters(), 0.8), (1, 0, 0)) if in_space else (rafters(), RIGHT)
     found = mo.settle(scene, "R", right, method="static")
     frame = found.openings
@@ -182,8 +203,11 @@ def test_openings_of_three_hinges(tmp_path, in_space):
 
 @pytest.mark.slow
 def test_openings_of_a_beam_that_turns_or_slides():
-    """As R sinks by 1 the beam turns by 1 / 4 about x = 1 and leaves R but for x = 5; back, about 0 and 4, by
-    as much. Pulled away, R slides by 1."""
+    """The openings of a beam that turns or slides agree with geometry by hand.
+
+    As R settles by 1, the beam turns by 1 / 4 about x = 1 and touches R at x = 5 only. In the opposite
+    direction, it turns by as much about x = 0 and touches R at x = 4. If R is pulled away, it slides by 1.
+    """
     found = mo.settle(beam(), "R", DOWN)
     for end in found.ends.values():
         assert end.openings["opening"].tolist() == pytest.approx([0.25, 0.25], rel=1e-6)
@@ -194,7 +218,7 @@ def test_openings_of_a_beam_that_turns_or_slides():
 
 
 def wedged(*floor: mo.Block) -> mo.Scene:
-    """A block of weight 10 between two walls."""
+    """Return a block of weight 10 between two walls."""
     walls = [block("L", -1, 0, -1, 1, fixed=True), block("R", 1, 2, -1, 1, fixed=True)]
     return mo.Scene(
         joints=mo.JointDefaults(friction=0.6), blocks=[*walls, *floor, block("A", 0, 1, 0, 1, weight=10)]
@@ -214,7 +238,7 @@ def test_a_reaction_without_limit_is_said_to_be_so():
 
 
 def test_a_necessary_reaction_is_above_zero():
-    """A block that hangs between walls by friction: 2 μ R = W."""
+    """A block that hangs between two walls by friction needs the reaction R = W/(2 μ)."""
     found = mo.settle(wedged(), "R", RIGHT, method="static")
     assert found.least.reaction == found.least.associative == pytest.approx(10 / 1.2, abs=1e-6)
     assert found.least.incremental is None
@@ -223,7 +247,7 @@ def test_a_necessary_reaction_is_above_zero():
 
 
 def test_a_scene_that_no_reaction_holds(tmp_path, command):
-    """A beam that overhangs both piers by more than half."""
+    """No reaction holds a beam that extends beyond both piers by more than half of its length."""
     scene = beam().replace(blocks={"R": {"vertices": rectangle(1.2, 1.4, 0, 1)}})
     found = mo.settle(scene, "R", DOWN)
     assert found.status is Status.UNSTABLE
@@ -240,7 +264,10 @@ def test_a_scene_that_no_reaction_holds(tmp_path, command):
 
 
 def test_an_arch_that_no_reaction_through_the_centroid_holds():
-    """Nothing hangs: the support that turns bears it."""
+    """No friction holds an arch if the reaction of its support must pass through the support's centroid.
+
+    No block is reported as hanging, because the support that turns carries the arch.
+    """
     found = mo.settle("cases/casapulla_lauro/arch.toml", "abutment 2", RIGHT, turns=True)
     assert found.status is Status.UNSTABLE
     assert found.at_rest is None
@@ -248,7 +275,7 @@ def test_an_arch_that_no_reaction_through_the_centroid_holds():
 
 
 def table(**keys: object) -> mo.Scene:
-    """A slab of weight 12 on four legs of .4 × .4, whose inner edges are 2.6 and 1.6 apart."""
+    """Return a slab of weight 12 on four legs of 0.4 × 0.4, whose inner edges are 2.6 and 1.6 apart."""
     legs = [
         mo.Solid(name=f"{x}{y}", box=[[3 * x, 3 * x + 0.4], [2 * y, 2 * y + 0.4], [0, 1]], fixed=True)
         for x in (0, 1)
@@ -260,8 +287,12 @@ def table(**keys: object) -> mo.Scene:
 
 @pytest.mark.slow
 def test_legs_of_a_table():
-    """One leg of four can go; it takes most where its neighbour along x takes nothing, and about the far
-    legs' outer edges 3 R = 1.7 W. Two at one end share what a pier would: 3 R = (1.7 − .4) W to 1.7 W."""
+    """The reactions of legs of a table agree with moments by hand.
+
+    The least reaction of one leg is zero. Its reaction is greatest if its neighbour along x carries nothing:
+    about the outer edges of the far legs, 3 R = 1.7 W. Two legs at one end share the reaction of a pier, from
+    3 R = (1.7 − 0.4) W to 3 R = 1.7 W.
+    """
     down = (0, 0, -1)
     assert reactions(mo.settle(table(), "11", down)) == one_answer(0.0, 6.8, 12)
     assert reactions(mo.settle(table(), ["00", "01", "10", "11"], down)) == one_answer(12, 12, 12)
@@ -295,24 +326,25 @@ def test_dead_loads_of_a_load_case_act():
 
 @pytest.mark.slow
 def test_a_load_on_a_support_is_left_to_the_ground():
-    """Of a line load over the beam and a shoulder of R the shoulder's share does not count."""
+    """A line load acts on the beam and on a shoulder of R, and the share of the shoulder does not count."""
     shoulder = [(4, 0), (7, 0), (7, 2), (5.5, 2), (5.5, 1), (4, 1)]
     line = mo.EdgeLoad(start=(0, 2), end=(7, 2), pressure=2.0)
     scene = beam().replace(blocks={"R": {"vertices": shoulder}}, edge_loads=[line])
     found = mo.settle(scene, "R", DOWN)
-    # The beam ends at x = 5 all the same.
+    # The beam still ends at x = 5.
     assert reactions(found) == one_answer(2 * 3.75, 2 * 6.25, 20)
     assert found.at_rest == pytest.approx(10.0)
 
 
 @pytest.mark.slow
 def test_turned_and_in_other_units():
-    """By .7 radians, in lengths a thousand times as large and forces a million times."""
+    """Reactions do not depend on axes and units: the scene is rotated by 0.7 rad, with lengths × 1e3 and
+    forces × 1e6."""
     turn, direction, factor = turned(0.7), (1.0, -1.0), 1e6
     given = beam()
     other = mapped(given, lambda v: turn((1e3 * v[0], 1e3 * v[1])), turn, dead=factor, length=1e3)
     of = np.array(reactions(mo.settle(other, "R", turn(direction)))) / factor
-    # The plateau of contacts that give is met within .3 %.
+    # The incremental analysis reaches its plateau only to within 0.3 %.
     same = reactions(mo.settle(given, "R", direction))
     assert of[[0, 2, 3, 5]] == pytest.approx([same[k] for k in (0, 2, 3, 5)], abs=1e-6)
     assert of[[1, 4]] == pytest.approx([same[1], same[4]], abs=3e-3 * 10)
@@ -320,7 +352,11 @@ def test_turned_and_in_other_units():
 
 @pytest.mark.slow
 def test_a_tie_between_support_and_beam():
-    """Anchored in R below x = 4.5, it yields at T: 4 N = 1.5 W + 3.5 T or 2.5 W + 4.5 T, R = N − T."""
+    """The reactions of R agree with moments by hand if a tie between R and the beam yields at T.
+
+    The tie is at x = 4.5. The normal force N follows from 4 N = 1.5 W + 3.5 T or 2.5 W + 4.5 T, and
+    R = N − T.
+    """
     rod = mo.Tie(between=("R", "beam"), at=((4.5, 0.5), (4.5, 1.5)), strength=1.0)
     found = mo.settle(beam().replace(ties=[rod]), "R", DOWN)
     assert reactions(found) == one_answer(18.5 / 4 - 1, 29.5 / 4 - 1)

@@ -1,4 +1,5 @@
-"""Analyses that start after a settlement of given size: geometry by hand, and scenes drawn again."""
+"""Tests of analyses that start after a settlement of given size, against geometry by hand and redrawn
+scenes."""
 
 import math
 
@@ -15,7 +16,8 @@ from masonry_opt.scene.blocks import rectangle
 
 
 def corners_of(scene: mo.Scene) -> np.ndarray:
-    """Ends of the joints after the settlement, in the scene's coordinates, shape (joints, 2, 2)."""
+    """Return the ends of the joints after the settlement, in the scene's coordinates, shape (joints, 2,
+    2)."""
     assembly = assemble(scene)
     ends = np.stack([assembly.joints.start, assembly.joints.end], axis=1)
     return ends + assembly.geometry.origin
@@ -23,7 +25,8 @@ def corners_of(scene: mo.Scene) -> np.ndarray:
 
 @pytest.mark.slow
 def test_openings_after_a_movement_of_20_mm():
-    """The beam turns about (1, 1) by 0.02/4 and stays on the outer edge of R: both joints open by 0.005."""
+    """The beam turns about (1, 1) by 0.02/4 and stays on the outer edge of R, so that both joints open by
+    0.005."""
     settlement = mo.settle(beam(), "R", (0, -1), movement=0.02)
     widths = settlement.openings["opening_at_movement"]
     np.testing.assert_allclose(widths, [0.005, 0.005], rtol=1e-6)
@@ -41,15 +44,18 @@ def test_a_wrong_movement_is_refused(movement):
 
 
 def test_a_movement_that_turns_blocks_far_is_refused():
-    """At 0.4 the beam turns by 0.1, the largest rotation of a small motion."""
+    """A movement of 0.4 turns the beam by 0.1, the largest rotation of a small motion."""
     with pytest.raises(OptionError, match=r"set at most 0\.4 \(found 0\.5\)"):
         mo.settle(beam(), "R", (0, -1), movement=0.5)
 
 
 @pytest.mark.slow
 def test_a_beam_on_a_pier_that_has_sunk():
-    """Its corners come to rest on a line between (1, 1) and (5, 0.98). Joints lie on the bisecting line of
-    level piers and the beam at atan(1/200): it slides to the right at 10 tan(φ − 1/400)."""
+    """After R has settled, the beam rests between (1, 1) and (5, 0.98), and slides on inclined joints.
+
+    Each joint lies on the bisecting line of a level pier and the beam, which is inclined by atan(1/200). The
+    beam slides to the right at 10 tan(φ − 1/400).
+    """
     after = settled_scene(beam(), SINKS)
     turn = after.settled.poses[-1, 2]
     assert turn == pytest.approx(-math.atan(0.02 / 4), abs=1e-6)
@@ -66,7 +72,8 @@ def test_a_beam_on_a_pier_that_has_sunk():
 @pytest.mark.slow
 @pytest.mark.parametrize("turn", [-0.1, 0.05])
 def test_a_block_on_a_floor_that_has_turned(turn):
-    """λ = (b + h tan r)/(h − b tan r), as of a block that has rocked by −r; the floor turns by r."""
+    """On a floor that has rotated by r, λ = (b + h tan r)/(h − b tan r), as for a block that has rocked by
+    −r."""
     b, h = 1.0, 2.0
     result = mo.solve(block_on_floor(b, h, friction=0.9), "static", settled={"floor": (0, 0, turn)})
     tangent = math.tan(turn)
@@ -78,7 +85,7 @@ def test_a_block_on_a_floor_that_has_turned(turn):
 
 @pytest.mark.slow
 def test_a_pier_that_slides_leaves_a_shorter_joint():
-    """R moves by 0.02 below the beam, or with the beam on L: one joint is 0.98 long, the other 1."""
+    """If R moves by 0.02 below the beam, or with the beam on L, one joint is 0.98 long and the other 1."""
     lengths = assemble(settled_scene(beam(), {"R": (0.02, 0)})).joints.extent
     assert sorted(lengths) == pytest.approx([0.98, 1.0])
     with pytest.raises(
@@ -96,7 +103,10 @@ def test_all_supports_that_sink_alike_change_nothing():
 
 @pytest.mark.slow
 def test_units_and_mirror_images_do_not_matter():
-    """In millimetres and newtons, and with the left pier sinking under a push to the left."""
+    """The load factor is the same in millimetres and newtons, and for the mirror image of the scene.
+
+    In the mirror image, the left pier settles under a push to the left.
+    """
     expected = mo.solve(beam(), settled=SINKS).load_factor
     blocks = [one.replace(vertices=[(1e3 * x, 1e3 * y) for x, y in one.vertices]) for one in beam().blocks]
     blocks = [one if one.fixed else one.replace(weight=1e4, live=(1e3, 0)) for one in blocks]
@@ -110,8 +120,11 @@ def test_units_and_mirror_images_do_not_matter():
 
 
 def test_forces_after_the_settlement_are_the_preload():
-    """As R moves out it slides below the beam, which presses least on R by the edges at x = 1 and x = 5: with
-    10 · 1.5/4 = 3.75, so that friction is 0.6 · 3.75."""
+    """The preload is the joint forces after the settlement.
+
+    As R moves out, it slides below the beam. The beam presses least on R if it turns on the edges at x = 1
+    and x = 5: with 10 · 1.5/4 = 3.75, so that friction is 0.6 · 3.75.
+    """
     problem = assemble(settled_scene(beam(), {"R": (0.02, 0)})).problem
     assert problem.settled is not None
     shears = np.abs(problem.by_kind(problem.settled)[2]) * problem.force_unit
@@ -119,9 +132,10 @@ def test_forces_after_the_settlement_are_the_preload():
 
 
 def test_a_tie_runs_between_its_displaced_ends():
-    """The beam turns about (1, 1) by −atan(1/200), so that its top at (2.5, 2) moves by (1, −1.5)/200.
+    """A tie runs between its displaced ends, and its force has the direction of this line.
 
-    The rod from there to (2.5, 5) then leans by 0.005 on 3.0075.
+    The beam turns about (1, 1) by −atan(1/200), so that its top at (2.5, 2) moves by (1, −1.5)/200. The tie
+    from this point to (2.5, 5) is then inclined by 0.005 over 3.0075.
     """
     rod = mo.Tie(between=("beam", "ground"), at=((2.5, 2), (2.5, 5)), strength=1.0, prestress=0.5)
     after = assemble(settled_scene(beam().replace(ties=[rod]), SINKS))
@@ -183,7 +197,8 @@ def test_load_cases_settle_each_under_its_own_dead_loads():
 
 
 def test_earthquakes_after_a_settlement(command, tmp_path):
-    """The beam slides on joints turned by 1/400: at tan(φ + 1/400) to the left, and then to the right."""
+    """The beam slides on joints inclined by 1/400: at tan(φ + 1/400) to the left, and at tan(φ − 1/400) to
+    the right."""
     answer = mo.directions(beam(), "static", settled=SINKS)
     angle = math.atan(0.6)
     found = [result.load_factor for result in answer.results.values()]
@@ -223,13 +238,13 @@ def test_the_commands_take_a_settlement(command, tmp_path):
 
 
 def turned(points: np.ndarray, about: np.ndarray, to: np.ndarray, angle: float) -> list[tuple[float, float]]:
-    """Points after a rotation about a point that moves to another place."""
+    """Return points after a rotation about the point `about`, which moves to the point `to`."""
     rotation = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     return [tuple(point) for point in ((np.atleast_2d(points) - about) @ rotation.T + to).tolist()]
 
 
 def two_spans() -> mo.Scene:
-    """A bridge of two spans, 6 m and 4 m, on a pier of 1.2 m, without its fill."""
+    """Return a bridge of two spans, 6 m and 4 m, on a pier of 1.2 m, without its fill."""
     big = mo.Arch(name="big", at=(0, 4), span=6, rise=1.5, thickness=0.45, voussoirs=31, unit_weight=22)
     small = mo.Arch(name="small", at=(6.2, 4), span=4, rise=1.0, thickness=0.45, voussoirs=21, unit_weight=22)
     pier = [(3, 0), (4.2, 0), (4.2, 4), (3.84, 4.27), (3.36, 4.27), (3, 4)]
@@ -244,11 +259,12 @@ def two_spans() -> mo.Scene:
 
 
 def drawn_again(scene: mo.Scene, spread: float, crown_hinge: int) -> mo.Scene:
-    """The bridge after its east abutment has moved out, with hinges at both springings and at the crown.
+    """Return the bridge after its east abutment has moved out, with hinges at both springings and at the
+    crown.
 
-    The two halves of the small arch turn about (4.2, 4) and (8.2, 4), and meet where circles about them do,
-    after the voussoir whose number is ``crown_hinge``. The tolerance closes the cracks, so that joints lie on
-    the bisecting lines of their edges.
+    The two halves of the small arch turn about (4.2, 4) and (8.2, 4). They meet at the intersection of two
+    circles about these points, after the voussoir whose number is ``crown_hinge``. The tolerance closes the
+    cracks, so that joints lie on the bisecting lines of their edges.
     """
     left, right = np.array([4.2, 4.0]), np.array([8.2, 4.0])
     away = right + np.array([spread, 0.0])
@@ -280,7 +296,8 @@ def drawn_again(scene: mo.Scene, spread: float, crown_hinge: int) -> mo.Scene:
 
 
 def crown_hinge_of(after: mo.Scene) -> int:
-    """Number of the voussoirs that turn with the first one: of 21 the 10th or the 11th, by symmetry."""
+    """Return the number of voussoirs that turn with the first one: of 21 the 10th or the 11th, by
+    symmetry."""
     turns = {one.name: pose[2] for one, pose in zip(after.blocks, after.settled.poses, strict=True)}
     number = sum(abs(turns[f"small v{k}"] - turns["small v1"]) < 1e-9 for k in range(1, 22))
     assert number in (10, 11)
@@ -289,7 +306,8 @@ def crown_hinge_of(after: mo.Scene) -> int:
 
 @pytest.mark.slow
 def test_a_settled_bridge_of_two_spans_against_its_geometry_drawn_again():
-    """The load factor of a load on one voussoir, after the east abutment has moved out by 20 mm."""
+    """After the east abutment has moved out by 20 mm, λ of a load on one voussoir equals λ of the redrawn
+    bridge."""
     scene = two_spans()
     after = settled_scene(scene, {"east": (0.02, 0)})
     again = drawn_again(scene, 0.02, crown_hinge_of(after))
@@ -304,7 +322,8 @@ def test_a_settled_bridge_of_two_spans_against_its_geometry_drawn_again():
 
 @pytest.mark.slow
 def test_axles_cross_a_settled_bridge():
-    """Positions are those of the displaced blocks: λ of the worst one by 'solve' of the scene drawn again."""
+    """On a settled bridge, the worst position of an axle has the load factor of a crossing of the redrawn
+    bridge."""
     axles = [{"name": "one", "loads": [10.0], "road": [(-3, 6), (8, 6)]}]
     scene = two_spans()
     answer = mo.crossing(scene.replace(axles=axles), method="static", settled={"east": (0.02, 0)})
@@ -317,7 +336,8 @@ def test_axles_cross_a_settled_bridge():
 
 @pytest.mark.slow
 def test_a_load_at_the_edge_of_a_displaced_block_is_no_warning():
-    """The load acts at the top of the beam at rest, and moves with the beam."""
+    """A load on the top of the beam moves with the beam and causes no warning; a load above the top causes
+    one."""
     scene = beam(live_at=(2.5, 2.0))
     assert mo.solve(scene, "static", settled={"R": (0.0, -0.2)}).warning_sentences == ()
     lifted = beam(live_at=(2.5, 2.1))

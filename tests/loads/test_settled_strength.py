@@ -1,4 +1,4 @@
-"""Settlements of scenes whose joints have a limited strength, of scenes with ties, and of roads."""
+"""Tests of settlements of scenes whose joints have a limited strength, of scenes with ties, and of roads."""
 
 import math
 
@@ -17,10 +17,11 @@ from masonry_opt.problem.fill import Road
 
 
 def rotation_by_hand(strength: float) -> float:
-    """Rotation of the beam after its right pier has sunk by 0.02, with piers that crush at their edges.
+    """Return the rotation of the beam after its right pier has settled by 0.02; the piers crush at their
+    edges.
 
-    Each pier crushes over a depth N/f_c, with its resultant in the middle and its hinge at the end of this
-    depth. Moments about the left resultant determine the right reaction.
+    Each pier crushes over a depth N/f_c. Its resultant is in the middle of this depth and its hinge at the
+    end. Moments about the left resultant determine the right reaction.
     """
 
     def reactions(right: float) -> tuple[float, float]:
@@ -37,7 +38,8 @@ def rotation_by_hand(strength: float) -> float:
 
 @pytest.mark.parametrize("strength", [5.1, 20.0, 1000.0])
 def test_a_beam_settles_on_piers_that_crush(strength):
-    """Chords replace the parabola of the strength, which changes the rotation by less than 1e-4."""
+    """The settled rotation agrees with the closed form; chords in place of the strength's parabola change
+    it by less than 1e-4."""
     after = settled_scene(beam().replace(strength=strength), SINKS)
     assert after.settled.poses[-1, 2] == pytest.approx(rotation_by_hand(strength), rel=2e-4)
     assert mo.solve(after, "static").load_factor is not None
@@ -63,7 +65,11 @@ def test_a_block_that_turns_with_its_floor_crushes_as_if_it_were_drawn_so(turn):
 
 
 def test_a_tie_keeps_its_length():
-    """The beam turns about the corner of its pier, and its other end on a circle about the anchor."""
+    """A beam on a pier and a tie settles as a linkage.
+
+    The beam rotates about the corner of its pier, and the end of the tie moves on a circle about its anchor.
+    The intersection of the two circles determines the rotation.
+    """
     rod = mo.Tie(between=("beam", "ground"), at=((4.5, 0.5), (4.5, 2.0)), strength=30)
     blocks = [block("R", 0, 1, -1, 0, fixed=True), block("beam", 0, 5, 0, 1, weight=10)]
     scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=blocks, ties=[rod])
@@ -77,7 +83,7 @@ def test_a_tie_keeps_its_length():
 
 
 def filled_beam() -> mo.Scene:
-    """The beam below a fill of 1 through which axles spread at 45°."""
+    """Return the beam below a fill of depth 1, through which axle loads spread at 45°."""
     fill = mo.Fill(road=[(0, 3), (5, 3)], unit_weight=1.0, pressure=False, spread=45.0)
     axles = mo.Axles(name="one", loads=[10.0])
     return beam(live=(0, 0)).replace(fills=[fill], axles=[axles])
@@ -85,7 +91,8 @@ def filled_beam() -> mo.Scene:
 
 @pytest.mark.parametrize("rise", [-0.5, 0.5])
 def test_a_road_sinks_and_rises_with_its_bridge(rise):
-    """If all supports move alike, the depth of the fill and thus the spread of axles do not change."""
+    """If all supports move by the same amount, the depth of the fill and the spread of axle loads do not
+    change."""
     scene = filled_beam()
     position, load = np.array([0.3, 2.0, 4.9]), np.array([10.0, 20.0, 30.0])
     at_rest = assemble(scene)
@@ -97,20 +104,22 @@ def test_a_road_sinks_and_rises_with_its_bridge(rise):
 
 
 def test_a_road_keeps_its_height_above_a_beam_that_turns():
-    """The road lies 1 above the top of the beam, whose left edge opens: it falls by tan(turn)."""
+    """A road stays 1 above the top of a beam that rotates, measured vertically, and slopes as the beam
+    does."""
     after = settled_scene(filled_beam(), SINKS)
     assembly = assemble(after)
     origin, at_rest = assembly.geometry.origin, assembly.at_rest.geometry
     road = after.settled.road(after, at_rest, np.array([[0.5, 3], [4.5, 3]]) - origin) + origin
     (left, right), turn = road[[0, -1]], after.settled.poses[-1, 2]
     assert (right[1] - left[1]) / (right[0] - left[0]) == pytest.approx(math.tan(turn), rel=1e-6)
-    # Above the hinge at (1, 1), the top of the beam is at 1 + 1/cos(turn).
+    # The vertical line through the hinge at (1, 1) meets the top of the beam at the height 1 + 1/cos(turn).
     height = left[1] + (1 - left[0]) * math.tan(turn)
     assert height == pytest.approx(2 + 1 / math.cos(turn), abs=1e-6)
 
 
 def test_loads_are_drawn_and_followed_where_they_act_after_the_settlement():
-    """A load on the top of the block moves with the block as its floor rises."""
+    """A load on the top of a block is drawn on the block after its floor has risen, and its displacement
+    is unchanged."""
     scene = block_on_floor(1.0, 2.0, friction=0.9)
     (name,) = [one.name for one in scene.blocks if not one.fixed]
     top = np.array(scene[name].vertices).max(axis=0)
@@ -127,7 +136,10 @@ def test_loads_are_drawn_and_followed_where_they_act_after_the_settlement():
 
 @pytest.mark.parametrize("depths", [(0.2, 0.1), (0.1, 0.2)])
 def test_two_blocks_overlap_as_deep_as_the_joint_that_crushes_most(depths):
-    """A block stands on a floor with two feet, 1 wide each, and turns by 0.01."""
+    """Two blocks overlap by the greater of the crushed depths of their two joints, times the rotation.
+
+    The block has two feet of width 1 each and rotates by 0.01.
+    """
     outline = [(0, 0), (1, 0), (1, 1), (2, 1), (2, 0), (3, 0), (3, 2), (0, 2)]
     blocks = [block("floor", 0, 3, -1, 0, fixed=True), mo.Block(name="A", vertices=outline, weight=1)]
     assembly = assemble(mo.Scene(joints={"friction": 0.6}, blocks=blocks))

@@ -1,4 +1,4 @@
-"""Scenes that hang on ties alone, after their support has settled, and under loads that ties cannot carry."""
+"""Tests of scenes that hang on ties alone, after a settlement, and under loads that ties cannot carry."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,8 @@ from masonry_opt.scene.blocks import rectangle
 
 
 def hanging_block(**keys: object) -> mo.Scene:
-    """A block of 2 × 1 and weight 10 that hangs on two vertical ties, each 3 long and 20 strong."""
+    """Return a scene: a block of 2 × 1 and weight 10 hangs on two vertical ties of length 3 and strength
+    20."""
     ties = [mo.Tie(between=("block", "beam"), at=((x, 3.0), (x, 6.0)), strength=20.0) for x in (2.2, 3.8)]
     blocks = [
         mo.Block(name="beam", vertices=rectangle(0, 6, 6, 7), fixed=True),
@@ -18,7 +19,8 @@ def hanging_block(**keys: object) -> mo.Scene:
 
 
 def test_a_block_on_ties_follows_its_support():
-    """Ties keep their forces and lengths as the beam moves down: each yields at 20 = (10 + λ)/2."""
+    """Ties keep their forces and lengths when the beam settles: each tie carries (10 + λ)/2 and yields at
+    20."""
     result = mo.solve(hanging_block(live=(0, -1)), settled={"beam": (0, -0.1)})
     assert result.load_factor == pytest.approx(30, rel=1e-9)
     np.testing.assert_allclose(result.ties["force"], [20, 20], rtol=1e-9)
@@ -29,7 +31,7 @@ def test_a_block_on_ties_follows_its_support():
 
 @pytest.mark.parametrize("method", ["coulomb", "incremental", "nonassociative"])
 def test_a_push_across_vertical_ties_is_not_carried(method):
-    """Vertical ties carry no horizontal force: the block swings at λ = 0, in all methods."""
+    """Vertical ties cannot carry a horizontal force: all methods find that the block swings at λ = 0."""
     result = mo.solve(hanging_block(live=(1, 0)), method)
     assert result.load_factor == pytest.approx(0, abs=1e-6)
 

@@ -1,4 +1,5 @@
-"""Supports that settle against second formulations: lines of thrust in arches, forces between rectangles."""
+"""Tests of supports that settle against second formulations: lines of thrust, and forces between
+rectangles."""
 
 import itertools
 import math
@@ -15,7 +16,7 @@ from masonry_opt.solution.reasons import Status
 
 
 def arch(count: int, thickness: float, friction: float) -> mo.Scene:
-    """A semicircular arch of radius 1, from left to right."""
+    """Return a semicircular arch of radius 1, from left to right."""
     keys = {"thickness": thickness, "voussoirs": count, "unit_weight": 1.0, "weights": "straight"}
     ring = mo.Arch(radius=1, angles=(180, 0), **keys)
     return mo.Scene(joints={"friction": friction}, blocks=ring.blocks())
@@ -30,7 +31,7 @@ def test_thrust_of_a_semicircular_arch_on_spreading_supports(count, friction):
     assert found.least.associative == pytest.approx(least, rel=1e-7)
     assert found.greatest.associative == pytest.approx(greatest, rel=1e-7)
     assert found.least.associative <= found.at_rest <= found.greatest.associative
-    # Hinges are associative; a foot that slides inwards is not.
+    # A mechanism of hinges alone obeys the associative flow rule. A foot that slides inwards does not.
     assert found.least.reaction == pytest.approx(least, rel=1e-7)
     if friction > 0.5:
         assert found.greatest.reaction == pytest.approx(greatest, rel=1e-7)
@@ -52,8 +53,11 @@ def test_thrust_of_many_arches(turns):
 
 
 def _thrust_is_found(rise: float, thickness: float, count: int, friction: float, turns: bool) -> bool:
-    """Whether there is a thrust, by the search, of a support that turns one through its centroid. Associative
-    ends are those of the search then, Coulomb ends of lines of thrust that go with how these move."""
+    """Compare the thrust of an arch with a search among lines of thrust; return True if there is a thrust.
+
+    If the support turns, its reaction passes through its centroid. The associative reactions equal those of
+    the search. The Coulomb reactions are thrusts of lines that are compatible with their mechanisms.
+    """
     ring = {"thickness": thickness, "voussoirs": count, "unit_weight": 1.0, "weights": "straight"}
     scene = mo.Scene(joints={"friction": friction}, blocks=mo.Arch(span=2, rise=rise, **ring).blocks())
     stones = [np.array(block.vertices) for block in scene.blocks[:count]]
@@ -75,8 +79,12 @@ def _thrust_is_found(rise: float, thickness: float, count: int, friction: float,
 
 
 def test_least_thrust_of_ever_more_voussoirs():
-    """It passes the back of the crown and touches the intrados at the angle β from it where the moment of the
-    part above is largest over its lever (weights at the true centroids, Milankovitch)."""
+    """The least thrust of an arch of 120 voussoirs agrees to 1e-3 with that of a continuous arch.
+
+    The line of thrust passes through the extrados at the crown. It touches the intrados at the angle β from
+    the crown. At this angle, the moment of the part above, divided by its lever, is largest (weights at the
+    true centroids, Milankovitch).
+    """
     thickness = 0.15
     inner, outer, lever = 1 - thickness / 2, 1 + thickness / 2, 1 + thickness**2 / 12
     beta = np.linspace(0.05, 1.5, 100_001)
@@ -87,7 +95,10 @@ def test_least_thrust_of_ever_more_voussoirs():
 
 
 def random_wall(seed: int) -> tuple[dict[str, tuple[float, float, float, float]], list[str]]:
-    """Lintels on three or four piers, up to three courses cut at random above, and the names of the piers."""
+    """Return the blocks of a random wall and the names of its piers.
+
+    Lintels lie on three or four piers. Up to three courses above have random joints.
+    """
     random = np.random.default_rng(seed)
     middles = np.concatenate([[0.0], np.cumsum(random.uniform(1.5, 4.0, random.integers(2, 4)))])
     right = float(middles[-1])
@@ -126,7 +137,10 @@ def of_random_wall(seed: int) -> mo.Settlement:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_random_walls(seed):
-    """Of one to three piers that settle, two of them straight down."""
+    """Reactions of a random wall agree with the second program while one to three of its piers settle.
+
+    In two of the four walls, the piers settle straight down.
+    """
     found = of_random_wall(seed)
     assert found.usable
     assert None not in (found.least.incremental, found.greatest.incremental)
@@ -134,18 +148,23 @@ def test_random_walls(seed):
 
 @pytest.mark.slow
 def test_many_random_walls():
-    """The only Coulomb state of a push of one lies across rest, and the incremental analysis answers."""
+    """If the only Coulomb state of an end lies on the other side of rest, the incremental analysis answers.
+
+    Among five random walls, this is the case at one end.
+    """
     found = [of_random_wall(seed) for seed in range(49, 54)]
     assert all(one.usable for one in found)
     [end] = [end for one in found for end in one.ends.values() if end.answered_by == "incremental"]
-    # λ is a difference of the reaction from that at rest, which programs know to 1e-8.
+    # λ is the reaction less the reaction at rest, which programs compute to 1e-8.
     assert end.result.solution.below_zero == pytest.approx(-0.0030297627, abs=1e-8)
     assert exact_load_factors(end.result.assembly.problem, 1e-5, 10.0) is None
 
 
 def tied_beam(seed: int) -> tuple[mo.Scene, str, tuple[float, float]]:
-    """A beam on two to four stones, each on a pier, with a rod or two from a stone to the beam; the pier that
-    settles, and in which direction."""
+    """Return a random beam on piers with ties, the name of the pier that settles, and its direction.
+
+    The beam lies on two to four stones, each on a pier. One or two ties connect stones with the beam.
+    """
     random = np.random.default_rng([20, seed])
     count, width = int(random.integers(2, 5)), float(random.uniform(0.3, 0.7))
     pitch, high = float(random.uniform(1.2, 2.5)), float(random.uniform(0.3, 0.8))
@@ -170,8 +189,11 @@ def tied_beam(seed: int) -> tuple[mo.Scene, str, tuple[float, float]]:
 
 @pytest.mark.slow
 def test_an_end_without_a_coulomb_state_is_answered_by_the_incremental_analysis():
-    """The least reaction of a pier under a beam held by a rod: associative by the second program. Branch and
-    bound over the faces finds no exact state beyond rest, and one across it."""
+    """The incremental analysis gives the least reaction if no Coulomb state lies on its side of rest.
+
+    A tie holds the beam above the pier. The associative reactions are those of the second program. Branch and
+    bound over the faces finds no exact state above λ = 0, and one below.
+    """
     scene, settling, direction = tied_beam(0)
     found = mo.settle(scene, settling, direction)
     least, greatest = reactions(scene, [settling], direction)
@@ -208,8 +230,11 @@ def _agrees(
     friction: float,
     direction: tuple[float, float],
 ) -> mo.Settlement:
-    """Both ends with associative flow are the program's; Coulomb answers lie between them, and round the
-    scene at rest."""
+    """Compare the reactions of a wall whose piers settle with the second program; return the settlement.
+
+    The associative reactions of both ends equal those of the program. The Coulomb and incremental reactions
+    lie between each of them and the reaction at rest.
+    """
     scene = scene_of(blocks, friction)
     least, greatest = reactions(scene, settling, direction)
     found = mo.settle(scene, settling, direction)

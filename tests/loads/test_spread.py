@@ -1,4 +1,5 @@
-"""Loads that spread through fill: conserved, by hand where edges are straight, and by loads along edges."""
+"""Tests of loads that spread through fill: conserved sums, closed forms on straight edges, and single
+rays."""
 
 import math
 
@@ -12,7 +13,7 @@ from masonry_opt.scene.geometry import Profile
 
 BASE = mo.Block(name="base", vertices=[(-3, -1), (9, -1), (9, 0), (-3, 0)], fixed=True)
 
-#: Angle of two down to one aside, in degrees.
+#: Angle of spread of one horizontal to two vertical, in degrees.
 HALF = math.degrees(math.atan(0.5))
 
 
@@ -21,7 +22,7 @@ def block(name, vertices):
 
 
 def over(blocks, road, **keys):
-    """A scene and its road, which is that of its fill."""
+    """Return the assembly of a scene with fill, and the road of this fill."""
     fill = mo.Fill(road=road, unit_weight=1.0, pressure=False, **keys)
     scene = mo.Scene(joints={"friction": 0.6}, blocks=[*blocks, BASE], fills=[fill])
     assembly = assemble(scene)
@@ -29,7 +30,7 @@ def over(blocks, road, **keys):
 
 
 def on_blocks(assembly, road, x, load):
-    """Forces down on the movable blocks, and abscissae of their resultants."""
+    """Return the downward forces on the movable blocks, and the abscissae of their resultants."""
     forces = road.on_blocks(np.array(x, dtype=float), np.array(load, dtype=float))[assembly.movable]
     down = -forces[:, 1]
     centroid = assembly.geometry.centroid[assembly.movable, 0] + assembly.geometry.origin[0]
@@ -43,7 +44,10 @@ RIGHT = block("right", [(2, 0), (6, 0), (6, 1), (2, 1)])
 
 @pytest.mark.parametrize(("angle", "tangent"), [(30.0, math.tan(math.pi / 6)), (HALF, 0.5), (45.0, 1.0)])
 def test_pressure_on_a_level_edge_is_uniform(angle, tangent):
-    """1.5 below the road 2 · 1.5 tan wide, about x = 1.8; the blocks meet at x = 2."""
+    """The pressure of a point load on a level edge is uniform, and each block carries its share of the width.
+
+    The load at x = 1.8 is 1.5 above the edge, where it is 2 · 1.5 tan(angle) wide. The blocks meet at x = 2.
+    """
     assembly, road = over([LEFT, RIGHT], [(0, 2.5), (6, 2.5)], spread=angle)
     half = 1.5 * tangent
     down, at = on_blocks(assembly, road, [1.8], [10.0])
@@ -54,9 +58,15 @@ def test_pressure_on_a_level_edge_is_uniform(angle, tangent):
 
 @pytest.mark.parametrize("slope", [-0.4, -1e-5, 0.3, 0.4])
 def test_on_an_inclined_edge_the_lower_side_is_met_further_off(slope):
-    """Depth a - m u at u aside: the ray of tangent t meets it at u = a t / (1 + m t); their mean is
-    a / (2 T) ∫ t / (1 + m t) dt = a / (2 T m) (2 T - ln((1 + m T) / (1 - m T)) / m), or nearly level
-    -a m T² / 3."""
+    """On an inclined edge, the mean position of the pressure agrees with the integral over all rays.
+
+    The depth at the distance u from the load is a - m u. A ray of tangent t meets the edge at
+    u = a t / (1 + m t). With the tangent T of the spread, the mean of u is
+
+        a / (2 T) ∫ t / (1 + m t) dt = a / (2 T m) (2 T - ln((1 + m T) / (1 - m T)) / m),
+
+    or -a m T² / 3 for an edge that is nearly level.
+    """
     under = block("under", [(0, 0), (8, 0), (8, 4 + 4 * slope), (0, 4 - 4 * slope)])
     road = [(0, 9), (8, 9)]
     assembly, above = over([under], road)
@@ -70,13 +80,17 @@ def test_on_an_inclined_edge_the_lower_side_is_met_further_off(slope):
 
 
 def test_an_upright_face_sends_rays_straight_down_beside_it():
-    """Left of a step from 3 below the road to 1: of the fan of 45° rays beyond t = 0.5 / 1 pass over the
-    step, those between 0.5 / 3 and 0.5 / 1 stop at it and go down on the lower block's end."""
+    """Rays that meet the vertical face of a step load the end of the lower block.
+
+    The step rises from 3 below the road to 1 below it, at 0.5 to the right of the load. The rays spread at
+    45°. Rays of a tangent above 0.5 / 1 pass over the step. Rays between 0.5 / 3 and 0.5 / 1 stop at the
+    face, and go straight down to the end of the lower block.
+    """
     high = block("high", [(2, 0), (6, 0), (6, 3), (2, 3)])
     assembly, road = over([LEFT, high], [(-2, 4), (6, 4)], spread=45.0)
     down, at = on_blocks(assembly, road, [1.5], [2.0])
     step, left = (0.5 / 1 - 0.5 / 3), (1 + 0.5 / 3)
-    # To the left the fan meets the ground from x = 0 on, where depth is 4, behind the lower block's end.
+    # To the left, rays meet the ground beyond the end of the lower block at x = 0, where the depth is 4.
     on_low = 1.5 / 3
     on_ground = 1 - on_low
     np.testing.assert_allclose(down, [left + step - on_ground, 0.5], rtol=1e-12)
@@ -112,7 +126,10 @@ def test_loads_go_straight_down_where_they_are_told_to_or_there_is_no_depth(keys
 
 
 def test_rays_one_by_one_come_to_the_same():
-    """Twenty random profiles of edges with steps: 200,000 rays a load, each led to the edge that it meets."""
+    """Shares and moments in closed form agree with sums over rays, for 20 random profiles with steps.
+
+    Each load has 200,000 rays, and each ray is followed to the edge that it meets.
+    """
     rng = np.random.default_rng(31)
     for _ in range(20):
         count = int(rng.integers(1, 7))

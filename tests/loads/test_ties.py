@@ -1,4 +1,5 @@
-"""Ties and props: closed forms by hand, the same as loads by hand, in the plane and in space."""
+"""Tests of ties and props: closed forms by hand and comparisons with equivalent loads, in the plane and in
+space."""
 
 import json
 
@@ -14,12 +15,12 @@ from masonry_opt.solution.thresholds import is_lower
 
 METHODS = (*("static", "kinematic", "nonassociative", "coulomb", "incremental"),)
 TO_THE_LEFT = {"A": {"live": (-1.0, 0.0)}}
-#: Of a closed form: what solvers leave of a load factor.
+#: Tolerance of load factors against closed forms: the error that solvers leave.
 CLOSE = 1e-7
 
 
 def tied(friction: float, height: float = 1.5, **tie: float) -> mo.Scene:
-    """A block of width 1, height 2 and weight 1, held back by a horizontal tie to the ground."""
+    """Return a block of width 1, height 2 and weight 1, held back by a horizontal tie to the ground."""
     rod = mo.Tie(between=("A", "ground"), at=((0.5, height), (-4, height)), **tie)
     return block_on_floor(friction=friction).replace(ties=[rod])
 
@@ -31,7 +32,10 @@ def in_space(scene: mo.Scene) -> mo.Scene:
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("friction", [0.9, 0.45], ids=["turns", "slides"])
 def test_a_tie_adds_its_strength_by_its_lever(method, friction):
-    """Turning about the right edge: λ W h/2 = W b/2 + T y; sliding: λ W = μ W + T, by hand."""
+    """The load factor is the lesser of two closed forms.
+
+    If the block turns about its right edge, λ W h/2 = W b/2 + T y. If it slides, λ W = μ W + T.
+    """
     T, y = 0.1, 1.5
     exact = min(0.5 + 2 * T * y / 2, friction + T)
     for scene in (tied(friction, y, strength=T), in_space(tied(friction, y, strength=T))):
@@ -42,7 +46,7 @@ def test_a_tie_adds_its_strength_by_its_lever(method, friction):
 
 
 def test_prestress_acts_against_a_load_the_other_way():
-    """Pushed to the left the tie slackens to its prestress P: λ W h/2 = W b/2 − P y."""
+    """If the block is pushed to the left, the tie slackens to its prestress P: λ W h/2 = W b/2 − P y."""
     left = mo.solve(tied(0.9, strength=0.4, prestress=0.05).replace(blocks=TO_THE_LEFT))
     assert left.load_factor == pytest.approx(0.5 - 0.05 * 1.5, abs=CLOSE)
     assert left.ties["force"].tolist() == pytest.approx([0.05])
@@ -50,7 +54,11 @@ def test_prestress_acts_against_a_load_the_other_way():
 
 
 def test_about_a_tie_that_never_yields_the_foot_slides_out():
-    """About the tie at y: λ W (y − h/2) = μ W y + W b/2, the weight on the corner that the block turns on."""
+    """A block with a tie that never yields turns about the tie, and its foot slides out.
+
+    By moments about the tie at height y, λ W (y − h/2) = μ W y + W b/2. The weight is on the corner on which
+    the block turns.
+    """
     for friction in (0.3, 0.6):
         exact = (friction * 1.5 + 0.5) / 0.5
         assert mo.solve(tied(friction), method="static").load_factor == pytest.approx(exact, abs=CLOSE)
@@ -58,8 +66,11 @@ def test_about_a_tie_that_never_yields_the_foot_slides_out():
 
 @pytest.mark.parametrize(("strength", "exact"), [(None, (0.9 * 1.5 + 0.5) / 0.5), (0.1, 0.65)])
 def test_a_prop_pushes_back_and_never_pulls(strength, exact):
-    """A prop on the right at y = 1.5: λ = b/h + 2 N y/(W h); the foot slides out below one that never
-    yields, as below a tie."""
+    """A prop on the right at y = 1.5 pushes back, and does not pull if the block is pushed to the left.
+
+    If the prop yields at N, λ = b/h + 2 N y/(W h). If it never yields, the foot slides out below it, as below
+    a tie.
+    """
     prop = mo.Prop(between=("A", "ground"), at=((1, 1.5), (4, 1.5)), strength=strength)
     scene = block_on_floor(friction=0.9).replace(props=[prop])
     result = mo.solve(scene, method="static")
@@ -71,7 +82,7 @@ def test_a_prop_pushes_back_and_never_pulls(strength, exact):
 
 
 def stacked(low: float, high: float, friction: float) -> mo.Scene:
-    """Two blocks of these heights, each pushed by its weight of 1."""
+    """Return two stacked blocks of the given heights, each pushed by its weight of 1."""
     push = {"weight": 1, "live": (1, 0)}
     A = mo.Block(name="A", vertices=rectangle(0, 1, 0, low), **push)
     return on_floor(
@@ -80,7 +91,8 @@ def stacked(low: float, high: float, friction: float) -> mo.Scene:
 
 
 def test_a_yielding_tie_is_its_strength_as_a_dead_load():
-    """Between two stacked blocks, through none: the same wall with the two forces in its place."""
+    """A tie that yields acts as its strength does as a dead load: λ of two stacked blocks is the same to
+    1e-7."""
     scene = stacked(1, 1, friction=0.7)
     rod = mo.Tie(between=("B", "ground"), at=((0.5, 1.5), (-1.5, 0)), strength=0.2)
     with_rod = mo.solve(scene.replace(ties=[rod]))
@@ -98,7 +110,7 @@ def test_a_limited_force_is_one_column_and_two_faces(space):
     one, none, endless, two = (assemble(in_space(s) if space else s).problem for s in scenes)
     assert one.B.shape[1] - none.B.shape[1] == 1
     assert one.faces - none.faces == 2
-    assert endless.faces - none.faces == 1  # it pulls, and never yields
+    assert endless.faces - none.faces == 1  # The tie pulls, and never yields.
     assert two.B.shape[1] - none.B.shape[1] == 2
     np.testing.assert_array_equal(one.B[:, :-1].toarray(), none.B.toarray())
     np.testing.assert_array_equal(one.true_yield[:-2, :-1].toarray(), none.true_yield.toarray())
@@ -107,7 +119,10 @@ def test_a_limited_force_is_one_column_and_two_faces(space):
 
 
 def answer_beside_duality(scene):
-    """The default's answer for a scene whose four associative programs agree; None where they have none."""
+    """Return the default answer for a scene whose four associative programs agree to 1e-8.
+
+    Returns None if the programs have no load factor.
+    """
     try:
         table = mo.check(scene).table
     except mo.MasonryError:
@@ -127,7 +142,11 @@ def answer_beside_duality(scene):
     ],
 )
 def test_duality_and_certificates_of_held_scenes(kind, seed, space):
-    """Static and kinematic, both languages, agree; the Coulomb answer is exact, or named, and not above."""
+    """Associative programs agree for scenes with ties and props, and the Coulomb load factor is not above
+    theirs.
+
+    The Coulomb state is exact in the plane. An answer without a load factor states its reasons.
+    """
     result = answer_beside_duality(held(kind, seed, space))
     if result is None:
         return
@@ -150,7 +169,10 @@ def test_results_tell_of_ties():
 
 @pytest.mark.parametrize("strength", [None, 200.0])
 def test_a_tie_below_its_strength_does_not_yield_where_contacts_give(strength):
-    """The lower block slides out; the tie that holds the upper one lengthens as its anchors give."""
+    """With elastic contacts, a tie below its strength does not yield, although it lengthens.
+
+    The lower block slides out. The tie on the upper block lengthens because the contacts deform.
+    """
     rod = mo.Tie(between=("B", "ground"), at=((0.5, 2.5), (-4, 0)), strength=strength)
     loads = {"A": {"weight": 40, "live": (10, 0)}, "B": {"weight": 20, "live": (5, 0)}}
     scene = stacked(2, 1, friction=0.6).replace(blocks=loads, ties=[rod])
@@ -190,7 +212,7 @@ def test_what_does_not_know_ties_says_so():
 
 
 def test_ties_of_one_name_are_swept_one_by_one():
-    """λ of a block that turns: 1/2 and 2 T y/(W h) of each of two ties between the same ends."""
+    """Two ties between the same ends are swept one by one: λ is 1/2 plus 2 T y/(W h) of each tie."""
     scene = tied(0.9, strength=0.1)
     two = scene.replace(ties=2 * scene.ties)
     for number in (1, 2):
@@ -200,7 +222,8 @@ def test_ties_of_one_name_are_swept_one_by_one():
 
 @pytest.mark.parametrize("named", ["tie", "tie.rod"])
 def test_a_tie_alone_is_swept_with_or_without_its_name(named):
-    """λ of a block that turns: 1/2 and 2 T y/(W h)."""
+    """The only tie of a scene is swept with or without its name: λ of the block that turns is 1/2 + 2 T
+    y/(W h)."""
     scene = tied(0.9, strength=0.1)
     scene = scene.replace(ties=[scene.ties[0].replace(name="rod")])
     table = mo.sweep(scene, {f"{named}.strength": [0.05, 0.1]}, method="static", workers=1)
@@ -220,8 +243,11 @@ def test_a_number_is_not_swept_by_two_names():
 
 
 def hung(push_at: float, strength: float | None = None) -> mo.Scene:
-    """A unit cube of weight 1 that touches nothing, on two upright ties at its upper corners and a level one
-    at half its height, pushed to the right at a height over its foot; beside it a block on the floor."""
+    """Return a scene with a unit cube of weight 1 that touches no block and hangs on three ties.
+
+    Two vertical ties hold its upper corners, and a horizontal tie holds it at half its height. The cube is
+    pushed to the right at the height `push_at` above its foot. Another block rests on the floor.
+    """
     cube = [(0, 3), (1, 3), (1, 4), (0, 4)]
     ends = [((0, 4), (0, 6)), ((1, 4), (1, 6)), ((0, 3.5), (-3, 3.5))]
     ties = [mo.Tie(between=("cube", "ground"), at=at) for at in ends]
@@ -232,8 +258,11 @@ def hung(push_at: float, strength: float | None = None) -> mo.Scene:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_blocks_that_ties_alone_hold(method):
-    """The level tie yields at λ W = T; pushed at 3/4 of its height, the block lifts where the moment λ W/4
-    about that tie has shifted all weight to one upright tie, λ/4 = 1/2."""
+    """The load factors of a cube that only ties hold agree with closed forms, by all methods.
+
+    The horizontal tie yields at λ W = T. Pushed at 3/4 of its height, the cube lifts when the moment λ W/4
+    about the horizontal tie has shifted all weight to one vertical tie: λ/4 = 1/2.
+    """
     for scene, exact in ((hung(0.5, 0.3), 0.3), (hung(0.75), 2.0)):
         assert mo.solve(scene, method).load_factor == pytest.approx(exact, abs=CLOSE)
         if method in ("static", "coulomb"):
@@ -242,7 +271,8 @@ def test_blocks_that_ties_alone_hold(method):
 
 def test_what_ties_cannot_hold():
     scene = hung(0.5)
-    aside = mo.solve(scene.replace(ties=scene.ties[:1]), "static")  # swings until it hangs by its middle
+    # The cube swings until its centroid is below the tie.
+    aside = mo.solve(scene.replace(ties=scene.ties[:1]), "static")
     assert aside.status == "unstable under dead load"
     with pytest.raises(mo.CaseError, match="'cube' touches no other block"):
         mo.solve(scene.replace(ties=[]), "static")
@@ -256,7 +286,8 @@ def test_what_ties_cannot_hold():
 
 
 def hanging(count=1, size=1.0, force=1.0, strength=1.0, weight=0.233, aside=0.0):
-    """Bricks that hang below each other, each on a wire of its own; the lowest one is pulled down by λ."""
+    """Return bricks that hang below each other, each on its own wire; the lowest brick is pulled down by
+    λ."""
     blocks, ties = [], []
     for number in range(count + 1):
         y = -2.0 * number
@@ -274,8 +305,9 @@ def hanging(count=1, size=1.0, force=1.0, strength=1.0, weight=0.233, aside=0.0)
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_scene_without_joints_hangs_on_its_wires(method):
-    """By hand: the wire of strength 1 yields at λ = 1 - 0.233; the uppermost of three at 1 - 3 · 0.1.
+    """A scene without joints collapses when its uppermost wire yields, by all methods.
 
+    By hand, the wire of strength 1 yields at λ = 1 - 0.233, and the uppermost of three wires at 1 - 3 · 0.1.
     In space the bricks can also turn about their wires, so that the mechanism is not unique.
     """
     for scene, exact in ((hanging(), 0.767), (hanging(3, 1e-3, 5e5, weight=0.1), 0.7)):
@@ -288,7 +320,10 @@ def test_a_scene_without_joints_hangs_on_its_wires(method):
 
 
 def test_props_alone_hold_a_plank():
-    """The plank of weight 2 on two props, 4 apart, with λ at 3/4: the right one carries 1 + 3/4 λ = 2."""
+    """A plank of weight 2 on two props, 4 apart, collapses when the right prop yields.
+
+    The live load acts at 3/4 of the span. The right prop carries 1 + 3/4 λ = 2.
+    """
     blocks = [mo.Block(name="floor", vertices=[(-9, -3), (9, -3), (9, -2), (-9, -2)], fixed=True)]
     plank = [(-2.5, 0), (2.5, 0), (2.5, 0.2), (-2.5, 0.2)]
     blocks.append(mo.Block(name="plank", vertices=plank, weight=2, live=(0, -1), live_at=(1, 0.1)))
@@ -324,18 +359,20 @@ def test_a_hanging_scene_is_drawn_checked_exported_and_answered_without_live_loa
     assert mo.solve(unloaded.replace(ties=[unloaded.ties[0].replace(strength=0.2)])).status.startswith(
         "unstable"
     )
-    assert mo.solve(hanging(aside=0.1)).status.startswith("unstable")  # it would swing
+    assert mo.solve(hanging(aside=0.1)).status.startswith("unstable")  # The brick would swing.
 
 
 def test_the_ground_reaches_farther_than_its_block():
-    """A fixed block named "ground" needs not hold the anchor; one that moves does."""
+    """A tie to the ground may end outside of a fixed block named "ground"; the block need not contain the
+    anchor."""
     found = mo.solve(tied(0.9, strength=0.1).replace(blocks={"floor": {"name": "ground"}}), method="static")
     assert found.load_factor == pytest.approx(0.65, abs=CLOSE)
     assert found.ties["second"].tolist() == ["ground"]
 
 
 def hung_from_ground(strengths, **brick):
-    """A brick of weight .233 on two wires to the ceiling at its ends, and no fixed block."""
+    """Return a brick of weight 0.233 that hangs on two wires from the ceiling at its ends, without a fixed
+    block."""
     ends = [(-0.1, 0.03), (0.1, 0.03)]
     outline = [(-0.11, -0.03), (0.11, -0.03), (0.11, 0.03), (-0.11, 0.03)]
     wires = [
@@ -348,7 +385,7 @@ def hung_from_ground(strengths, **brick):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_brick_hangs_on_two_wires_from_the_ground(method):
-    """Each wire carries half of the load, so λ = 2 · .5 − .233 if the weaker wire yields at .5."""
+    """Each wire carries half of the load, so λ = 2 · 0.5 − 0.233 if the weaker wire yields at 0.5."""
     result = mo.solve(hung_from_ground((0.5, 1.0), live=(0, -1)), method)
     assert result.load_factor == pytest.approx(0.767, abs=CLOSE)
     assert result.ties["yields"].tolist() == [True, False]
@@ -364,7 +401,7 @@ def test_without_live_load_a_brick_on_two_wires_is_stable_and_on_one_it_falls():
 
 @pytest.mark.parametrize("method", ["static", "coulomb", "incremental"])
 def test_a_solid_hangs_on_three_wires_from_the_ground(method):
-    """Two wires at one end carry a quarter of the load each; λ = 4 · .25 − .233 if one of them yields."""
+    """Two wires at one end carry a quarter of the load each: λ = 4 · 0.25 − 0.233 if one of them yields."""
     span = (-0.11, 0.11), (-0.05, 0.05), (-0.03, 0.03)
     brick = mo.Solid(name="brick", box=span, weight=0.233, live=(0, 0, -1))
     wires = [

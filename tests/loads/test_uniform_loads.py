@@ -1,7 +1,7 @@
-"""Uniform loads that move with axles: closed forms by moments about an edge, spread through fill, bad input.
+"""Tests of uniform loads that move with axles: moments about an edge by hand, spread through fill, bad input.
 
-On the slab of ``loads.overhang`` a load beyond the edge of the support at x = .5 turns the slab about the
-edge; the weight W holds it with the moment W .5.
+On the slab of ``loads.overhang``, a load beyond the edge of the support at x = 0.5 turns the slab about this
+edge. The weight W resists with the moment 0.5 W.
 """
 
 import numpy as np
@@ -28,13 +28,13 @@ def alone(*strips, **keys):
     [
         (alone(strip(8.0, 0.0, 0.5)), 8 * 0.5 * 0.25),
         (alone(strip(8.0, -0.25, 0.25), factor=2.0), 16 * 0.5 * 0.25),
-        # A strip that is longer than the slab is worst where it ends at the edge of the support.
+        # A strip that is longer than the slab is worst if it ends at the edge of the support.
         (alone(strip(8.0, 0.0, 5.0)), 8 * 0.5 * 0.25),
-        # The axle at the end of the slab, and the strip from x = .6 to .9 behind it.
+        # The worst position has the axle at the end of the slab, and the strip behind it from x = 0.6 to 0.9.
         (axles(3.0, uniform=[strip(4.0, 0.1, 0.4)]), 3 * 0.5 + 4 * 0.3 * 0.25),
-        # Two strips, worst on the left, where the heavier one is at the end: x = -1 to -.8, and -.7 to -.5.
+        # Two strips are worst on the left, with the heavier one at the end: x = -1 to -0.8, and -0.7 to -0.5.
         (alone(strip(4.0, 0.0, 0.2), strip(6.0, 0.3, 0.5), travels="right"), 6 * 0.2 * 0.4 + 4 * 0.2 * 0.1),
-        # A strip of a width of which the scene carries a quarter.
+        # The strip has a width of 4, of which the scene carries a quarter.
         (alone(strip(8.0, 0.0, 0.5), width=4.0), 8 * 0.5 * 0.25 / 4),
     ],
 )
@@ -47,9 +47,10 @@ def test_moments_about_the_edge_of_the_support(group, turns):
 
 
 def test_between_solved_positions_no_load_is_worse_than_the_bound():
-    """The moment of a strip is a parabola: by hand w ((b - .5)² - (a - .5)²) / 2 from a to b.
+    """No load factor between the solved positions is below the bound, by hand.
 
-    Positions are solved 10⁻⁹ of the road beside the ends of blocks.
+    A strip from a to b has the moment w ((b - 0.5)² - (a - 0.5)²) / 2 about the edge: a parabola. Positions
+    are solved at 10⁻⁹ of the road's length from the ends of blocks.
     """
     found = mo.crossing(OVERHANG, alone(strip(8.0, 0.0, 0.3), travels="right"), method="static")
     front = np.linspace(0.55, 1.25, 57)
@@ -70,7 +71,8 @@ def test_directions_of_a_group_with_uniform_loads():
 
 
 def test_both_directions_are_mirrors():
-    """An axle with a strip behind it, over a slab that is equal from both sides."""
+    """On a symmetric slab, an axle with a strip behind it has the same least load factor in both
+    directions."""
     group = axles(3.0, uniform=[strip(4.0, 0.1, 0.4)])
     found = mo.crossing(OVERHANG, group, method="static", incremental=False)
     least = found.table.groupby("direction")["load_factor"].min()
@@ -79,7 +81,8 @@ def test_both_directions_are_mirrors():
 
 
 def test_a_uniform_load_straight_down_is_exact():
-    """On two slabs side by side a strip of 2 per unit from x = -.5 to .25 loads each by its length."""
+    """A strip of 2 per unit length from x = -0.5 to 0.25 loads each of two slabs by its length on this
+    slab."""
     blocks = [
         mo.Block(name=name, vertices=[(x, 0), (x + 1, 0), (x + 1, 1), (x, 1)], weight=1.0)
         for name, x in (("left", -1), ("right", 0))
@@ -89,12 +92,13 @@ def test_a_uniform_load_straight_down_is_exact():
     road = Road(scene, assemble(scene).geometry, [(-2, 1), (2, 1)])
     forces = road.strips_on_blocks(np.array([-0.5]), np.array([0.25]), np.array([2.0]))
     assert forces[:, 1] == pytest.approx([-1.0, -0.5, 0.0])
-    # Moments about the centroids at x = -.5 and .5.
+    # The moments are about the centroids at x = -0.5 and 0.5.
     assert forces[:, 2] == pytest.approx([-1.0 * 0.25, -0.5 * -0.375, 0.0])
 
 
 def test_a_uniform_load_spreads_through_fill_as_many_point_loads():
-    """Far from its ends a long strip presses on level blocks as on the road; a short one as 20,000 points."""
+    """Far from its ends, a long strip presses on level blocks as on the road; a short strip acts as 20,000
+    point loads."""
     blocks = [
         mo.Block(name=f"b{x}", vertices=[(x, 0), (x + 1, 0), (x + 1, 1), (x, 1)], weight=1.0)
         for x in range(-4, 4)

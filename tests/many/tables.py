@@ -1,4 +1,4 @@
-"""Tables of sweeps, compared, and samples as if they had been run."""
+"""Comparison of tables of sweeps, and samples that are made from given load factors."""
 
 from typing import Any
 
@@ -11,15 +11,15 @@ from masonry_opt.studies.run_columns import RUN_COLUMNS, framed
 
 
 def same(one: pd.DataFrame, two: pd.DataFrame) -> None:
-    """Hold two tables to be the same to the last digit, but for the time that runs took."""
+    """Assert that two tables are equal to the last digit, except for the time that runs took."""
     pd.testing.assert_frame_equal(one.drop(columns="seconds"), two.drop(columns="seconds"), check_exact=True)
 
 
 def sampled(values: Any, drawn: pd.DataFrame | None = None, **columns: Any) -> Sample:
-    """A sample with these load factors, and numbers drawn.
+    """Return a sample with the given load factors and drawn values.
 
-    A load factor of -inf is that of a scene that falls by itself, inf that of one that carries any load, and
-    NaN that of an undecided run.
+    A load factor of -inf means that the scene is unstable, inf that it carries any load, and NaN that the run
+    is undecided.
     """
     drawn = pd.DataFrame({"x": np.arange(len(values))}) if drawn is None else drawn
     values = np.asarray(values, dtype=float)

@@ -1,7 +1,7 @@
-"""Axles that cross the scene of each run: sweeps, samples and thresholds against closed forms and crossings.
+"""Tests of axles that cross the scene of each run: sweeps, samples and thresholds, by hand and by crossings.
 
-On the slab of ``loads.overhang`` an axle P turns the slab about the edge of its support, .5 from the middle
-of a slab that reaches .5 further: λ P .5 = W .5.
+On the slab of ``loads.overhang``, an axle P turns the slab about the edge of its support. The edge is 0.5
+from the middle of the slab, which extends 0.5 beyond the edge: λ P 0.5 = 0.5 W.
 """
 
 import pickle
@@ -32,7 +32,8 @@ STATIC = {"method": "static", "workers": 1}
 
 
 def in_two_cases():
-    """The slab with axles in two load cases, λ = .9 W / 4.5 and W / 9 by hand, and a third without axles."""
+    """Return the slab with axles in two load cases, λ = 0.9 W / 4.5 and W / 9 by hand, and a third without
+    axles."""
     crowd = mo.Load(block="slab", live=(0.0, -6.0), at=(1.0, 0.5), group="crowd")
     cases = [
         mo.LoadCase(name="alone", dead={"weight": 0.9}, live={"axles": 1.5}),
@@ -53,7 +54,10 @@ def in_two_cases():
     ],
 )
 def test_each_run_is_the_least_of_all_positions(name, values, by_hand):
-    """λ P .5 = W .5, with the load times its factor, over its width."""
+    """The load factor of a run is that of the worst position, the end of the slab: λ P 0.5 = 0.5 W.
+
+    P is the axle load times its factor, divided by its width.
+    """
     table = mo.sweep(WITH_AXLES, {name: values}, **STATIC)
     assert table["load_factor"].to_list() == pytest.approx(by_hand, rel=1e-6)
     assert table["position"].abs().to_list() == pytest.approx([1.0] * len(values), abs=1e-6)
@@ -68,7 +72,7 @@ def test_each_run_is_the_least_of_all_positions(name, values, by_hand):
 
 
 def test_other_live_loads_act_too():
-    """A live load of 6 at the end of the slab and the axle there: λ (3 + 6) .5 = W .5."""
+    """A live load of 6 at the end of the slab acts together with the axle: λ (3 + 6) 0.5 = 0.5 W."""
     loaded = WITH_AXLES.replace(blocks={"slab": {"live": (0.0, -6.0), "live_at": (1.0, 0.5)}})
     table = mo.sweep(loaded, {"joints.friction": [0.5, 0.6]}, **STATIC)
     assert table["load_factor"].to_list() == pytest.approx([WEIGHT / 9] * 2, rel=1e-6)
@@ -76,7 +80,7 @@ def test_other_live_loads_act_too():
 
 
 def test_runs_without_moving_axles_are_solved_as_before():
-    """Axles do not move in an earthquake nor on a tilted ground: a block on its floor slides at λ = μ."""
+    """Axles do not move in an earthquake or on tilted ground: the block slides on its floor at λ = μ."""
     shaken = WITH_AXLES.replace(earthquake={"direction": "left"})
     table = mo.sweep(shaken, {"joints.friction": [0.2, 0.3]}, **STATIC)
     assert table["load_factor"].to_list() == pytest.approx([0.2, 0.3])
@@ -102,7 +106,7 @@ def test_the_least_of_all_load_cases_governs():
 
 
 def small_bridge(**joints):
-    """An arch of six voussoirs under fill that presses on its back, with an axle over it."""
+    """Return an arch of six voussoirs under fill that presses on its extrados, with an axle on the road."""
     ring = mo.Arch(radius=2, angles=(150, 30), thickness=0.3, voussoirs=6, unit_weight=20)
     fill = mo.Fill(road=[(-1.7, 2.5), (1.7, 2.5)], unit_weight=18, friction_angle=30, mobilised=0.3)
     return mo.Scene(
@@ -153,7 +157,7 @@ def test_a_sweep_by_the_default_method_equals_single_crossings():
 
 @pytest.mark.slow
 def test_two_spans_by_friction():
-    """λ = 3.2495 for μ = .3 and 4.2205 from μ = .4, by a linear program made from the geometry alone."""
+    """λ = 3.2495 for μ = 0.3 and 4.2205 from μ = 0.4, by a linear program made from the geometry alone."""
     friction = [0.3, 0.4, 0.8]
     table = mo.sweep(Path(__file__).parent / "two_spans.toml", {"joints.friction": friction}, **STATIC)
     assert table["load_factor"].to_list() == pytest.approx([3.2495, 4.2205, 4.2205], abs=5e-5)
@@ -161,7 +165,7 @@ def test_two_spans_by_friction():
 
 
 def test_a_sample_of_a_scene_with_axles():
-    """λ = W / 3 in each run; a slab half as long as the support falls in none."""
+    """λ = W / 3 in each run, and no slab falls."""
     found = mo.sample(WITH_AXLES, {"block.slab.weight": ("uniform", 6.0, 18.0)}, n=8, **STATIC)
     assert found.load_factors == pytest.approx(found.table["block.slab.weight"] / 3, rel=1e-6)
     assert (found.undecided, found.refused, found.falling) == (0, 0, 0)
@@ -170,7 +174,7 @@ def test_a_sample_of_a_scene_with_axles():
 
 
 def test_a_scene_that_falls_and_one_that_carries_any_load():
-    """Held on one side of its middle the slab falls; between the ends of a wide support it carries any."""
+    """A slab whose weight acts beyond its support is unstable; a slab on a wide support carries any load."""
     off = OVERHANG.replace(blocks={"slab": {"weight_at": (0.6, 0.5)}}, axles=[axles(3.0)])
     fallen = mo.sweep(off, {"block.slab.weight": [6.0, 12.0]}, **STATIC)
     assert {*fallen["status"]} == {str(mo.Status.UNSTABLE)}
@@ -199,7 +203,7 @@ def test_an_undecided_position_is_not_hidden_by_any_load_elsewhere():
 
 @pytest.mark.slow
 def test_the_least_weight_that_carries_the_axles():
-    """W / 3 = 2 at W = 6; the axles count only with a load factor to be carried."""
+    """λ = W / 3 is 2 at W = 6. A search without a load factor to be carried refuses axles."""
 
     def of(weight):
         return WITH_AXLES.replace(blocks={"slab": {"weight": weight}})
@@ -217,12 +221,13 @@ def test_the_least_weight_that_carries_the_axles():
     in_cases = mo.most(
         lambda w: in_two_cases().replace(axles=[axles(w)]), 1.0, 30.0, load=1.0, method="static"
     )
-    assert in_cases.value == pytest.approx((WEIGHT - 3) / 2, rel=1e-5)  # (2 P + 3) .5 = W .5
+    assert in_cases.value == pytest.approx((WEIGHT - 3) / 2, rel=1e-5)  # By hand, (2 P + 3) 0.5 = 0.5 W.
     assert in_cases.warning_records[0]["code"] == "cases without axles"
 
 
 def test_an_interrupted_crossing_of_a_study_is_no_answer(monkeypatch):
-    """A crossing returns its positions after Ctrl-C; a study must not take these for all positions."""
+    """After Ctrl-C a crossing returns the positions solved so far; a study must not use them as its
+    answer."""
     whole = mo.crossing(WITH_AXLES, method="static")
     interrupted = replace(whole, interrupted=True)
     monkeypatch.setattr("masonry_opt.studies.many.scene_answer.cross", lambda *_: interrupted)
@@ -231,10 +236,10 @@ def test_an_interrupted_crossing_of_a_study_is_no_answer(monkeypatch):
 
 
 def light_and_heavy(factor=1.0):
-    """The slab with two groups of one axle: a load of ``factor``, and one three times as large.
+    """Return the slab with two groups of one axle: a load of ``factor``, and a load three times as large.
 
-    The heavy axle governs: λ = W / (3 factor). For the light axle alone, λ is three times as large. Within
-    45 s of ``slow_positions`` only the light axle moves, beginning at the end of the slab.
+    The heavy axle governs: λ = W / (3 factor). For the light axle alone, λ is three times as large. Within 45
+    s of ``slow_positions`` only the light axle moves, beginning at the end of the slab.
     """
     return OVERHANG.replace(axles=[axles(factor, name="light"), axles(3 * factor, name="heavy")])
 
@@ -265,7 +270,8 @@ def test_a_stopped_crossing_does_not_show_that_a_load_is_carried(slow_positions,
 
 
 def test_a_stopped_crossing_may_show_that_a_load_is_not_carried(slow_positions):
-    """With axles of 10 and 30, λ ≤ W / 10 = 1.2; only the next scene remains undecided."""
+    """With axles of 10 and 30, λ ≤ W / 10 = 1.2, so that a load of 2 is not carried; the next scene is
+    undecided."""
     tried = []
     given = {"method": "static", "time_limit": 45, "progress": tried.append}
     with pytest.raises(NoLoadFactorError, match=r"^at -1: it could not be decided"):

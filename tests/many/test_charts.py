@@ -1,4 +1,5 @@
-"""What the charts of a sweep show; its files: whole or not at all, and the same numbers in each."""
+"""Tests of the charts of a sweep, and of its files: written whole or not at all, with the same numbers in
+each."""
 
 import re
 import shutil
@@ -20,7 +21,7 @@ NAME = "joints.friction"
 
 
 def frame(mechanisms, load_factors):
-    """A sweep over a friction, with these mechanisms and load factors."""
+    """Return the table of a sweep over friction with the given mechanisms and load factors."""
     friction = [0.1 * number for number in range(1, len(mechanisms) + 1)]
     status = ["optimal" if value == value else "unstable under dead load" for value in load_factors]
     columns = {NAME: friction, "load_factor": load_factors, "mechanism": mechanisms, "status": status}
@@ -33,7 +34,7 @@ def against(swept):
 
 
 def layers(drawing):
-    """The kind of each layer's mark, its rows, and the layer."""
+    """Return the kind of mark, the rows and the specification of each layer."""
     whole = drawing.on_page()
     own = whole.get("data", {}).get("name")
     rows = [whole["datasets"][layer.get("data", {"name": own})["name"]] for layer in whole["layer"]]
@@ -42,7 +43,7 @@ def layers(drawing):
 
 
 def marks(drawing):
-    """The points, where the axis of λ places those that have one, and the ends of that axis."""
+    """Return the points, their positions on the axis of λ, and the ends of this axis."""
     found = [(rows, layer["encoding"]) for _, rows, layer in layers(drawing) if "shape" in layer["encoding"]]
     places = [encoding["y"] for _, encoding in found]
     return pd.concat([rows for rows, _ in found]), places, places[0]["scale"]["domain"]
@@ -67,7 +68,7 @@ def test_runs_without_a_load_factor_stand_below_all_values(statuses):
     assert (low, high) == (0.1, 0.4)
     assert layers(drawing)[0][2]["encoding"]["y"]["scale"]["padding"] > 0
     assert "height" in places[1]["value"]["expr"]
-    # All of them: there is still a chart, and no number.
+    # If no run has a load factor, there is still a chart, without numbers on its axis.
     assert not layers(against(swept[2:]))[0][2]["encoding"]["y"]["axis"]["labels"]
 
 
@@ -83,7 +84,7 @@ def test_a_load_factor_that_does_not_change_is_not_drawn_as_if_it_did():
 
 
 def scale_of(drawing):
-    """Ends of the colours of a map."""
+    """Return the ends of the colour scale of a map."""
     (found,) = (layer["encoding"]["fill"] for *_, layer in layers(drawing) if "fill" in layer["encoding"])
     return found["scale"]["domain"]
 
@@ -99,7 +100,7 @@ def test_a_heat_map_has_a_cell_for_each_run():
     assert ring[["x", "y"]].to_numpy().tolist() == [[1, 1]]
 
 
-#: Load factors of a sweep, and which of them its axis leaves out.
+#: Load factors of a sweep, and the indices of those that its axis leaves out.
 OFF = {
     "one a hundred times the others": ([0.2, 0.3, 25.0, 0.25, 0.4], [2]),
     "two of eight": ([0.2, 0.3, 25.0, 0.25, 0.4, 0.3, 80.0, 0.3], [2, 6]),
@@ -166,18 +167,19 @@ def test_a_map_is_drawn_of_finite_values_alone(friction):
     drawn = drawings(swept, names)
     assert [drawing.name for drawing in drawn] == ["load_factor", "heat_map"][: 1 + np.isfinite(friction)]
     assert all(drawing.on_page()["layer"] for drawing in drawn)
-    # Of more than two numbers each has a chart.
+    # With more than two parameters, each parameter has a chart.
     assert len(drawings(swept.assign(b=swept[NAME]), [*names, "b"])) == 3
 
 
 def test_ticks_are_labelled_with_the_load_factors_they_stand_at():
-    """Of .32 and .28 rounded to one digit both read 0.3."""
+    """Labels of ticks have enough digits: rounded to one digit, 0.32 and 0.28 would both read 0.3."""
     drawing = against(frame(["sliding"] * 6, [0.28, 0.4, 0.5, 0.6, 0.66, 0.71]))
     picture = pictures([drawing])["load_factor.svg"]
     upwards = picture.split('aria-label="Y-axis')[1].split("role-axis-title")[0]
     labels = [float(text) for text in re.findall(r">(-?\d*\.?\d+)</text>", upwards)]
     assert len(labels) > 3
-    assert np.diff(labels, 2) == pytest.approx(0, abs=1e-9)  # as far from each other as the ticks are
+    # Labels are at equal distances, as the ticks are.
+    assert np.diff(labels, 2) == pytest.approx(0, abs=1e-9)
 
 
 VARY = {"joints.friction": [0.1, 0.2, 0.3, 0.4, -1.0]}
@@ -189,7 +191,7 @@ def sweep(**keys):
 
 @pytest.fixture(scope="module")
 def swept(tmp_path_factory):
-    """A table, and the folder that it was written to."""
+    """Return a table, and the folder to which it was written."""
     out = tmp_path_factory.mktemp("swept")
     return sweep(out=out), out
 
@@ -200,11 +202,12 @@ def test_a_full_disk_keeps_what_was_made(swept, tmp_path, full):
     frame, folder = swept
     lines = (folder / JOURNAL).read_bytes().splitlines(keepends=True)
     if full == JOURNAL:
-        # In the middle of the third line, after two runs that are kept: times decide how long lines are.
+        # The disk is full in the middle of the third run's line, after two runs that are kept. The times of
+        # runs decide how long lines are.
         (tmp_path / JOURNAL).write_bytes(b"".join(lines[:3]))
         size, whole = sum(map(len, lines[:3])) + 20, 1 + 2
     else:
-        # As after a last run for which the disk had just room. (Pictures are longer than the journal.)
+        # The disk had just enough space for the last run. Pictures are longer than the journal.
         sweep(out=tmp_path)
         size, whole = (tmp_path / full).stat().st_size - 20, len(lines)
         for file in (full, "load_factor.png"):
@@ -224,7 +227,7 @@ def test_a_full_disk_keeps_what_was_made(swept, tmp_path, full):
 @pytest.mark.slow
 def test_csv_is_the_table_to_the_last_digit(swept, tmp_path):
     frame, folder = swept
-    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)  # with the journal: nothing is run again
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)  # With the journal, no run is repeated.
     sweep(out=tmp_path)
     assert (tmp_path / "runs.csv").read_bytes() == (folder / "runs.csv").read_bytes()
     written = pd.read_csv(tmp_path / "runs.csv", dtype=str, keep_default_na=False)

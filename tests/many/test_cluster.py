@@ -1,4 +1,4 @@
-"""Runs on a Dask cluster: the same table, also where a worker is lost in mid-run."""
+"""Tests of runs on a Dask cluster: the table is the same, also if a worker is lost during a run."""
 
 import subprocess
 import sys
@@ -18,7 +18,7 @@ VARY = {"joints.friction": [0.1 + 0.02 * number for number in range(30)], "block
 
 @pytest.fixture
 def cluster():
-    """Address of a scheduler with two workers of one thread, and their processes."""
+    """Return the address of a scheduler with two workers of one thread, and the processes of the workers."""
     with distributed.LocalCluster(n_workers=0, processes=True, **QUIET) as scheduler:
         command = [sys.executable, "-m", "distributed.cli.dask_worker", scheduler.scheduler_address]
         options = ["--nthreads", "1", "--no-dashboard", "--no-nanny"]
@@ -56,7 +56,8 @@ def test_a_cluster_that_loses_a_worker_ends_in_the_same_table(cluster):
 
 @pytest.mark.slow
 def test_threads_of_one_worker_share_no_session():
-    """Each has a session of its own: programs are renewed by one thread while another solves."""
+    """Each thread has its own session: otherwise one thread would change programs while another solves
+    them."""
     wall = small_wall(3, 2)
     vary = {"joints.friction": [0.2 + 0.06 * number for number in range(8)]}
     with distributed.LocalCluster(n_workers=1, threads_per_worker=4, processes=False, **QUIET) as scheduler:

@@ -1,4 +1,5 @@
-"""Distributions as a user writes them, points drawn of several, and intervals against their definitions."""
+"""Tests of distributions as a user writes them, of drawn points, and of intervals against their
+definitions."""
 
 import math
 import re
@@ -25,9 +26,13 @@ def sensitivity(drawn, values, confidence):
 @pytest.mark.parametrize("p", [0.05, 0.5, 0.95])
 @pytest.mark.parametrize("confidence", [0.9, 0.95])
 def test_ranks_of_a_quantile_cover_it(n, p, confidence):
-    """The number K below the quantile is binomial: it lies between ranks l and u if l ≤ K < u. One rank
-    nearer on either side would not do. The least of n values lies above the 5 % quantile with probability
-    0.95ⁿ, below 2.5 % from 72 on: of fewer there is no limit."""
+    """The ranks of an interval cover the quantile with the confidence asked, and no narrower ranks do.
+
+    The number K of values below the quantile is binomial. The quantile lies between the ranks l and u if
+    l ≤ K < u. One rank nearer on either side would not suffice. The least of n values lies above the 5 %
+    quantile with probability 0.95ⁿ, which is below 2.5 % from n = 72 on. For fewer values there is no lower
+    limit.
+    """
     row = quantiles(np.arange(1.0, n + 1), [p], confidence).iloc[0]
     below, beside = stats.binom(n, p), (1 - confidence) / 2
     first = 0 if math.isnan(row["lower"]) else int(row["lower"])
@@ -72,7 +77,8 @@ def test_rank_correlation():
 
 
 def test_rounding_follows_nothing():
-    """Load factors that differ by the solver's last digits, in the order of what was drawn."""
+    """Load factors that differ only by the solver's last digits count as ties, although their order is
+    that of x."""
     drawn = pd.DataFrame({"x": np.arange(30.0)})
     for level in (0.5, 0.0):
         values = np.r_[-math.inf, level + 1e-10 * np.arange(29) * level]
@@ -85,7 +91,8 @@ def test_rounding_follows_nothing():
 def test_a_lognormal_has_the_mean_and_deviation_given():
     law = lognormal(0.65, 0.0975)
     assert (law.mean(), law.std()) == pytest.approx((0.65, 0.0975))
-    # Its logarithm is normal: the median is the mean over the root of 1 + (deviation / mean)².
+    # The logarithm of a lognormal variable is normal: the median is the mean over the root of 1 + (deviation
+    # / mean)².
     assert law.median() == pytest.approx(0.65 / math.sqrt(1 + 0.15**2))
 
 
@@ -123,7 +130,7 @@ def test_what_is_no_distribution_is_refused(given):
 
 @pytest.mark.parametrize("kind", ["lognormal", "normal"])
 def test_per_cent_given_as_a_number_are_told_from_it(kind):
-    """Of 15 for 15 per cent; what it says to write in its place is what it says."""
+    """A deviation of 15 is refused: the message offers 15%, and a percentage that means a deviation of 15."""
     with pytest.raises(OptionError) as refused:
         distribution("x", (kind, 0.65, 15))
     meant, as_it_stands = re.findall(r"'([\d.]+%)'", str(refused.value))
@@ -151,19 +158,24 @@ def test_more_points_begin_with_the_same(dimensions):
 
 @pytest.mark.parametrize("dimensions", [6, 12])
 def test_points_are_even_and_independent(dimensions):
-    """The deviation of a correlation of independent points is 1 / √n."""
+    """Correlations of n independent points have the standard deviation 1 / √n; four times this value is
+    allowed."""
     drawn = points(2048, dimensions, 3)
     assert min(stats.kstest(column, "uniform").pvalue for column in drawn.T) > 1e-3
     assert np.abs(np.corrcoef(drawn, rowvar=False) - np.eye(dimensions)).max() < 4 / math.sqrt(2048)
 
 
 def test_few_numbers_are_spread_more_evenly_than_chance():
-    """Of 256 points of a scrambled net each of 256 equal intervals has one."""
+    """Each of 256 equal intervals contains one of 256 points of a scrambled net."""
     for column in points(256, 2, 1).T:
         assert sorted(np.floor(256 * column).astype(int)) == list(range(256))
 
 
 def test_of_many_numbers_no_two_move_as_one():
-    """Independent points of n runs have correlations of deviation 1/√n; the largest of 3403 is some four."""
+    """No two of 83 parameters are correlated more than chance allows.
+
+    Correlations of n independent points have the standard deviation 1/√n. The largest of 3403 is about four
+    times this value; five times is allowed.
+    """
     found = np.corrcoef(stats.norm.ppf(points(128, 83, 0)), rowvar=False) - np.eye(83)
     assert np.abs(found).max() < 5 / math.sqrt(128)

@@ -1,4 +1,5 @@
-"""Least and greatest values against closed forms; thresholds that are none, or more than one; the command."""
+"""Tests of least and greatest values: closed forms, thresholds that do not exist or are several, the
+command."""
 
 import math
 import re
@@ -22,7 +23,7 @@ def tilted(scene: mo.Scene, degrees: float) -> mo.Scene:
 
 
 def wide(width: float) -> mo.Scene:
-    """λ = width / 4, by rocking."""
+    """Return a block that rocks at λ = width / 4."""
     return block_on_floor(width, 4.0, friction=2.0)
 
 
@@ -37,7 +38,10 @@ def test_friction_of_a_block_on_a_slope_is_the_tangent():
 
 
 def test_greatest_tilt_of_a_block_is_its_slenderness():
-    """The ends are a state and a mechanism under the dead load alone, from the matrices."""
+    """The greatest tilt of a block is atan(b/h), with a state below it and a mechanism above it.
+
+    The state and the mechanism are those of the dead load alone, and are verified with the matrices.
+    """
     found = mo.most(lambda degrees: tilted(block_on_floor(1.0, 2.5, friction=0.9), degrees), 0, 45)
     assert found.value == pytest.approx(math.degrees(math.atan(1 / 2.5)), rel=1e-8)
     assert found.holds.value <= found.value <= found.fails.value
@@ -50,7 +54,10 @@ def test_greatest_tilt_of_a_block_is_its_slenderness():
 
 
 def test_a_margin_is_not_passed_off_as_a_load_factor():
-    """Of a block that λ would tilt over, at μ = 0.9: its ends have no λ, and no angle that goes with one."""
+    """Trials of a search under dead load have no load factor and no tilt angle.
+
+    A solve of the same block, with μ = 0.9 and tilt "right", has both.
+    """
     reference = {"associative": mo.Reference(value=0.5, source="by hand")}
     scene = block_on_floor(friction=0.9, live=(0.0, 0.0)).replace(tilt="right", reference=reference)
     assert mo.solve(scene, "static").tilt_angle == pytest.approx(math.degrees(math.atan(0.5)), abs=1e-6)
@@ -67,7 +74,11 @@ def test_a_margin_is_not_passed_off_as_a_load_factor():
 
 
 def test_a_load_is_not_carried_because_a_run_ended_as_unlimited():
-    """A keystone pulled up weighs 1; rougher than its faces lean the paper's loop ends as "locked"."""
+    """A run that ends as "locked" does not show that a load is carried.
+
+    A keystone of weight 1 is pulled up. If friction exceeds the inclination of its faces, the paper's loop
+    ends as "locked".
+    """
     keystone = mo.load(CASES / "closed_forms" / "keystone.toml")
     asked = {"load": 1.5, "samples": 0, "tolerance": 0.5}
 
@@ -82,7 +93,7 @@ def test_a_load_is_not_carried_because_a_run_ended_as_unlimited():
 
 @pytest.mark.parametrize("method", ["static", "coulomb"])
 def test_least_friction_that_carries_a_load(method):
-    """λ is the friction, up to the block's slenderness."""
+    """λ is the friction, up to the slenderness of the block, so that λ = 0.3 needs a friction of 0.3."""
     found = mo.least(lambda mu: block_on_floor(friction=mu), 0.05, 1, load=0.3, method=method, samples=2)
     assert found.value == pytest.approx(0.3, rel=1e-7)
     assert found.fails.number < 0.3 <= found.holds.number + 1e-9
@@ -115,7 +126,7 @@ def test_falling_by_itself_is_a_jump_only_where_a_load_was_carried_at_once():
 
     asked = {"method": "static", "samples": 0, "tolerance": 0.01}
     assert mo.least(steep, 0, 1, load=0.1, **asked).jump == (-math.inf, pytest.approx(0.3))
-    # Leaning back, λ falls to nothing as the block comes to stand on its edge.
+    # As the block tilts, λ falls to zero without a jump until its weight is above its edge.
     back = mo.most(lambda a: tilted(wide(1), a), 0, 30, load=0.0, method="static", samples=0, tolerance=1e-4)
     assert back.value == pytest.approx(math.degrees(math.atan(0.25)), rel=1e-4)
     assert back.fails.number == -math.inf
@@ -123,7 +134,8 @@ def test_falling_by_itself_is_a_jump_only_where_a_load_was_carried_at_once():
 
 
 def test_a_hole_is_told():
-    """It holds from 0.65 on, and in the middle of what is below."""
+    """The load is carried for t from 0.65 on, and in an interval below, which is reported as a
+    contradiction."""
 
     def width(t):
         return wide(2.0 if t >= 0.65 or 0.1 < t < 0.35 else 1.0)
@@ -159,7 +171,7 @@ def test_what_to_do_is_said(search, make, ends, asked, error, found):
 
 
 def test_joints_that_crush_are_decided_without_a_margin():
-    """A block of weight 1 on a base 1 wide stands if strength times width is its weight."""
+    """A block of weight 1 on a base of width 1 is stable if strength times width is at least its weight."""
     block = block_on_floor(1.0, 2.0)
     found = mo.least(lambda strength: block.replace(strength=strength), 0.5, 2, tolerance=1e-2, samples=0)
     assert found.value == pytest.approx(1.0, rel=1e-2)
@@ -174,8 +186,11 @@ def test_smooth_joints_have_no_margin():
 
 
 def test_a_scene_without_room_stands():
-    """All joints are smooth, so nothing presses the block against its wall: the margin is zero until the
-    weight, which moves outwards from the middle, is past the edge; rounding must not make it fall."""
+    """Rounding errors do not make a scene with a margin of zero unstable.
+
+    All joints are smooth, so that nothing presses the block against its wall. The weight moves outwards from
+    the middle. The margin is zero until the weight is beyond the edge.
+    """
 
     def eccentric(by):
         scene = block_on_floor(friction=0.0, weight_at=(0.5 - by, 1.0))
@@ -198,7 +213,8 @@ def test_friction_that_carries_a_load(case, command):
     found = command.json("least", case, *asked)
     assert found["value"] == pytest.approx(0.3, rel=1e-6)
     out = command("least", case, *asked)
-    # What is printed of the ends differs, from the load asked too, and is what was found.
+    # The printed load factors of the two ends differ, lie on their sides of the load asked, and equal those
+    # in JSON.
     printed = {
         end: [float(number) for number in re.findall(rf"^{end} +at (\S+): load factor (\S+)", out, re.M)[0]]
         for end in ("holds", "fails")

@@ -1,4 +1,4 @@
-"""Sweeps that go on for long: stopped by Ctrl-C in the middle, and in no more memory at the end."""
+"""Tests of long sweeps: Ctrl-C in the middle, and memory that does not grow."""
 
 import os
 import signal
@@ -16,7 +16,7 @@ from masonry_opt.studies.writing import JOURNAL
 
 RUNS = 40
 
-#: The command. Of a parent in the background a process inherits that Ctrl-C is ignored.
+#: The command. A process that is started in the background inherits that Ctrl-C is ignored.
 COMMAND = """
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -24,8 +24,8 @@ from masonry_opt.cli import main
 main()
 """
 
-#: Prints the resident memory (bytes) of one process after so many runs and after four times as many, each of
-#: which keeps so many bytes.
+#: Prints the resident memory of one process in bytes, after a number of runs and after four times as many.
+#: Each run keeps a number of bytes.
 MEMORY = """
 import gc, os, pickle, sys
 from scenes import block_on_floor
@@ -64,7 +64,7 @@ def test_ctrl_c_keeps_every_finished_run_and_the_same_command_makes_the_rest(tmp
         return kept.read_bytes().splitlines(keepends=True) if kept.exists() else []
 
     wait_until(lambda: len(lines()) > 5, interrupted)
-    os.killpg(interrupted.pid, signal.SIGINT)  # as a terminal does: its workers too
+    os.killpg(interrupted.pid, signal.SIGINT)  # A terminal signals the workers too.
     _, said = interrupted.communicate(timeout=60)
     assert interrupted.returncode == 130, said
     assert "Traceback" not in said
@@ -72,7 +72,7 @@ def test_ctrl_c_keeps_every_finished_run_and_the_same_command_makes_the_rest(tmp
     before = lines()
     assert 1 + 5 <= len(before) < 1 + RUNS
     assert all(line.endswith(b"\n") for line in before)
-    # The last may have come in just as it was stopped.
+    # The last run may have been recorded just as the command was stopped.
     told = int(said.split("interrupted: ")[1].split()[0])
     assert told in (len(before) - 1, len(before) - 2)
     assert not (out / "runs.csv").exists()
@@ -80,7 +80,7 @@ def test_ctrl_c_keeps_every_finished_run_and_the_same_command_makes_the_rest(tmp
     again = subprocess.run(command, stdout=subprocess.PIPE, timeout=120, check=False, **keys)
     assert again.returncode == 0, again.stderr
     assert lines()[: len(before)] == before
-    assert len(lines()) == 1 + RUNS  # none of them twice
+    assert len(lines()) == 1 + RUNS  # No run was recorded twice.
     through = tmp_path / "through"
     frictions = pd.read_csv(out / "runs.csv")["joints.friction"].tolist()
     mo.sweep(case, {"joints.friction": frictions}, method="static", workers=1, out=through)
@@ -94,7 +94,7 @@ def test_ctrl_c_keeps_every_finished_run_and_the_same_command_makes_the_rest(tmp
     ("method", "keeps", "grows"), [("static", 0, False), ("static", 20_000, True), ("coulomb", 0, False)]
 )
 def test_memory_does_not_grow_with_runs(method, keeps, grows):
-    """Less than 10 kB a run; a run that kept 20 kB would be seen."""
+    """Memory grows by less than 10 kB a run. A run that kept 20 kB would be noticed."""
     runs = 25
     ended = subprocess.run(
         [sys.executable, "-c", MEMORY, str(runs), str(keeps), method],
@@ -110,7 +110,8 @@ def test_memory_does_not_grow_with_runs(method, keeps, grows):
 
 @pytest.mark.slow
 def test_a_worker_whose_study_ends_before_it_runs_says_nothing(tmp_path):
-    """What it is given is gone by then. Its study itself still writes errors."""
+    """A worker that starts after its arguments are gone writes no error; the study itself still writes
+    errors."""
     program = """
 import gc, sys, time
 from masonry_opt.studies.runner import Context

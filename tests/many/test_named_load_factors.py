@@ -1,4 +1,4 @@
-"""Every study names the load factors that it prints, and says whether they are proven least."""
+"""Tests that every study names the load factors that it prints, and says whether they are proven least."""
 
 import pytest
 from scenes import axles_on_a_beam, block_on_floor, two_blocks
@@ -26,7 +26,7 @@ def test_a_sweep(method, words):
 
 
 def test_a_sweep_without_proofs():
-    """Without descent the first exact state is the answer, and nothing is proven."""
+    """Without descent the answer is the first exact state, and nothing is proven."""
     frame = mo.sweep(two_blocks(), {"joints.friction": [0.3, 0.5]}, workers=1, descent=False)
     assert f"λ is {NOT_PROVEN}" in summary_text(frame, ["joints.friction"]).splitlines()
 
@@ -39,7 +39,8 @@ def test_a_sample(method, words):
 
 @pytest.mark.parametrize(("method", "words"), [("coulomb", PROVEN), ("static", UPPER_BOUND)])
 def test_a_threshold(method, words):
-    """The block slides while friction is below its live load. Equilibrium alone fixes its forces."""
+    """The least friction that carries a load of 0.3 is 0.3, and equilibrium alone fixes the forces of the
+    block."""
     found = mo.least(lambda friction: block_on_floor(friction=friction), 0.1, 0.4, load=0.3, method=method)
     assert found.value == pytest.approx(0.3, rel=1e-5)
     assert found.facts()["λ is"] == words
@@ -68,7 +69,8 @@ def test_a_capacity_curve(method, name):
 
 @pytest.mark.slow
 def test_reactions_of_a_support_that_settles():
-    """Neither end is called proven; the associative ends are proven to lie beyond all others."""
+    """Neither Coulomb reaction is called proven. Associative reactions are proven to be the farthest from
+    rest."""
     found = mo.settle(block_on_floor(), "floor", (0, -1))
     for end in ("least", "greatest"):
         if found.ends[end].result.load_factor is not None:

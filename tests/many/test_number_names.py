@@ -1,4 +1,5 @@
-"""Names of numbers: the only entry of a table has its name as one of several has; lists have numbers."""
+"""Tests of parameter names: an entry has the same name alone and among others, and items of lists have
+numbers."""
 
 import pytest
 

@@ -1,4 +1,5 @@
-"""Files in the folder of a study: replaced if they were written there, and tables if no run is lost."""
+"""Tests of files in the folder of a study: a study replaces its own files, and a table only if no run is
+lost."""
 
 import csv
 import json
@@ -38,7 +39,7 @@ def contents(folder):
 
 @pytest.mark.parametrize("others", [[0.1], [0.5, *FRICTIONS[:3]], [0.5, 0.6, 0.7, 0.8, 0.9]])
 def test_a_table_does_not_lose_runs_to_another(tmp_path, others):
-    """Not to a smaller sweep, nor to a larger one without some of them; nothing there is touched."""
+    """A table is replaced neither by a smaller sweep, nor by a larger one without some of its runs."""
     swept(tmp_path, FRICTIONS)
     before = contents(tmp_path)
     with pytest.raises(OptionError, match=r"runs\.csv.* another folder.*--force"):
@@ -46,7 +47,7 @@ def test_a_table_does_not_lose_runs_to_another(tmp_path, others):
     assert contents(tmp_path) == before
     swept(tmp_path, others, force=True)
     assert frictions_in(tmp_path) == others
-    # What was replaced by force is made of the journal again, without a run.
+    # The table that was replaced by force is made again from the journal, without a run.
     journal = (tmp_path / "journal.jsonl").read_bytes()
     swept(tmp_path, FRICTIONS, force=True)
     assert frictions_in(tmp_path) == FRICTIONS
@@ -85,13 +86,14 @@ def test_a_table_of_someone_else_is_kept(tmp_path, content):
 
 
 def test_no_zero_of_a_table_has_a_sign(tmp_path):
-    """A block of no friction that nothing pushes but its weight: λ is zero, of either sign."""
+    """Without friction the block collapses at λ = 0, which solvers compute with either sign; tables have
+    no -0.0."""
     frame = swept(tmp_path, [-0.0, 0.5])
     assert "-0.0" not in (tmp_path / "runs.csv").read_text()
     assert "-0.0" not in frame.to_csv()
 
 
-#: Names of files that the studies write, beside their journals.
+#: Names of files that the studies write, in addition to their journals.
 SWEPT = ["runs.csv", "load_factor.png", "load_factor.svg", "charts.html"]
 SAMPLED = ["quantiles.csv", "fragility.csv", "sensitivity.png", "fragility.svg", "charts.html"]
 COMPARED = [
@@ -142,7 +144,7 @@ def test_force_replaces_files_of_someone_else_and_a_study_its_own(tmp_path, stud
 
 @pytest.mark.parametrize("study", STUDIES)
 def test_a_table_that_was_changed_is_refused(tmp_path, study):
-    """A user's remarks in a column of their own, and in a value."""
+    """The table has an additional column with remarks of a user."""
     run, names = STUDIES[study]
     run(tmp_path)
     path = tmp_path / names[0]
@@ -169,13 +171,14 @@ def test_a_folder_is_written_whole_or_not_at_all(tmp_path, monkeypatch):
         write_folder(tmp_path, {"a.csv": "first\n", "b.csv": "second\n"})
     assert {name: content for name, content in contents(tmp_path).items() if name != RECORD} == before
     monkeypatch.undo()
-    # The old files are still known as the package's own, and so are the new ones.
+    # The package still recognises the old files and the new ones as its own.
     for content in ("third\n", "fourth\n"):
         write_folder(tmp_path, {"a.csv": content, "b.csv": content})
 
 
 def test_files_of_an_earlier_run_go_but_none_that_was_changed(tmp_path):
-    """A folder has the files of one run of a study; those of other names, and those changed since, stay."""
+    """A new run removes the files of an earlier run of the study, but not files of other names or changed
+    files."""
     names = {"heat_map.png": b"1", "load_factor_12.svg": b"2", "quantiles.csv": b"3", "charts.html": b"4"}
     write_folder(tmp_path, names | {"fig8.csv": b"5"})
     (tmp_path / "charts.html").write_bytes(FOREIGN)
@@ -213,7 +216,7 @@ def test_reproduce_refuses_files_of_someone_else_before_it_begins(monkeypatch, c
 
 
 def test_commands_refuse_before_they_solve(monkeypatch, capsys, tmp_path):
-    """Nothing is printed on standard output."""
+    """The commands end with exit code 2, and print nothing on standard output."""
     case, file = tmp_path / "case.toml", tmp_path / "mine"
     mo.save(two_blocks(), case)
     for end, command in (

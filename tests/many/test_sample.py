@@ -1,4 +1,5 @@
-"""Samples of a block's load factor, min(μ, b/h), against its distribution; what is drawn for which joint."""
+"""Tests of samples of a block's load factor, min(μ, b/h), against its distribution, and of draws for
+joints."""
 
 import json
 import math
@@ -53,14 +54,14 @@ def test_quantiles_and_fragility_hold_those_of_the_distribution(block):
     curve = block.fragility(loads)
     known = np.where(np.array(loads) < SLENDER, FRICTION.cdf(loads), 1.0)
     assert ((curve["lower"] <= known) & (known <= curve["upper"])).all()
-    # Of a power of two of points of a scrambled net every interval [0, u) has its share but for one point; 48
-    # is the sum of two.
+    # If the number of points is a power of two, every interval [0, u) has its share of a scrambled net to
+    # within one point. 48 is the sum of two powers of two.
     assert np.abs(curve["probability"] - known).max() <= 2 / 48 + 1e-12
 
 
 def test_what_matters_is_the_friction(block):
     found = block.sensitivity().set_index("parameter")
-    assert found["rank_correlation"]["joints.friction"] > 0.98  # ties where the block overturns
+    assert found["rank_correlation"]["joints.friction"] > 0.98  # Runs in which the block overturns are ties.
     assert found["lower"]["joints.cohesion"] < 0 < found["upper"]["joints.cohesion"]
     read = json.loads(block.to_json())
     assert read["runs"] == 48
@@ -69,8 +70,11 @@ def test_what_matters_is_the_friction(block):
 
 
 def test_of_a_block_that_slides_both_loads_are_the_friction():
-    """Pushed at half its height it slides at λ = μ below its slenderness, with whatever stiffness, from
-    whatever self-stress: there is none."""
+    """The load factor and the incremental load factor of a block that slides are both its friction.
+
+    The block is pushed at half its height, and slides at λ = μ below its slenderness. Its stiffness has no
+    influence, and it has no self-stress.
+    """
     given = {"joints.friction": ("uniform", 0.2, 0.4)}
     found = mo.sample(block_on_floor(1.0, 2.0), given, n=4, method="incremental", spread=2, workers=1)
     loads = found.table[["load_factor", "incremental", "spread_lower", "spread_upper"]]
@@ -82,8 +86,11 @@ def test_of_a_block_that_slides_both_loads_are_the_friction():
 
 
 def test_incremental_load_factors_stand_beside_the_lowest_found():
-    """A lowest state that falls where the incremental load factor grows; of one run there is none:
-    it has no rank."""
+    """Incremental load factors have quantiles, correlations and charts next to those of the lowest found.
+
+    Here the lowest load factor falls where the incremental one grows. One run has no incremental load factor,
+    and therefore no rank.
+    """
     found = sampled(np.linspace(0.3, 0.2, 21))
     assert found.quantiles()[["incremental_value", "incremental_lower"]].isna().all(axis=None)
     found.table["incremental"] = [*np.linspace(0.31, 0.5, 20), np.nan]
@@ -102,7 +109,7 @@ def test_incremental_load_factors_stand_beside_the_lowest_found():
 
 @pytest.mark.slow
 def test_a_number_that_does_not_matter_is_drawn_too():
-    """Nor does any of one run: the chart of what matters has no marks, and no legend."""
+    """A parameter without influence is drawn too: the chart of sensitivities has no marks, and no legend."""
     found = sampled([0.3, 0.3, 0.3, 0.3])
     assert found.sensitivity()["rank_correlation"].isna().all()
     files = chart_contents("Sample", [found.drawing("sensitivity")])
@@ -110,10 +117,11 @@ def test_a_number_that_does_not_matter_is_drawn_too():
 
 
 def test_undecided_runs_widen_the_limits_and_refused_ones_count_nowhere():
-    """Of 11 runs 6 collapse at 1 to 6, 1 falls by itself, 1 carries any load, 2 are undecided, 1 is refused.
+    """Undecided runs widen the limits, and refused runs do not count.
 
-    The limits are Clopper & Pearson's, of SciPy's binomial test, as if the undecided runs had not collapsed,
-    or had.
+    Of 11 runs, 6 collapse at 1 to 6, 1 is unstable, 1 carries any load, 2 are undecided and 1 is refused. The
+    limits are those of Clopper & Pearson, by SciPy's binomial test. For the lower limit no undecided run has
+    collapsed, and for the upper limit all have.
     """
     statuses = ["optimal"] * 6 + [str(mo.Status.UNSTABLE)] + [str(mo.Status.JAMMED)] * 2
     proven = [False] * 7 + [True, False, False, False]
@@ -156,14 +164,18 @@ def test_a_sample_of_undecided_runs_alone_has_no_numbers():
 
 @pytest.mark.parametrize(("method", "options", "undecided"), UNLIMITED)
 def test_a_status_is_no_proof_that_any_load_is_carried(method, options, undecided):
-    """A keystone pulled up collapses at λ = 1, its weight (by hand). Rougher than its faces lean the paper's
-    loop ends as "locked", which proves nothing; associative flow locks it indeed."""
+    """The status "locked" does not prove that any load is carried.
+
+    A keystone that is pulled up collapses at λ = 1, its weight (by hand). If friction exceeds the inclination
+    of its faces, the paper's loop ends as "locked", which proves nothing. With associative flow, the keystone
+    is locked.
+    """
     scene = CASES / "closed_forms" / "keystone.toml"
     rough = {"joints.friction": ("uniform", 0.6, 0.75)}
     found = mo.sample(scene, rough, n=2, method=method, workers=1, **options)
     assert set(found.table["status"]) == {str(mo.Status.LOCKED)}
     assert (found.undecided, found.unlimited) == (undecided, 2 - undecided)
-    # Of two runs that carry any load the upper limit p has (1 − p)² = 0.025.
+    # If both of two runs carry any load, the upper limit p satisfies (1 − p)² = 0.025.
     row = found.fragility([1.5]).loc[0]
     known = [math.nan] * 2 if undecided else [0.0, 1 - math.sqrt(0.025)]
     assert [row["probability"], row["upper"]] == pytest.approx(known, nan_ok=True)
@@ -208,7 +220,8 @@ def draws_of(scene, by="course", names=("friction",)):
 
 
 def test_courses_are_joints_at_one_height():
-    """A wall of 4 courses of 1.75: bed joints below each course, head joints at half its height."""
+    """A wall of 4 courses of 1.75 has bed joints below each course, and head joints at half the height of
+    a course."""
     scene = small_wall(courses=4, length=3)
     joints = assemble(scene).joints
     columns = draws_of(scene).columns

@@ -1,4 +1,5 @@
-"""Numbers of a scene by name; many scenes by one session: as if each were solved alone, of one compile."""
+"""Tests of parameters by name, and of sessions: each scene is answered as if alone, and programs compile
+once."""
 
 import itertools
 import math
@@ -14,17 +15,17 @@ from masonry_opt.studies.many.parameters import Parameters
 FRICTIONS = (0.5, 0.3, 0.8)
 
 WALL = small_wall(3, 2)
-#: Wall for the method "coulomb", which solves a hundred programs where others solve one.
+#: Wall for method "coulomb", which solves a hundred programs where other methods solve one.
 SMALLER_WALL = small_wall(2, 2)
 
 
 def wall_for(method):
-    """Return the wall that a method solves."""
+    """Return the wall that is solved with a method."""
     return SMALLER_WALL if method == "coulomb" else WALL
 
 
 def with_joints(scene, **joints):
-    """The scene with other properties of its joints, its blocks the same objects."""
+    """Return the scene with other properties of its joints and with the same block objects."""
     return scene.model_copy(update={"joints": mo.JointDefaults(**joints)})
 
 
@@ -52,9 +53,9 @@ def test_a_scene_is_answered_as_if_alone(method):
     ],
 )
 def test_what_came_before_changes_no_digit(method, options, wall):
-    """The order of the scenes has no influence.
+    """The order of the scenes changes no digit of an answer.
 
-    HiGHS begins neither with the basis nor with the scaling of the scene before. The basis could lead to
+    HiGHS starts neither with the basis nor with the scaling of the scene before. The basis could lead to
     another vertex. The scaling would change the last digit of the wall's load factor for a friction of 0.3.
     """
     ends = []
@@ -70,7 +71,8 @@ def test_what_came_before_changes_no_digit(method, options, wall):
 
 @pytest.mark.parametrize("method", ["static", pytest.param("coulomb", marks=pytest.mark.slow)])
 def test_every_property_of_joints_may_change(method):
-    """One after the other in one session: numbers that become zero, joints that cannot slide, strength."""
+    """All properties of joints may change in a session: values that become zero, joints that cannot slide,
+    strength."""
     session = prepare(method, keeps=True)
     laws = [
         *({"friction": 0.5} | more for more in ({}, {"cohesion": 0.05}, {"dilatancy": 0.2})),
@@ -91,7 +93,7 @@ def test_other_blocks_and_loads_are_assembled_anew():
     assert session.solve(block_on_floor(live=(2.0, 0.0))).load_factor == pytest.approx(0.25, abs=1e-8)
     assert session.solve(overhanging()).load_factor is None
     session = prepare("coulomb", keeps=True)
-    for friction in (0.1, 0.2):  # of exceptions too
+    for friction in (0.1, 0.2):  # Exceptions may change too.
         assert session.solve(two_blocks(friction)).load_factor == pytest.approx(1.5 * friction, abs=1e-8)
 
 
@@ -100,9 +102,10 @@ def test_other_blocks_and_loads_are_assembled_anew():
     ("method", "kept", "alone"), [("static", 2, 2), ("kinematic", 2, 2), ("coulomb", 1, 0)]
 )
 def test_programs_are_compiled_once(watched, method, kept, alone):
-    """The programs are the check of the dead load and the associative one.
+    """A session compiles each program once: the check of the dead load, and the associative program.
 
-    "coulomb" has the associative load factor from matrices; alone it sees the contacts come to rest.
+    Method "coulomb" computes the associative load factor from matrices. Without a session, its load history
+    shows that the dead load is carried, and it compiles nothing.
     """
     compiled = watched(ConeMatrixStuffing, "apply")
     session = prepare(method, keeps=True)
@@ -116,7 +119,7 @@ def test_programs_are_compiled_once(watched, method, kept, alone):
 
 @pytest.mark.parametrize("order", [(0.8, 0.4, 0.6), (0.6, 0.8, 0.4), (0.4, 0.6, 0.8)])
 def test_what_carried_the_scene_before_is_no_proof_for_less_friction(order):
-    """A block on a slope of 1 in 2 stands if its friction is above 0.5, whichever stood before."""
+    """A block on a slope of 1 in 2 is stable if its friction is above 0.5, whatever the scene before."""
     block = mo.Block(name="A", vertices=[(0, 0), (2, 1), (1, 3), (-1, 2)], weight=1, live=(1, 0))
     ground = mo.Block(name="ground", vertices=[(-4, -2), (6, 3), (6, -3)], fixed=True)
     scene = mo.Scene(joints=mo.JointDefaults(friction=order[0]), blocks=[block, ground])
@@ -151,7 +154,7 @@ def on_piers():
 def test_a_number_set_is_the_number_written_in_the_file(on_piers, tmp_path, name, written, instead, value):
     text = ON_PIERS.read_text()
     changed = tmp_path / "changed.toml"
-    # The first place is the one meant.
+    # Only the first occurrence is replaced.
     changed.write_text(text.replace(written, instead, 1))
     expected = mo.load(changed)
     assert on_piers.at({name: value}) == expected
@@ -163,7 +166,7 @@ def test_values_are_set_together(on_piers):
     assert scene.joints.friction == math.tan(math.radians(20))
     assert scene.joints.cohesion == 1
     assert scene.blocks == on_piers.at({"arch.thickness": 0.3}).blocks
-    # Joint properties alone leave the blocks themselves.
+    # If only joint properties change, the block objects stay.
     scene = on_piers.at({"joints.friction": 0.3})
     assert all(one is other for one, other in zip(scene.blocks, on_piers.scene.blocks, strict=True))
     assert scene.origin == str(ON_PIERS)
@@ -184,7 +187,7 @@ def test_scenes_made_in_python_have_blocks_and_exceptions():
         ("joints.frction", "joints.friction"),
         ("arch.thicknes", "arch.thickness"),
         ("column.left pier.hight", "column.left pier.height"),
-        ("block.v1.weight", "arch.thickness"),  # the arch builds it
+        ("block.v1.weight", "arch.thickness"),  # The arch makes this block.
         ("nothing", "joints.friction"),
         ("joints.dilatancy_stress", "joints.dilatancy"),
         ("title", "joints.friction"),

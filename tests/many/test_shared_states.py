@@ -1,4 +1,4 @@
-"""States of one run that are states of another: a block by hand, a wall with a tie, runs of a journal."""
+"""Tests of states that runs of a study share: a block by hand, a wall with a tie, and runs of a journal."""
 
 import json
 
@@ -20,19 +20,19 @@ from masonry_opt.studies.many.shared_states import (
 )
 from masonry_opt.studies.writing import JOURNAL
 
-TOO_HIGH = 0.9  #: A load factor that no state of the block has: by hand it tips at 0.5 or slides at μ.
+TOO_HIGH = 0.9  #: Load factor above all states of the block, which by hand overturns at 0.5 or slides at μ.
 RISEN = {"load_factor": TOO_HIGH, "incremental": TOO_HIGH}
 
 
 def row_of(scene, **changed):
-    """A run's row: its load factor, and what is recorded of its state."""
+    """Return the row of a run: its load factor, and the record of its state."""
     result = mo.solve(scene, incremental=False)
     record = recorded_state(result.assembly.problem, result.solution)
     return {"load_factor": result.load_factor, **record, **changed}
 
 
 def standing_solid(friction):
-    """A block in space, twice as high as wide, on a fixed floor, pushed along x."""
+    """Return a block in space, twice as high as wide, on a fixed floor, pushed along x."""
     block = mo.Solid(name="A", box=((0, 1), (0, 1), (0, 2)), weight=1.0, live_per_weight=(1, 0, 0))
     floor = mo.Solid(name="floor", box=((-1, 2), (-1, 2), (-1, 0)), fixed=True)
     return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[block, floor], gravity=(0, 0, -1))
@@ -45,16 +45,21 @@ def shared(rows, scenes):
 
 
 def test_a_state_is_shared_with_every_run_whose_limits_it_respects():
-    """A block twice as high as wide tips at λ = 0.5 with a shear of 0.5 of its weight: a state for every
-    friction of 0.5 and more, and for none of less."""
+    """A state is shared with every run whose yield conditions it satisfies.
+
+    A block twice as high as wide overturns at λ = 0.5 with a shear of 0.5 of its weight. This is a state for
+    every friction of 0.5 or more, and for no smaller friction.
+    """
     scenes = [block_on_floor(friction=friction) for friction in (0.6, 0.8, 0.45)]
-    missed = {"load_factor": TOO_HIGH, "forces": None}  # as if their searches had missed the state
+    # These runs look as if their searches had missed the state.
+    missed = {"load_factor": TOO_HIGH, "forces": None}
     rows = [row_of(scenes[0]), *(row_of(scene, **missed) for scene in scenes[1:])]
     assert shared(rows, scenes) == {1: (0, pytest.approx(0.5, abs=1e-9))}
 
 
 def test_a_sliding_state_is_no_state_of_other_friction():
-    """A joint that slides at μ = 0.3 has slack in its shear limit at μ = 0.4: the certificate refuses it."""
+    """A joint that slides at μ = 0.3 has slack in its shear limit at μ = 0.4: the certificate rejects the
+    state."""
     scenes = [block_on_floor(friction=friction) for friction in (0.3, 0.4)]
     rows = [row_of(scenes[0]), row_of(scenes[1], forces=None)]
     assert [row["load_factor"] for row in rows] == pytest.approx([0.3, 0.4], abs=1e-9)
@@ -70,7 +75,8 @@ def test_other_loads_or_blocks_share_nothing():
 @pytest.mark.slow
 @pytest.mark.parametrize("of", [block_on_floor, standing_solid])
 def test_the_screen_passes_every_state_that_the_certificate_accepts(of):
-    """In the plane and in space, with friction below and above what tips the block, and far above one."""
+    """The screen is compared in the plane and in space, for blocks that slide, overturn, or have a
+    friction far above 1."""
     results = [mo.solve(of(friction=friction), incremental=False) for friction in (0.2, 0.3, 0.5, 0.8, 5.0)]
     states = [
         FoundState(run, result.load_factor, result.solution.answer.q, result.solution.answer.d)
@@ -88,7 +94,7 @@ def test_the_screen_passes_every_state_that_the_certificate_accepts(of):
         }
         assert exact <= passed
         accepted += len(exact)
-    assert accepted > len(results)  # each has its own, and those that tip have those of the others
+    assert accepted > len(results)  # Each run has its own state, and runs that overturn share theirs.
 
 
 def test_a_run_that_failed_takes_a_state_too():
@@ -98,7 +104,7 @@ def test_a_run_that_failed_takes_a_state_too():
 
 
 def test_states_that_cannot_be_answers_are_not_recorded():
-    """Those of scenes that fall, or that are proven to carry any load."""
+    """States of unstable scenes, and of scenes that are proven to carry any load, are not recorded."""
     falls = mo.solve(block_on_floor(dead=(2.0, 0.0)))
     assert falls.status is mo.Status.UNSTABLE
     carried = mo.solve(block_on_floor(live=(0.0, -1.0)))
@@ -110,7 +116,10 @@ def test_states_that_cannot_be_answers_are_not_recorded():
 
 @pytest.mark.usefixtures("without_charts")
 def test_runs_taken_up_from_a_journal_share_states(tmp_path):
-    """A journal whose second run says 0.9, as if its search had missed the state at 0.5."""
+    """A run of a journal takes a state of another run.
+
+    The journal is changed so that its second run has λ = 0.9, as if its search had missed the state at 0.5.
+    """
     asked = {"workers": 1, "out": tmp_path}
     vary = {"joints.friction": [0.6, 0.8]}
     found = mo.sweep(block_on_floor(), vary, **asked)
@@ -123,10 +132,12 @@ def test_runs_taken_up_from_a_journal_share_states(tmp_path):
     path.write_text("\n".join([head, *map(json.dumps, rows)]) + "\n", "utf-8")
     before = path.read_text("utf-8")
     again = mo.sweep(block_on_floor(), vary, **asked)
-    assert path.read_text("utf-8") == before  # nothing was made again, and runs stay as they were found
+    # No run was repeated, and the journal keeps the original results.
+    assert path.read_text("utf-8") == before
     assert again["load_factor"].tolist() == pytest.approx([0.5, 0.5], abs=1e-9)
     assert again["state_from"].tolist() == ["", "state found at joints.friction = 0.6"]
-    assert again["incremental"].tolist() == pytest.approx([0.5, TOO_HIGH], abs=1e-6)  # of the run itself
+    # The incremental λ stays that of the run.
+    assert again["incremental"].tolist() == pytest.approx([0.5, TOO_HIGH], abs=1e-6)
     columns = ["exact", "mechanism", "slides", "hinges", "status"]
     pd.testing.assert_frame_equal(again[columns], found[columns])
     same(mo.sweep(block_on_floor(), vary, **asked), again)
@@ -137,7 +148,8 @@ def test_runs_taken_up_from_a_journal_share_states(tmp_path):
 
 
 def wall_with_rod(strength):
-    """Four courses of 14 stones on a base, pushed along y, with a rod from stone 3-2 to the ground behind."""
+    """Return a wall of 14 stones in four courses, pushed along y, with a tie from stone 3-2 to the ground
+    behind."""
     half, whole = 0.6, 1.2
     courses = [[whole] * 3, [half, whole, whole, half]] * 2
     blocks = []
@@ -156,9 +168,11 @@ def wall_with_rod(strength):
 
 @pytest.mark.slow
 def test_a_stronger_rod_shows_a_state_of_the_weaker_one():
-    """Without further starts rods of 30 and 40 kN lead to 0.467 and to 0.3, with less than 30 kN in the rod.
+    """A sweep over the strength of a tie finds the state of the stronger tie for the weaker one too.
 
-    An independent program recomputed balance, limits and flow of a state at 0.3 with 17.5 kN in the rod.
+    Without further starts, ties of 30 and 40 kN lead to 0.467 and to 0.3, where the tie carries less than 30
+    kN. An independent program recomputed equilibrium, yield and flow of a state at 0.3 with 17.5 kN in the
+    tie.
     """
     alone = mo.solve(wall_with_rod(30.0), descent=False)
     assert alone.load_factor == pytest.approx(0.467014, rel=1e-5)
@@ -170,7 +184,8 @@ def test_a_stronger_rod_shows_a_state_of_the_weaker_one():
 
 @pytest.mark.slow
 def test_the_certificate_decides_which_rods_bear_the_state():
-    """A rod bears the state if it is stronger than the force in it, and not if it is weaker."""
+    """The certificate accepts the state for a tie that is stronger than its force, and rejects it for a
+    weaker tie."""
     result = mo.solve(wall_with_rod(40.0), incremental=False)
     assert result.load_factor <= 0.3 * (1 + 1e-6)
     (force,), answer = result.ties["force"], result.solution.answer
@@ -194,7 +209,7 @@ def test_a_load_factor_that_falls_as_strength_grows_is_told():
     assert "falls from 0.467000 at tie.rod.strength = 30 to 0.300000 at 40:" in told
     rising = swept(["joints.friction"], (0.3, 0.1), (0.4, 0.2), (0.5, 0.2 * (1 - 1e-8)), (0.6, float("nan")))
     assert [*warnings_of_falls(rising, ["joints.friction"], "coulomb")] == []
-    # A thickness is no limit of forces.
+    # A thickness is not a limit on forces, so that no warning is given.
     thickened = swept(["arch.thickness"], (1.0, 2.0), (2.0, 1.0))
     assert [*warnings_of_falls(thickened, ["arch.thickness"], "coulomb")] == []
 

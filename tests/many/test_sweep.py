@@ -1,4 +1,5 @@
-"""A sweep's table: closed forms, order, failing runs, interruptions, lost workers, what its folder holds."""
+"""Tests of the table of a sweep: closed forms, order, failing runs, interruptions, lost workers and its
+folder."""
 
 import pickle
 from functools import partial
@@ -35,7 +36,7 @@ def swept():
 
 
 def test_load_factors_are_those_by_hand(swept):
-    """A block of twice its width in height slides at μ and tips at half."""
+    """A block twice as high as wide slides at μ and overturns at 0.5, each divided by the live load."""
     assert list(swept) == [*VARY, *RUN_COLUMNS]
     assert swept["joints.friction"].tolist() == [mu for mu in FRICTIONS for _ in range(2)]
     assert swept["block.A.live.x"].tolist() == [1.0, 2.0] * 5
@@ -48,13 +49,13 @@ def test_load_factors_are_those_by_hand(swept):
 
 
 def test_the_incremental_load_factor_is_a_column(swept):
-    """That of a single block is its load factor; associative methods have none."""
+    """The incremental load factor of a single block is its load factor; associative methods have none."""
     assert swept["incremental"].isna().all()
     friction = {"joints.friction": [0.3]}
     told, off = (sweep(friction, method="coulomb", incremental=computed) for computed in (True, False))
     assert told["incremental"].tolist() == pytest.approx([0.3], rel=1e-6)
     assert off["incremental"].isna().all()
-    # The method itself begins with the load history.
+    # Method "coulomb" begins with the load history in any case, so that only two columns differ.
     differ = ["incremental", "message"]
     same(off.drop(columns=differ), told.drop(columns=differ))
 
@@ -79,12 +80,12 @@ def test_an_interrupted_sweep_goes_on(swept, tmp_path):
     assert len(kept.read_text().splitlines()) == 1 + 4
     assert not (tmp_path / "runs.csv").exists()
     with kept.open("a") as stream:
-        stream.write('{"key": "torn')  # as when the power fails
+        stream.write('{"key": "torn')  # The line is torn, as after a power failure.
     same(sweep(out=tmp_path), swept)
     assert len(kept.read_text().splitlines()) == 1 + 10
     before = kept.read_text()
     same(sweep(out=tmp_path), swept)
-    assert kept.read_text() == before  # nothing was made again
+    assert kept.read_text() == before  # No run was repeated.
     numbers = ("load_factor", "incremental", "spread_lower", "spread_upper", "states")
     empty = {name: [""] for name in numbers}
     written = pd.read_csv(tmp_path / "runs.csv", keep_default_na=False, na_values=empty)
@@ -95,7 +96,8 @@ def test_an_interrupted_sweep_goes_on(swept, tmp_path):
 def test_a_folder_of_something_else_is_refused(tmp_path):
     vary = {"joints.friction": [0.3]}
     sweep(vary, out=tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == {"runs.csv", JOURNAL, RECORD}  # tables need no extra
+    # Tables need no optional package.
+    assert {path.name for path in tmp_path.iterdir()} == {"runs.csv", JOURNAL, RECORD}
     for changed in ({"method": "kinematic"}, {"solver": "highs"}):
         with pytest.raises(mo.OptionError, match="other method"):
             sweep(vary, out=tmp_path, **changed)
@@ -105,7 +107,8 @@ def test_a_folder_of_something_else_is_refused(tmp_path):
 
 @pytest.mark.usefixtures("without_charts")
 def test_what_may_end_otherwise_is_made_again(tmp_path):
-    """A crash, as for want of memory, is no answer, and not kept; a refusal is."""
+    """A crash, such as one for lack of memory, is not recorded, so that its run is repeated; a refusal is
+    recorded."""
 
     def made(friction):
         scene = block_on_floor(live=(friction, 0.0))
@@ -142,7 +145,7 @@ def test_a_function_of_numbers_is_varied_too(tmp_path):
     frame = mo.sweep(tower, vary, out=tmp_path, **SERIAL)
     assert frame["load_factor"].tolist() == pytest.approx([0.25, 0.25, 0.3, 0.5], abs=1e-8)
     same(mo.sweep(tower, vary, out=tmp_path, **SERIAL), frame)
-    # Another function makes other scenes, whose runs are others.
+    # Another function makes other scenes, so that no run of the journal is used.
     frame = mo.sweep(lambda width, friction: tower(width, friction / 2), vary, out=tmp_path, **SERIAL)
     assert frame["load_factor"][2:4].tolist() == pytest.approx([0.15, 0.3], abs=1e-8)
 
@@ -232,4 +235,4 @@ def test_a_lost_worker_costs_nothing_but_time(alone, tmp_path):
     tasks = [partial(hogs.die_thrice, tmp_path, partial(SOLVE, run)) for run in RUNS]
     with Workers(2) as workers:
         assert rows(workers.map(enumerate(tasks))) == alone
-    assert len(list(tmp_path.iterdir())) >= 3  # two may die at once
+    assert len(list(tmp_path.iterdir())) >= 3  # Two workers may die at once.

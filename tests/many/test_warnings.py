@@ -1,4 +1,5 @@
-"""Warnings of every command, on standard error and in its JSON; studies without a solved run; journals."""
+"""Tests of warnings: on standard error and in JSON, in studies without a solved run, and of damaged
+journals."""
 
 from contextlib import redirect_stderr
 
@@ -14,7 +15,7 @@ from masonry_opt.errors import NoRunSolvedError
 from masonry_opt.studies.many.run_warnings import recorded_warnings, warnings_of_rows
 from masonry_opt.studies.writing import JOURNAL, Journal
 
-#: Warning about a friction of 31, which is 0.601 if it was meant in degrees.
+#: Warning about a friction coefficient of 31, which would be 0.601 if 31 were meant in degrees.
 IN_DEGREES = (
     "the friction coefficient 31 of [joints] is higher than in dry joints of masonry: is it in degrees? "
     "tan 31° = 0.601"
@@ -27,7 +28,8 @@ SAMPLED = ("--sample", "joints.friction=uniform:0.3:0.4", "-n", "2")
 
 @pytest.fixture
 def doubtful(tmp_path):
-    """Case files whose friction was given in degrees: a block that is pushed, and one that axles cross."""
+    """Return a folder of case files whose friction was written in degrees: a pushed block, and a beam with
+    axles."""
     mo.save(block_on_floor(friction=31), tmp_path / "block.toml")
     mo.save(axles_on_a_beam(31), tmp_path / "axles.toml")
     return tmp_path
@@ -89,7 +91,7 @@ def test_a_sweep_says_what_looks_unintended_and_where(doubtful, command):
     asked = (doubtful / "block.toml", *STATIC, "--workers", "1", "--vary")
     told = command.warned("sweep", *asked, "joints.friction=0.3,31,40", "--out", doubtful / "friction")
     assert told == [f"{IN_DEGREES} (at joints.friction = 31 and 1 more run)"]
-    # All runs have the same warning: it is printed once, without a place.
+    # All runs have this warning: it is printed once, without a place.
     told = command.warned("sweep", *asked, "block.A.live.x=1,2", "--out", doubtful / "live")
     assert told == [IN_DEGREES]
 
@@ -116,7 +118,10 @@ def test_each_code_is_told_once():
 
 
 def test_a_load_factor_that_falls_with_the_strength_drawn_is_told():
-    """A sample of 20 runs whose load factor falls as friction grows is warned of; a thickness is not."""
+    """A sample of 20 runs warns if the load factor falls as friction grows.
+
+    There is no warning for a thickness, for a rising load factor, or for a method of statics.
+    """
     friction = pd.DataFrame({"joints.friction": np.linspace(0.3, 0.6, 20)})
     falling = np.linspace(2.0, 1.0, 20)
     (told,) = sampled(falling, friction).warning_sentences
@@ -135,7 +140,7 @@ def through_the_beam():
 @pytest.mark.usefixtures("without_charts")
 @pytest.mark.parametrize("asked", [("--vary", "joints.friction=0.3,0.4"), SAMPLED])
 def test_a_study_of_which_nothing_was_solved_says_why(doubtful, command, asked):
-    """A road through the beam cannot be crossed: the runs are refused, and have not collapsed."""
+    """A road through the beam cannot be crossed: both runs are refused, and the error states the reason."""
     out = doubtful / "out"
     mo.save(through_the_beam(), doubtful / "low.toml")
     error = command.refused("sweep", doubtful / "low.toml", *asked, "--workers", "1", "--out", out, code=1)
@@ -147,7 +152,7 @@ def test_a_study_of_which_nothing_was_solved_says_why(doubtful, command, asked):
 
 @pytest.mark.usefixtures("without_charts")
 def test_a_folder_stays_as_it_was_if_no_run_is_solved(doubtful, command):
-    """The journal of two runs does not grow by refused ones, and their table stays."""
+    """If all runs of a second study are refused, the journal of two runs and their table do not change."""
     out, case = doubtful / "out", doubtful / "block.toml"
     asked = ("sweep", case, *STATIC, "--workers", "1", "--out", out, "--force", "--vary")
     command(*asked, "joints.friction=0.3,0.4")
@@ -171,7 +176,7 @@ def test_a_study_in_python_of_which_nothing_was_solved_raises():
 
 
 def test_axles_are_not_compared(doubtful, command):
-    """Of moving axles no method has a load factor: refused at once, with the command that answers."""
+    """No method has a load factor for moving axles: the command refuses, and names the command to use."""
     error = command.refused("compare", doubtful / "axles.toml", "--out", doubtful / "out")
     assert "use 'crossing'" in error
     assert not (doubtful / "out").exists()
@@ -179,7 +184,8 @@ def test_axles_are_not_compared(doubtful, command):
 
 @pytest.mark.usefixtures("without_charts")
 def test_a_damaged_line_of_a_journal_is_named_and_its_run_made_again(tmp_path, command):
-    """Whether the line is no JSON, no text at all, or has lost a part."""
+    """A journal line that is not JSON, not text, or incomplete is named in a warning, and its run is
+    repeated."""
     mo.save(block_on_floor(), tmp_path / "block.toml")
     out = tmp_path / "out"
     asked = ("sweep", tmp_path / "block.toml", *STATIC, "--workers", "1", "--out", out)
@@ -192,7 +198,7 @@ def test_a_damaged_line_of_a_journal_is_named_and_its_run_made_again(tmp_path, c
     warned = command.warned(*asked, "--vary", "joints.friction=0.2,0.3,0.4,0.5,0.6")
     named = [line.removeprefix(f"{path}: ").partition(" is damaged")[0] for line in warned]
     assert named == ["line 3", "line 4", "line 5"]
-    assert len(path.read_bytes().splitlines()) == 6 + 3  # three runs were made again, two were taken up
+    assert len(path.read_bytes().splitlines()) == 6 + 3  # Three runs were repeated, and two were reused.
     same(pd.read_csv(out / "runs.csv"), before)
 
 

@@ -34,10 +34,10 @@ def _sentences(tree: ast.Module) -> Iterator[str]:
 
 
 def _outermost_strings(node: ast.AST) -> Iterator[ast.Constant | ast.JoinedStr]:
-    """Yield the strings below a node that are no docstrings and no parts of another string."""
+    """Yield the strings below a node that are neither docstrings nor parts of another string."""
     for child in ast.iter_child_nodes(node):
         if isinstance(child, ast.Expr) and isinstance(child.value, ast.Constant):
-            continue  # a docstring
+            continue  # The expression is a docstring.
         is_text = isinstance(child, ast.Constant) and isinstance(child.value, str)
         if is_text or isinstance(child, ast.JoinedStr):
             yield child
@@ -46,7 +46,7 @@ def _outermost_strings(node: ast.AST) -> Iterator[ast.Constant | ast.JoinedStr]:
 
 
 def _text(node: ast.Constant | ast.JoinedStr) -> str:
-    """Return a string with the expressions of its values in braces."""
+    """Return a string, with the expressions of an f-string in braces."""
     if isinstance(node, ast.Constant):
         return node.value
     parts = (

@@ -1,5 +1,7 @@
-"""Write the table of best known values in ``benchmarks/README.md`` anew
-(``python tests/report/refresh_solver_people.py`` in the clone)."""
+"""Write the table of best known values in ``benchmarks/README.md``.
+
+Run ``python tests/report/refresh_solver_people.py`` in the clone.
+"""
 
 import re
 import tomllib
@@ -12,7 +14,7 @@ BETWEEN = re.compile(r"(<!-- best known -->\n)(.*?)(<!-- /best known -->)", re.D
 
 
 def table(cases: Path) -> str:
-    """The registry's entries of case files (it has others, of scenes that ``compare`` makes)."""
+    """Return the table of the registry's case files, without its entries of scenes that ``compare`` makes."""
     lines = ["| case | blocks | joints | faces | λ | found by |", "|---|---|---|---|---|---|"]
     for name, entry in tomllib.loads((cases / "best_known.toml").read_text("utf-8")).items():
         if (cases / name).is_file():

@@ -1,17 +1,19 @@
-"""Write Table 1 in ``docs/paper.md`` and its residuals in ``benchmarks/README.md`` anew
-(``python tests/report/refresh_tables.py``) from what ``make table1`` has written to results/."""
+"""Write Table 1 in ``docs/paper.md`` and its residuals in ``benchmarks/README.md``.
+
+Run ``python tests/report/refresh_tables.py`` after ``make table1``, which writes the values to results/.
+"""
 
 import re
 from pathlib import Path
 
 import pandas as pd
 
-#: Times are of one run on one machine: they are printed, not kept.
+#: Columns that the page omits. The times are measured in one run on one machine.
 LEFT_OUT = ["method", "NLPs", "time (s)", "published (s)"]
 
 
 def markdown(frame: pd.DataFrame) -> str:
-    """A frame as a Markdown table, load factors with the paper's five digits."""
+    """Return a frame as a Markdown table, with load factors in the paper's five digits."""
     rows = [[str(column) for column in frame.columns], ["---"] * len(frame.columns)]
     for record in frame.to_dict("records"):
         rows.append([_cell(str(column), value) for column, value in record.items()])

@@ -1,4 +1,4 @@
-"""The advice of commands that refuse: each test does what the message says, and it works."""
+"""Tests of the advice in messages of refusals: each test follows the advice, which must work."""
 
 import re
 import shlex
@@ -14,7 +14,7 @@ FILLED = CASES / "bridges" / "arch_with_fill.toml"
 
 
 def advised(message):
-    """The commands that a message gives in brackets, as arguments."""
+    """Return the commands that a message quotes in parentheses, as lists of arguments."""
     return [shlex.split(found) for found in re.findall(r"\(masonry-opt ([^)]*)\)", message)]
 
 
@@ -29,7 +29,7 @@ def test_a_case_file_is_not_converted(command, monkeypatch, tmp_path, scene):
 
 
 def test_a_file_that_cannot_be_read_is_refused_before_its_options(command, tmp_path):
-    """No round of messages asks for the options of a drawing that is none."""
+    """The message does not ask for the options of a drawing if the file is not a drawing."""
     (tmp_path / "notes.md").write_text("# a wall")
     error = command.refused("convert", tmp_path / "notes.md", tmp_path / "case.toml")
     assert "only drawings (.dxf), meshes (" in error
@@ -56,7 +56,7 @@ def test_a_capacity_curve_needs_a_scene_without_ties(command):
 
 @pytest.mark.parametrize("pressure", [True, False])
 def test_a_capacity_curve_needs_a_scene_without_fill(pressure):
-    """Whether the fill presses or weighs alone: another message after the first would lead nowhere."""
+    """A single message covers fill that presses and fill that only weighs: its advice leads to a curve."""
     scene = mo.load(FILLED)
     filled = scene if pressure else scene.replace(fills=[scene.fills[0].replace(pressure=False)])
     omitted = r"\[\[fill\]\]: omit it" if pressure else r"omit \[\[fill\]\]"
@@ -71,7 +71,7 @@ def least(command, path, ends, *more, code=2):
 
 
 def test_where_a_scene_stands_at_every_value_a_load_factor_shows_the_least(command, tmp_path):
-    """A smaller value is advised only if there is a scene of one: a friction is not below zero."""
+    """A smaller value is advised only if a scene exists for it: a friction cannot be negative."""
     mo.save(two_blocks(), tmp_path / "case.toml")
     error = least(command, tmp_path / "case.toml", "0.2:0.9")
     assert "begin the range at a smaller value" in error
@@ -97,14 +97,14 @@ def test_a_load_factor_is_not_advised_without_a_live_load(command, tmp_path):
     error = least(command, path, "0.2:0.9")
     assert "--load" not in error
     assert "begin the range at a smaller value" in error
-    # With a load the message says what the search tests without a load.
+    # If a load is given, the message says what the search tests without a load.
     assert "without 'load' (--load) the search tests stability under dead load only" in least(
         command, path, "0.2:0.9", "--load", "0.2"
     )
 
 
 def test_a_load_factor_is_advised_where_axles_move(command, tmp_path):
-    """The search crosses such a scene if a load factor is given."""
+    """The search moves the axles of a scene only if a load factor is given."""
     path = tmp_path / "axles.toml"
     mo.save(axles_on_a_beam(0.6), path)
     assert "without 'load', live loads are ignored" in least(command, path, "0.2:0.9")
@@ -112,7 +112,8 @@ def test_a_load_factor_is_advised_where_axles_move(command, tmp_path):
 
 @pytest.mark.slow
 def test_most_and_least_name_each_other_as_the_command_has_them(command, tmp_path):
-    """A block that is pushed by its weight stands less far the more it is pushed."""
+    """The more a block is pushed by its weight, the smaller is its λ: 'least' advises 'most', and the
+    reverse."""
     mo.save(block_on_floor(), tmp_path / "case.toml")
     asked = ("least", tmp_path / "case.toml", "--method", "static", "--load", "0.5")
     pushed = ("--vary", "block.A.live.x=0.1:3")

@@ -1,4 +1,4 @@
-"""The command line, in the plane and in space: what is printed where, exit codes, pictures and tables."""
+"""Tests of the command line, in the plane and in space: printed text, exit codes, pictures and tables."""
 
 import json
 import re
@@ -33,7 +33,7 @@ AS_LOOP, AS_DEFAULT = ("nonassociative", "cvxpy", "clarabel"), ("coulomb", "matr
 
 @pytest.fixture
 def saved(tmp_path):
-    """Writes a scene, and gives its path."""
+    """Return a function that writes a scene to a case file and returns its path."""
 
     def write(scene):
         mo.save(scene, tmp_path / "case.toml", force=True)
@@ -46,7 +46,7 @@ def saved(tmp_path):
     ("method", "said"), [("coulomb", AS_DEFAULT), (None, AS_DEFAULT), (LOOP[1], AS_LOOP)]
 )
 def test_json_is_one_object_with_everything_asked_for(command, method, said):
-    """Of whoever names no method too."""
+    """JSON has all parts of the answer, also if no method is named."""
     answer = command.json("solve", WALL_1, *(["--method", method] if method else []))
     assert answer["case"] == str(WALL_1)
     assert (answer["method"], answer["model"], answer["solver"]) == said
@@ -62,12 +62,13 @@ def test_json_is_one_object_with_everything_asked_for(command, method, said):
     if said == AS_LOOP:
         assert answer["load_factor"] == pytest.approx(0.63982, rel=3e-4)
         assert answer["iterations"] > answer["lp_solves"] > 1
-        # Its first sub-problem is the associative program.
+        # The first sub-problem of the loop is the associative program.
         assert all(answer["seconds"][part] > 0 for part in parts - {"associative"})
-        # The exact state at the end is one program more than there are sub-problems.
+        # The search for the exact state at the end is one more program than there are sub-problems.
         assert len(answer["history"]) == answer["lp_solves"] - 1
     else:
-        # An exact state, the lowest known: a row for each Newton step, and the programs of the descent.
+        # The answer is the lowest exact state known. Its history has a row for each Newton step, and for the
+        # programs of the descent.
         assert answer["load_factor"] == pytest.approx(0.638982, abs=1e-6)
         assert answer["kind"] == "exact"
         assert answer["iterations"] > len(answer["history"]) > answer["lp_solves"] > 1
@@ -85,11 +86,11 @@ def test_methods_models_and_solvers_can_be_chosen(command, method, model, solver
 
 
 def labels(text):
-    """What the lines are about, but for those that go on."""
+    """Return the label of each line, without lines that continue the one above."""
     return [line.split("  ")[0] for line in text.splitlines() if not line.startswith(" ")]
 
 
-#: What is said of how an answer was found, which nobody need read.
+#: Labels of the lines that say how an answer was found, which are printed with --verbose only.
 TECHNICAL = {"method", "status", "certificate", "programs", "solvers", "seconds", "not modelled"}
 
 
@@ -101,13 +102,14 @@ def test_text_says_what_moves_at_what_load_and_how_sure_that_is(monkeypatch, cap
     assert out.splitlines()[2].startswith("  found          0.6398")
     assert labels(out)[2].startswith("at the state found: ")
     assert labels(out)[3:] == ["live load", "reference"]
-    # The loop's sliding contracts by 10⁻³ μ: no exact state, and what is left is told.
+    # Sliding joints contract by 10⁻³ μ in the loop, so that no exact state is found and the flow residual is
+    # printed.
     assert re.search(r"^  found .*flow \d\.\de-0[34]", out, re.MULTILINE)
     assert "\x1b" not in out
 
 
 def test_verbose_adds_how_it_was_found(command):
-    """Of an answer that descended."""
+    """The option adds lines to an answer that a descent found, and changes none."""
     plain, out = command("solve", WALL_1), command("solve", WALL_1, "--verbose")
     assert out.startswith(plain)
     assert set(labels(out)) - set(labels(plain)) >= TECHNICAL - {"not modelled"}
@@ -122,14 +124,14 @@ def test_verbose_adds_how_it_was_found(command):
 def test_quiet_prints_the_load_factor_alone(monkeypatch, capsys, command, saved):
     code, out, err = run_command(monkeypatch, capsys, "solve", saved(two_blocks()), "--quiet")
     assert (code, err) == (0, "")
-    assert float(out) == pytest.approx(0.15, rel=1e-9)  # 1.5 μ, by hand
+    assert float(out) == pytest.approx(0.15, rel=1e-9)  # By hand, λ = 1.5 μ.
     assert "--quiet" in command.refused("solve", saved(two_blocks()), "--quiet", "--json")
     none = saved(pressed_down())
     assert command.refused("solve", none, "--quiet", code=1).startswith(f"error: {none}: unlimited")
 
 
 def test_quiet_prints_warnings_on_standard_error(monkeypatch, capsys, saved):
-    """A friction of 31 looks like an angle in degrees."""
+    """A friction of 31 causes a warning, because it looks like an angle in degrees."""
     code, out, err = run_command(monkeypatch, capsys, "solve", saved(block_on_floor(friction=31)), "--quiet")
     assert code == 0
     assert len(out.splitlines()) == 1
@@ -138,7 +140,7 @@ def test_quiet_prints_warnings_on_standard_error(monkeypatch, capsys, saved):
 
 @pytest.mark.parametrize(("environment", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False)])
 def test_colours_are_for_terminals(monkeypatch, terminal, environment, coloured):
-    """The answer in bold and warnings in yellow, and nothing else."""
+    """Only the answer is bold and only warnings are yellow, on a terminal without NO_COLOR."""
     text = "case\nload factor λ\n  found 0.1\nlive load [bold] :smile:"
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
@@ -164,14 +166,14 @@ def test_a_plain_tool_is_as_plain_of_what_falls(command, saved, tmp_path):
 
 def test_text_where_no_load_factor_exists(command, saved):
     out = command("solve", saved(pressed_down()), "-v", code=1)
-    # A load history whose λ grows without end asks for a proof first: the loop does not run in vain.
+    # If λ of the load history grows without limit, a proof is sought first, and the loop does not run.
     assert re.search(r"^programs +none: \d+ load steps?$", out, re.MULTILINE)
     existence = "no load factor exists: the live load does no positive work in any mechanism"
     assert re.search(rf"^existence +{existence}$", out, re.MULTILINE)
 
 
 def test_steps_are_named_while_it_runs(watched, command):
-    """The last of them by Ctrl-C."""
+    """Each step is shown while the command runs; the message of Ctrl-C names the last step."""
 
     def interrupted(_):
         if len(told) == 3:
@@ -201,7 +203,7 @@ def test_options_of_the_method_and_published_values(command):
 
 @pytest.mark.slow
 def test_a_published_value_of_an_mcp_or_the_loop_serves_the_default():
-    """A value of method 'coulomb' comes first, then the value of an MCP, then the value of the loop."""
+    """The reference of method 'coulomb' is printed first, else that of an MCP, else that of the loop."""
     scene = mo.load(CASES / "livesley" / "wedges.toml")
     own, loop = scene.reference["coulomb"], scene.reference["nonassociative"]
     mcp = own.model_copy(update={"source": "an MCP"})
@@ -217,8 +219,8 @@ def test_version(command):
     assert command("--version") == "0.1.0\n"
 
 
-#: A command whose solvers print by every way there is: to the descriptor of standard output, in C, which
-#: keeps it back till the end, and in Python; and may be interrupted as they do.
+#: A command whose solvers print to the descriptor of standard output, in C and in Python. Output in C is
+#: buffered until the end. The command may be interrupted while solvers print.
 NOISY = """
 import ctypes, os, sys
 from masonry_opt.cli import main
@@ -240,7 +242,8 @@ main()
 
 
 def noisy(how, *arguments):
-    """Exit code and standard output of such a command, on whose standard error all of that is."""
+    """Return the exit code and standard output of the noisy command; its standard error has what solvers
+    print."""
     command = [sys.executable, "-c", NOISY, how, *map(str, arguments), "--json"]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)
     assert ended.stderr.count("banner") >= 3
@@ -274,7 +277,7 @@ def test_kind_of_plot_and_names_can_be_chosen(command, saved, tmp_path):
     picture = tmp_path / "case.svg"
     options = ("--plot", picture, "--plot-kind", "utilisation", "--names")
     command("solve", saved(two_blocks()), *options)
-    # Letters are drawn as paths, each with its text as a comment.
+    # Letters are drawn as paths, each with its text in a comment.
     assert "<!-- support -->" in picture.read_text()
     assert "<!-- utilisation of joints" in picture.read_text()
 
@@ -290,7 +293,8 @@ def test_a_curve_can_be_asked_for_and_drawn(command, saved, tmp_path):
 
 
 def test_draw_command(monkeypatch, capsys, saved, tmp_path):
-    """A block that falls, with a gap beside it and one in the air: nothing of it can be solved."""
+    """A scene that cannot be solved is drawn: one block falls, one has a small gap next to it, and one
+    floats."""
     scene, picture = overhanging(), tmp_path / "case.png"
     more = [
         mo.Block(name="B", vertices=rectangle(3.0005, 4, 0, 1), weight=1),
@@ -300,7 +304,7 @@ def test_draw_command(monkeypatch, capsys, saved, tmp_path):
     case = saved(scene.replace(blocks=[*scene.blocks, *more]))
     code, out, err = run_command(monkeypatch, capsys, "draw", case, picture, "--names")
     assert (code, out) == (0, f"{picture}: 3 blocks, 2 supports, 2 joints, 1 small gap\n")
-    # Nothing bears D, and B is off A.
+    # No block supports D, and there is a gap between B and A.
     assert err.count("warning: ") == 2
     assert all(f"'{name}'" in err for name in "DAB")
     assert picture.read_bytes().startswith(b"\x89PNG")
@@ -315,7 +319,8 @@ def test_draw_command_names_what_is_wrong(command, tmp_path, case, picture, name
 
 
 def test_check_command(command, saved):
-    """Of a wall; where λ is zero; and where there is none."""
+    """The programs agree for a wall and for a scene with λ = 0; the check fails for a scene without a load
+    factor."""
     for case in (WALL_1, saved(block_on_floor(friction=0.0))):
         out = command("check", case)
         assert "agree" in out
@@ -348,7 +353,7 @@ COUNTED = "1 block, 1 joint, 4 contacts"
     ],
 )
 def test_commands_tell_what_there_is_of_solids(monkeypatch, command, case, asked, told):
-    """Of a box, λ = μ = 0.5, 25 % above an associative reference of 0.4, whatever the method."""
+    """Commands on a box print λ = μ = 0.5, which is 25 % above an associative reference of 0.4."""
     case.write_text(case.read_text() + REFERENCE)
     monkeypatch.chdir(case.parent)
     out = command(*asked.format(case).split())
@@ -385,7 +390,7 @@ def test_a_plane_scene_has_no_view(command, tmp_path):
 
 
 SMALL = str(CASES / "gilbert" / "two_blocks.toml")
-#: Each command starts Python anew, which takes seconds: most are slow.
+#: Each command starts Python anew, which takes seconds: most of these tests are slow.
 ENDING = {
     "version": ["--version"],
     "solve": ["solve", SMALL, "--json"],
@@ -399,7 +404,7 @@ ENDING = {
     "name", [pytest.param(name, marks=() if name == "solve" else pytest.mark.slow) for name in ENDING]
 )
 def test_a_command_ends_without_a_word_on_standard_error(tmp_path, name):
-    """No file is left open, which Python says of after the command, where no exception can be raised."""
+    """No file is left open: Python would report it when it exits, where no exception can be raised."""
     run = "from masonry_opt.cli import main; main()"
     command = [sys.executable, "-W", "error", "-X", "dev", "-c", run, *ENDING[name]]
     ended = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
@@ -416,7 +421,7 @@ def test_a_former_option_ends_in_its_present_name(command, former, present):
 
 
 def test_progress_with_json_is_written_to_standard_error(monkeypatch, capsys, saved):
-    """Standard output stays one JSON object."""
+    """Standard output stays one JSON object, and progress lines go to standard error."""
     monkeypatch.setattr("masonry_opt.reporting.terminal.SECONDS_BETWEEN_LINES", 0.01)
     code, out, error = run_command(monkeypatch, capsys, "solve", saved(small_wall()), "--json")
     assert code == 0

@@ -1,4 +1,4 @@
-"""What notebooks show of scenes and of answers of studies: words, tables, pictures that need no file."""
+"""Tests of what notebooks show of scenes and of studies: words, tables, and pictures without files."""
 
 import re
 from base64 import b64decode
@@ -14,7 +14,7 @@ from masonry_opt.studies.writing import notebook_html
 
 
 def pictures(html):
-    """The content of the images in HTML, by media type."""
+    """Return the content of the images in HTML, by media type."""
     found = re.findall(r'src="data:image/([^;]+);base64,([^"]*)"', html)
     return {kind: b64decode(content) for kind, content in found}
 
@@ -29,7 +29,10 @@ def test_a_scene_shows_its_lines_and_its_drawing(scene):
 
 @pytest.mark.slow
 def test_a_scene_of_800_blocks_is_drawn_and_a_huge_one_says_why_not():
-    """Two of whose blocks are one, which a drawing would be refused for."""
+    """A scene of more than 2000 blocks is not drawn.
+
+    A drawing would be refused because two of its blocks coincide, but this is not examined.
+    """
     large = small_wall(40, 20)
     assert len(large.blocks) > 800
     assert len(large._repr_html_()) < 200_000
@@ -42,7 +45,8 @@ def test_a_scene_of_800_blocks_is_drawn_and_a_huge_one_says_why_not():
 
 
 def test_a_scene_that_cannot_be_drawn_says_why():
-    """Blocks that overlap; one that touches nothing is drawn, with the warning."""
+    """A scene whose blocks overlap shows the reason. A block that touches nothing is drawn, with a
+    warning."""
     on = {"joints": {"friction": 0.5}}
     overlapping = mo.Scene(**on, blocks=[slab("<b>"), slab("c", left=0.0), support(-0.5, 0.5)])
     shown = overlapping._repr_html_()
@@ -54,7 +58,7 @@ def test_a_scene_that_cannot_be_drawn_says_why():
 
 
 def shows(answer, *words):
-    """The picture of an answer whose HTML holds these words, some of them in cells of its table."""
+    """Assert that the HTML of an answer has the given words and its table; return its pictures."""
     html = answer._repr_html_()
     assert not re.findall(r"<script|<style", html)
     cells = re.findall(r"<td>(.*?)</td>", html)

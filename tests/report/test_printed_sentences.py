@@ -1,8 +1,8 @@
-"""The list of all sentences that the program can print is up to date."""
+"""Test that the list of all sentences that the program can print is up to date."""
 
 from report.printed_sentences import LISTED, printed_sentences
 
 
 def test_the_list_of_printed_sentences_is_up_to_date():
-    """A sentence that changed is read again: ``python tests/report/printed_sentences.py`` lists it anew."""
+    """After a change of a sentence, ``python tests/report/printed_sentences.py`` writes the list anew."""
     assert printed_sentences() == LISTED.read_text("utf-8")

@@ -1,4 +1,5 @@
-"""README and the page for solver people: examples run, links lead somewhere, numbers are the registry's."""
+"""Tests of README and the page for solver people: examples run, links exist, and numbers equal the
+registry's."""
 
 import contextlib
 import io
@@ -62,7 +63,7 @@ EXAMPLES = re.findall(r"^```python\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
 
 
 def printed_by(example, folder, monkeypatch):
-    """Standard output of an example of the page, run beside the cases."""
+    """Return the standard output of an example of the page, run in a folder with the cases."""
     (folder / "cases").symlink_to(CASES)
     monkeypatch.chdir(folder)
     out = io.StringIO()
@@ -77,7 +78,7 @@ def test_an_example_finds_the_published_load_factor(example, tmp_path, monkeypat
 
 
 def test_the_example_certifies_as_the_page_shows(tmp_path, monkeypatch):
-    """Every printed line but those of residuals, which are rounding errors."""
+    """The example prints the lines that the page shows, except for residuals, which are rounding errors."""
     (shown,) = re.findall(r"^```text\n(λ = .*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
     first, last = (part.splitlines() for part in shown.split("...\n"))
     printed = printed_by(EXAMPLES[-1], tmp_path, monkeypatch).splitlines()
@@ -87,7 +88,8 @@ def test_the_example_certifies_as_the_page_shows(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_best_known_values_are_those_of_the_registry():
-    """As ``refresh_solver_people.py`` writes them: each case of it with its size, and no other."""
+    """The table is the one that ``refresh_solver_people.py`` writes: all of its cases with their sizes,
+    and no other."""
     assert table(CASES) == BEST_KNOWN
 
 

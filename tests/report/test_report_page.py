@@ -1,4 +1,4 @@
-"""The report for the file: its numbers are the answers', and it prints whole."""
+"""Tests of the report: its numbers equal those of the answers, and it prints completely."""
 
 import functools
 import math
@@ -17,7 +17,7 @@ from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 
 WHEEL = mo.Axles(name="wheel", loads=[2, 2], distances=[0.5])
 
-#: A slab on a pier, under wind and under a wheel.
+#: Case file of a slab on a pier, with wind in one load case and a wheel in the other.
 BRIDGE = """
 title = "slab"
 joints.friction = 0.5
@@ -32,7 +32,7 @@ load_case = [{ name = "wind", live = { wind = 1 } }, { name = "traffic", live = 
 
 
 class Read:
-    """Text, rows of tables as dictionaries, and sources of a page."""
+    """The text, the rows of tables as dictionaries, and the sources of a page."""
 
     def __init__(self, path):
         page = path.read_text("utf-8")
@@ -68,7 +68,7 @@ ANSWERS = {
 
 @pytest.fixture(scope="module")
 def answer_and_page(tmp_path_factory):
-    """One of `ANSWERS` and its report in m and kN, made once."""
+    """Return a function that makes one of `ANSWERS` and its report in m and kN, each only once."""
     folder = tmp_path_factory.mktemp("pages")
 
     @functools.cache
@@ -92,7 +92,7 @@ def test_every_answer_says_what_was_not_checked_and_needs_no_network(answer_and_
     no_proof = name in ("lowest", "space")
     assert ("equilibrium alone fixes all forces, so no other λ above zero" in page.text) == by_statics
     assert ("it is not proven that the state found is the lowest one" in page.text) == no_proof
-    # Methods without a search of their own advise "--method coulomb -o search=10".
+    # Methods without their own search advise "--method coulomb -o search=10".
     assert ("search=10" in page.text) == (no_proof or name == "settlement")
     assert ("reactions that are not in the table" in page.text) == (name == "settlement")
     assert ("for λ = 1" in page.text) == (name != "settlement")
@@ -103,7 +103,7 @@ def test_every_answer_says_what_was_not_checked_and_needs_no_network(answer_and_
 
 
 def test_numbers_are_those_of_the_result(answer_and_page):
-    """Of a block, λ, its one joint, the residuals and the sums of its loads."""
+    """The report of a block has λ, its one joint, the residuals and the sums of its loads."""
     result, page = answer_and_page("result")
     assert f"λ = {result.load_factor:.6g} (least, proven)" in page.text
     (joint,) = result.joints.to_dict("records")
@@ -122,7 +122,7 @@ def test_numbers_are_those_of_the_result(answer_and_page):
 
 @pytest.mark.slow
 def test_positions_and_the_passive_pressure_of_a_crossing(answer_and_page):
-    """Every position, in tables that print whole with their heading on each page."""
+    """All positions are in tables, which print completely, with their heading on each page."""
     crossed, page = answer_and_page("crossing")
     for rule in ("size: A4", "overflow: visible; max-height: none", "thead { display: table-header-group; }"):
         assert rule in page.text
@@ -160,7 +160,7 @@ def test_the_command_solves_load_cases_and_crosses(monkeypatch, capsys, command,
     asked = ("--method", "static", "--units", "m, kN")
     code, out, error = run_command(monkeypatch, capsys, "report", "bridge.toml", *asked)
     assert (code, out.splitlines()[-1]) == (0, "bridge_report.html")
-    # Where standard error is no terminal, one line for each part as it begins.
+    # If standard error is not a terminal, one line is printed for each part as it begins.
     assert error == "".join(f"report: {part} ...\n" for part in ("load cases", "crossing", "page"))
     page = Read(tmp_path / "bridge_report.html")
     crosses = "Axles 'wheel', load case 'traffic': governing λ = 2.66667 (associative)"
@@ -185,7 +185,10 @@ def test_a_report_shows_the_positions_of_axles_as_it_solves_them(tmp_path):
 
 @pytest.mark.slow
 def test_answers_of_one_kind_stand_beside_each_other(tmp_path, answer_and_page):
-    """By load case, number and support; what is said of some is not said of one that falls."""
+    """Answers of one kind are named by load case, number and support.
+
+    Remarks on exact states are not made on an answer that is unstable.
+    """
     calm, storm = {"name": "calm", "live": {"live": 1}}, {"name": "storm", "live": {"live": 2}}
     falls = {"name": "falls", "live": {"live": 1}, "dead": {"push": 1}}
     push = mo.Load(block="A", dead=(5, 0), group="push")
@@ -228,7 +231,7 @@ def test_a_scale_bar_stands_in_the_plane_and_axes_in_space(answer_and_page):
 
 
 def test_an_interrupted_search_writes_no_page(watched, press_ctrl_c, command, tmp_path):
-    """Ctrl-C, which a search catches: it has an answer, the lowest state by then."""
+    """A search catches Ctrl-C and returns the lowest state by then, but no report of it is written."""
     watched(CvxpyEngine, "solve", lambda _: press_ctrl_c(swallowed=True))
     mo.save(block_on_floor(), tmp_path / "block.toml")
     page = tmp_path / "page.html"

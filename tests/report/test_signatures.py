@@ -1,4 +1,4 @@
-"""Commands ask for what functions take, as signatures and docstrings say it."""
+"""Tests that commands have the options of their functions, as signatures and docstrings define them."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -45,7 +45,8 @@ def two(text):
 
 
 def run(*texts):
-    """What is told by a command of that function, and what the function would be called with."""
+    """Return the result of a command of `study`, and the arguments with which the function would be
+    called."""
     called = {}
 
     @command(
@@ -105,7 +106,7 @@ def test_every_option_of_every_command_says_what_it_is(name):
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_help_fits_into_eighty_columns_with_no_word_cut(name, monkeypatch, capsys):
-    """Rich cuts words that are wider than their column, and marks the cut by dots."""
+    """No word is cut: Rich cuts words that are wider than their column, and marks the cut by dots."""
     monkeypatch.setattr("typer.rich_utils.MAX_WIDTH", 80)
     exit_code, told, _ = run_command(monkeypatch, capsys, name, "--help")
     assert exit_code == 0

@@ -1,4 +1,4 @@
-"""Every run of the failure atlas answers as its entry says."""
+"""Tests that every run of the failure atlas has the answer that its entry states."""
 
 import dataclasses
 
@@ -10,7 +10,7 @@ from scenes import CASES
 import masonry_opt as mo
 from masonry_opt.solution.reasons import Code, reason
 
-#: Methods whose first run of an entry is fast; all other runs, and all of Table 1's walls, are slow.
+#: Methods of which the first run of an entry is fast. All other runs, and all walls of Table 1, are slow.
 FAST = ("static", "nonassociative", "coulomb")
 
 
@@ -50,6 +50,6 @@ RIGHT = Expectation("static", 0.5, "μ", mo.Status.OPTIMAL)
     ],
 )
 def test_what_is_not_as_expected_is_said(wrong, said):
-    """The judge can fail: on the status, the error, λ and the message."""
+    """The comparison detects a wrong status, error, load factor and reason."""
     assert difference(ENTRY, RIGHT, CASES) == ""
     assert said in difference(ENTRY, dataclasses.replace(RIGHT, **wrong), CASES)

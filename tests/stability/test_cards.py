@@ -1,4 +1,4 @@
-"""Cards that lean on each other: corners on corners, without a common side."""
+"""Tests of cards that lean on each other: corners meet corners, without a common side."""
 
 import math
 
@@ -10,12 +10,13 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.solution.reasons import Code
 
 LEAN = math.radians(25)
-#: Bisections end at a relative difference of 2e-4.
+#: Tolerance of values by bisection, which ends at a relative difference of 2e-4.
 BISECTED = 3e-4
 
 
 def card(name, foot, lean, length, thickness):
-    """A card whose inner face rises from its foot, leaning by an angle to the right (if negative, left)."""
+    """Return a card whose inner face rises from its foot, inclined to the right by an angle (left if
+    negative)."""
     along = np.array([math.sin(lean), math.cos(lean)])
     outwards = math.copysign(1.0, lean) * np.array([-math.cos(lean), math.sin(lean)])
     start = np.array(foot)
@@ -25,7 +26,7 @@ def card(name, foot, lean, length, thickness):
 
 
 def tent(name, x, y, length=0.4, thickness=0.002, lean=LEAN):
-    """Two cards whose inner faces meet at the ridge."""
+    """Return two cards whose inner faces meet at the ridge."""
     half = length * math.sin(lean)
     left = card(f"{name} left", (x - half, y), lean, length, thickness)
     return [left, card(f"{name} right", (x + half, y), -lean, length, thickness)]
@@ -41,13 +42,17 @@ def on_table(*blocks, friction=0.25, size=1.0):
 
 
 def least_of_tent(length, thickness, lean=LEAN):
-    """The thrust H at the ridge holds the weight W of a card about its foot, which carries H and W."""
+    """Return the least friction of a tent.
+
+    By moments about the foot of a card, the thrust H at the ridge balances the weight W of the card. The foot
+    carries H and W.
+    """
     arm = (length * math.sin(lean) - thickness * math.cos(lean)) / 2
     return arm / (length * math.cos(lean))
 
 
 def two_storeys(thickness, apart, friction=0.4):
-    """Two tents whose feet are apart, a card across their ridges, and a tent on it."""
+    """Return two tents whose feet are apart, with a card across their ridges, and a tent on this card."""
     top = 0.4 * math.cos(LEAN) + thickness * math.sin(LEAN)
     flat = [(-0.2, top), (0.2, top), (0.2, top + thickness), (-0.2, top + thickness)]
     lower = [*tent("A", -apart, 0, thickness=thickness), *tent("B", apart, 0, thickness=thickness)]
@@ -58,7 +63,7 @@ def two_storeys(thickness, apart, friction=0.4):
 
 @pytest.mark.parametrize("thickness", [0.0005, 0.002, 0.02])
 def test_a_tent_of_two_cards_needs_the_friction_of_its_feet(thickness):
-    """By hand in ``least_of_tent``; of thin cards tan 25° / 2 = 0.2332."""
+    """The least friction is that of ``least_of_tent``, by hand; for thin cards it is tan 25° / 2 = 0.2332."""
     least = least_of_tent(0.4, thickness)
     stability = mo.solve(on_table(*tent("A", 0, 0, thickness=thickness))).stability
     assert stability.least_friction == pytest.approx(least, rel=BISECTED)
@@ -78,9 +83,10 @@ def test_the_limit_of_thin_cards():
 
 @pytest.mark.parametrize("thickness", [1e-4, 5e-4])
 def test_two_storeys_of_cards(thickness):
-    """Thin cards: a lower ridge carries half of three cards, so that H = 1.25 W tan 25° / (2 · ½).
+    """The least friction of thin cards agrees with hand calculation to 1 %.
 
-    A lower foot carries 1.75 W, and 1.25 · 0.4663 / 1.75 = 0.3331.
+    A lower ridge carries half of three cards, so that H = 1.25 W tan 25° / (2 · ½). A lower foot carries 1.75
+    W, and 1.25 · 0.4663 / 1.75 = 0.3331.
     """
     least = mo.solve(two_storeys(thickness, 0.1715)).stability.least_friction
     assert 1.25 * math.tan(LEAN) / 1.75 == pytest.approx(0.3331, abs=5e-5)
@@ -88,7 +94,7 @@ def test_two_storeys_of_cards(thickness):
 
 
 def moved(scene, angle, mirrored, size):
-    """A scene that is mirrored, turned, scaled and shifted, with its gravity."""
+    """Return a scene that is mirrored, rotated, scaled and shifted, together with its gravity."""
     cos, sin = math.cos(angle), math.sin(angle)
     matrix = np.array([[cos, -sin], [sin, cos]]) @ np.diag([-1.0 if mirrored else 1.0, 1.0])
     blocks = [
@@ -128,7 +134,7 @@ def test_the_ridge_of_a_tent_in_space_is_a_joint_along_its_edges(method):
 
 
 def test_uneven_cards_lean_on_the_bisector_of_their_facing_sides():
-    """Cards that lean by 20° and 40° meet on a line that leans by 10°."""
+    """Cards that are inclined by 20° and 40° meet on a line that is inclined by 10°."""
     ridge = 1.0
     blocks = []
     for name, lean in (("left", math.radians(20)), ("right", -math.radians(40))):
@@ -150,7 +156,8 @@ def test_a_warning_names_the_joint_at_corners():
 @pytest.mark.parametrize("first", [False, True])
 @pytest.mark.parametrize("in_space", [False, True])
 def test_a_corner_in_a_notch_rests_on_both_of_its_sides(first, in_space):
-    """A wedge on its point in a notch of 90°, held upright by ties at its sides, carries its weight there.
+    """A wedge with its point in a notch of 90°, held upright by ties at its sides, rests on both sides of the
+    notch.
 
     Two forces along the normals of the sides carry the weight 1 of the wedge: 1 / √2 each, without friction.
     """

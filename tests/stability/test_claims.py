@@ -1,4 +1,4 @@
-"""The programs of ``claims`` on scenes whose answers are known by hand or published."""
+"""Tests of the programs of ``claims`` on scenes whose answers are known by hand or published."""
 
 from math import inf
 
@@ -40,7 +40,7 @@ def test_a_load_into_the_floor_does_no_work(friction):
 
 
 def prism_on_its_edge() -> mo.Scene:
-    """Return a prism that stands on one edge.
+    """Return a prism that rests on one edge.
 
     Its two contact points have six forces for six equations. Shears along the edge may oppose each other.
     """
@@ -52,14 +52,15 @@ def prism_on_its_edge() -> mo.Scene:
 
 
 def test_self_stress_along_an_edge_refutes_uniqueness():
-    """The rank is 5. Each point bears half of the weight: its shear lies between ∓0.25 of the weight."""
+    """The rank is 5. Each point carries half of the weight, so that its shear is at most 0.25 of the
+    weight."""
     rank, range_ = refute_uniqueness(assemble(prism_on_its_edge()), 0.0)
     assert "rank 5 of 6" in rank
     assert float(range_.split()[-1]) == pytest.approx(0.5, rel=0.02)
 
 
 def test_a_stack_has_unique_forces():
-    """A block on the floor has three forces and three equations."""
+    """A block on the floor has three forces and three equations, so that its forces are unique."""
     assert refute_uniqueness(assemble(block_on_floor(1.0, 2.0, 0.3)), 0.1) == []
 
 

@@ -1,4 +1,4 @@
-"""Case files that went wrong: whatever is in them, a message comes out, never a traceback."""
+"""Tests of broken case files: whatever they contain, a message results, never a traceback."""
 
 import json
 import random
@@ -13,7 +13,7 @@ from masonry_opt.errors import MasonryError
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.case_file import toml_text
 
-#: Published: a wall, a façade, and arches with point loads, with skewbacks, and loads by name.
+#: Published cases: a wall, a façade, and arches with point loads, skewbacks and loads by name.
 PUBLISHED = [
     CASES / f"{name}.toml"
     for name in (
@@ -24,8 +24,8 @@ PUBLISHED = [
 SEEDS = [toml_text(scene) for name, scene in WRITTEN.items() if name not in ("wall", "load cases")]
 SEEDS += [path.read_text("utf-8") for path in PUBLISHED]
 
-#: What is put in place of a value or a key: other types, edges of numbers, words a terminal or a file
-#: system would take for its own.
+#: Replacements of a value or a key: other types, extreme numbers, and words with a meaning for a terminal or
+#: a file system.
 ODD_VALUES = [
     *(0, -1, 1, 2, 7, 0.5, -0.5, 1e-9, 1e-12, 1e-30, 1e-300, 5e-324, 1e6, 1e15),
     *(1e29, 1e30, 1e31, 1e308, 10**18, float("inf"), float("-inf"), float("nan"), True, False),
@@ -43,7 +43,7 @@ ODD_BYTES = [
 
 
 def places(tree):
-    """Every (container, key) of a tree of dictionaries and lists."""
+    """Yield every container and key of a tree of dictionaries and lists."""
     for key, value in list(tree.items() if isinstance(tree, dict) else enumerate(tree)):
         yield tree, key
         if isinstance(value, dict | list):
@@ -51,10 +51,10 @@ def places(tree):
 
 
 def mutate_tree(tree, rng):
-    """One change: a value scaled, replaced, copied, doubled or taken away, or a key renamed."""
+    """Make one change: a value is scaled, replaced, copied, doubled or removed, or a key is renamed."""
     found = list(places(tree))
     numbers = [(part, key) for part, key in found if type(part[key]) in (int, float)]
-    if numbers and rng.random() < 0.5:  # what is likely to load
+    if numbers and rng.random() < 0.5:  # The changed case is likely to load.
         container, key = rng.choice(numbers)
         container[key] = container[key] * rng.choice([0, -1, 1 + 1e-7, 1.001, 3, 1e-6, 1e12]) + rng.choice(
             [0, 0, 1]
@@ -78,7 +78,7 @@ def mutate_tree(tree, rng):
 
 
 def mutate_bytes(data, rng):
-    """One change to the bytes: overwritten, inserted, cut or repeated."""
+    """Return the data with one change: bytes are overwritten, inserted, cut or repeated."""
     at = rng.randrange(len(data))
     to = min(len(data), at + rng.randrange(1, 40))
     return rng.choice(
@@ -93,7 +93,7 @@ def mutate_bytes(data, rng):
 
 
 def mutant(rng, texts=SEEDS):
-    """A case file of one to four mutations of one of the texts: its ending and its bytes."""
+    """Return the suffix and the bytes of a case file with one to four mutations of one of the texts."""
     text = rng.choice(texts)
     if rng.random() < 0.25:
         data = text.encode()
@@ -108,13 +108,13 @@ def mutant(rng, texts=SEEDS):
     if rng.random() < 0.5:
         try:
             return ".toml", tomli_w.dumps(tree).encode("utf-8", "surrogatepass")
-        except (TypeError, ValueError):  # TOML has no null
+        except (TypeError, ValueError):  # TOML has no null.
             pass
     return ".json", json.dumps(tree).encode()
 
 
 def outcome(path):
-    """What a user meets: "loads" (and solves, one way or the other), or the message."""
+    """Return "loads" if the case loads and its solve ends in any status, or else the error message."""
     try:
         scene = mo.load(path)
         assemble(scene)
@@ -149,6 +149,6 @@ def test_seeds_are_valid(tmp_path):
 def test_mutated_case_files_end_in_a_message(tmp_path):
     made = ((seed, mutant(random.Random(seed))) for seed in range(40))
     told = list(outcomes(made, tmp_path))
-    # The mutations bite, and not always in the same place.
+    # The mutations have an effect, and not always at the same place.
     assert 3 < told.count("loads") < 27
     assert len({message.split(": ", 1)[-1][:40] for message in told}) > 20

@@ -1,4 +1,4 @@
-"""Drawings that went wrong: whatever is in them, a scene or a message comes out, never a traceback."""
+"""Tests of broken drawings: whatever they contain, a scene or a message results, never a traceback."""
 
 import copy
 import json
@@ -20,13 +20,13 @@ THINGS = [None, True, -1, 0, 1e308, float("nan"), "", "x", [], {}, [[]], [1, 2],
 
 @pytest.fixture(autouse=True)
 def without_log(caplog):
-    """What ezdxf logs of broken texts no report of tests can carry from one process to another."""
+    """Suppress the log of ezdxf: broken texts in it cannot be sent between the processes of a test run."""
     caplog.set_level(logging.CRITICAL + 1, "ezdxf")
 
 
 @pytest.fixture(scope="module")
 def drawings(tmp_path_factory):
-    """The same stones in DXF, as text and as a binary file."""
+    """Return one drawing of stones in DXF twice: as text, and as a binary file."""
     document = ezdxf.new("R2010")
     space = document.modelspace()
     ground = [(-2, -1), (4, -1), (4, 0), (-2, 0)]
@@ -49,7 +49,7 @@ def drawings(tmp_path_factory):
 
 
 def broken(data, rng):
-    """Cut, with other bytes, or with other lines, most of them among the entities."""
+    """Return data that is cut, or has other bytes, or has other lines, most of them among the entities."""
     kind = rng.random()
     if kind < 0.2:
         return data[: rng.randrange(len(data))]
@@ -71,7 +71,7 @@ def broken(data, rng):
 
 
 def told(read, path):
-    """Whether a message came out instead of a scene; it names the file."""
+    """Return True if reading ended in a message, which names the file, and False if it returned a scene."""
     message = ""
     try:
         scene = read(path, friction=0.6, unit_weight=1.0, live=(1, 0))

@@ -1,5 +1,5 @@
-"""Case files and records of solids that went wrong: a message comes out, never a traceback, never a wrong
-number."""
+"""Tests of broken case files and records of solids: each ends in a message, never in a traceback or a
+wrong number."""
 
 import json
 import random
@@ -19,22 +19,25 @@ from masonry_opt.scene.case_file import toml_text
 
 SEEDS = [CASE, toml_text(scene(A, tilt=(1, 0.2, 0)))]
 
-#: What is added to a coordinate: from rounding to beyond what numbers carry.
+#: Numbers that are added to a coordinate: from rounding errors to beyond the range of numbers.
 OFF = [1e-12, -1e-9, 1e-7, -1e-6, 1e-5, -1e-4, 1e-3, -0.01, 0.1, -0.5, 1.0, -2.0]
 OFF += [1e3, 1e6, 1e10, -1e15, 1e20, 1e29, 1e31, 1e200, float("inf"), float("nan")]
 
-#: What lengths, or a load, are multiplied by.
+#: Factors of lengths, or of a load.
 TIMES = [0.0, -1.0, 1e-300, 1e-30, 1e-12, 1e-6, 1e-3, 1e3, 1e6, 1e12, 1e25, float("nan")]
 
 TOLERANCES = [1e-15, 1e-9, 1e-3, 0.1, 0.5, 3.0, 1e6, 0.0, -1.0]
 
-#: Seconds of processor time that one file may take, solved twice.
+#: Longest processor time of one file in seconds, solved twice.
 LONGEST = 10.0
 
 
 def mutate_shape(tree, rng):
-    """One change of a solid that is likely to be read as one: its corners, the corners and number of its
-    faces, its size, its loads, or the tolerance."""
+    """Change a solid in a way that is likely to be read.
+
+    The change is to corners, to the corners or the number of faces, to the size, to a load, or to the
+    tolerance.
+    """
     blocks = [block for block in tree["block"] if isinstance(block, dict)]
     shapes = [shape for block in blocks for shape in (block, *block.get("parts", ()))]
     shape = rng.choice([shape for shape in shapes if "box" in shape or "vertices" in shape])
@@ -69,8 +72,10 @@ def mutate_shape(tree, rng):
 
 
 def told_of(path):
-    """The message about a file; or, if it loads, what is wrong with its answers: polygons lie inside cones;
-    "" if nothing."""
+    """Return the error message about a file, or what is wrong with its answers, or "" if nothing is.
+
+    The polygons of friction lie inside the cones, so that their λ is at most that of the cones.
+    """
     began = time.process_time()
     try:
         cone, polygon = mo.solve(path, "static"), mo.solve(path, "static", solver="highs")
@@ -94,7 +99,7 @@ def test_seeds_are_valid(tmp_path):
 
 
 def test_mutated_solids_end_in_a_message_or_a_true_number(tmp_path):
-    """Warnings of numpy are errors."""
+    """Warnings of NumPy are raised as errors, so that they fail the test."""
     told, path = [], tmp_path / "case.json"
     with warnings.catch_warnings():
         warnings.simplefilter("error", RuntimeWarning)
@@ -119,7 +124,7 @@ def test_anything_in_place_of_keys_and_values_ends_in_a_message(tmp_path):
     assert len(list(outcomes(made, tmp_path))) == 25
 
 
-#: Beside what files hold, what Python has.
+#: Values for a key: the odd values of case files, and objects of Python.
 THINGS = [*ODD_VALUES, None, b"A", 1j, np.zeros(3), np.eye(3), np.nan, object(), {1}, range(3), mo.Solid, []]
 
 

@@ -1,4 +1,4 @@
-"""Ctrl-C at any time ends in one line and exit code 130, or in the lowest state of a search."""
+"""Tests of Ctrl-C: a command ends in one line and exit code 130, or in the lowest state of a search."""
 
 import signal
 import subprocess
@@ -19,7 +19,7 @@ WALL_1 = CASES / "ferris_tinloi" / "wall_1.toml"
     [("static", 1, "no load factor was found"), ("nonassociative", 4, "iteration 2: λ = 0.6")],
 )
 def test_ctrl_c_ends_with_what_is_known(watched, press_ctrl_c, command, method, program, words, swallowed):
-    """As a solver runs, which may swallow it."""
+    """The solver is interrupted while it runs, and may swallow the interrupt."""
 
     def interrupted(*_):
         if len(solved) == program:
@@ -53,7 +53,7 @@ def test_ctrl_c_ends_a_search_with_the_lowest_state_so_far(watched, press_ctrl_c
     assert searched["interrupted"]
 
 
-#: A command that is interrupted 0.2 s into a solve of IPOPT's, which takes longer on wall 6.
+#: A command that is interrupted 0.2 s after IPOPT has started a solve, which takes longer on wall 6.
 IN_IPOPT = """
 import os, signal, sys, threading
 from masonry_opt import cli
@@ -80,7 +80,7 @@ def test_ctrl_c_in_ipopt_ends_with_what_is_known():
     assert ended.returncode == 130, ended.stderr
     assert ended.stdout == ""
     assert "Traceback" not in ended.stderr
-    # CasADi says in a line of its own that it was stopped, if IPOPT had begun.
+    # If IPOPT had begun, CasADi prints a line that it was stopped.
     last = ended.stderr.splitlines()[-1]
     assert last.startswith("error: interrupted: the last step was iteration ")
     assert last.endswith("not the answer; no file was written")
@@ -94,7 +94,8 @@ def test_ctrl_c_in_ipopt_ends_with_what_is_known():
     ],
 )
 def test_ctrl_c_while_the_libraries_load_is_a_message(library, words):
-    """They take seconds, of which an interrupt may fall into any: those of the command, or of the solve."""
+    """Libraries take seconds to load, both for the command and for the solve; an interrupt may come at any
+    time."""
     program = f"""
 import sys
 class Interrupted:

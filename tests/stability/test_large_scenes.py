@@ -1,4 +1,4 @@
-"""Large random scenes have the stones they are asked for, come by their seed, stand, and have an answer."""
+"""Tests of large random scenes: number of stones, seed, stability under dead load, and an answer."""
 
 import pytest
 from atlas.large_scenes import LARGE, large_scene
@@ -13,7 +13,7 @@ from masonry_opt.solution.acceptance import LIMITS, Kind
 from masonry_opt.solvers.registry import find_solver
 from masonry_opt.stability.diagnosis import falling_mechanism
 
-#: Joints of a stone, over all sizes: nearly three in large scenes, fewer in small ones.
+#: Fewest and most joints per stone, over all sizes: nearly three in large scenes, fewer in small ones.
 JOINTS = {"rubble": (2, 3), "openings": (1.5, 3), "piers": (1.3, 3)}
 
 
@@ -40,7 +40,7 @@ def test_large_scenes_are_as_asked_and_stand(family, stones, seed):
     ],
 )
 def test_the_default_solves_scenes(family, stones, seed):
-    """A state that meets every condition, at or below the associative λ, which is solved to 1e-9."""
+    """The state meets all conditions, and its λ is at most the associative λ, which is solved to 1e-9."""
     scene = large_scene(family, stones, seed)
     result = mo.solve(scene, "coulomb", incremental=False)
     assert result.status is mo.Status.CONVERGED
@@ -52,7 +52,10 @@ def test_the_default_solves_scenes(family, stones, seed):
 
 @pytest.mark.slow
 def test_the_loop_answers_where_no_exact_state_is_found(monkeypatch):
-    """A damped motion ends early here, so that the load history leads to no state near its end."""
+    """The loop answers if the load history ends too early to lead to a nearby exact state.
+
+    The damped motion of the load history is limited to 1000 solves here.
+    """
     short = Incremental(IncrementalSettings(motion_solves=1000))
     monkeypatch.setattr(method, "STEPS", (short, *method.STEPS[1:]))
     result = mo.solve(large_scene("rubble", 200, 751014), "coulomb", incremental=False)

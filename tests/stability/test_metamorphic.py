@@ -1,10 +1,9 @@
-"""Metamorphic relations in the plane and in space: what moves, turns, mirrors, rescales or renumbers a scene
-leaves λ as it is.
+"""Tests that λ does not change if a scene is moved, turned, mirrored, scaled or renumbered.
 
-Of associative flow they are theorems (λ is the optimum of one program): asserted to the accuracy of the
-solver. Of contacts that give too, whose forces are unique: the sides of polygons are set out from the longest
-side of each joint and turn with it. The loop is a heuristic: its λ depends on which of many optimal states a
-solver returns.
+For associative flow this is a theorem (λ is the optimum of one program), asserted to the accuracy of the
+solver. It also holds for elastic contacts, whose forces are unique. The sides of their friction polygons
+start from the longest side of each joint, and turn with it. The loop is a heuristic: its λ depends on which
+of many optimal states a solver returns.
 """
 
 import numpy as np
@@ -19,15 +18,17 @@ import masonry_opt as mo
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.reasons import Code
 
-#: Programs solved to 1e-9, twice. Random scenes have sliver cells and light blocks, which cost digits.
+#: Relative tolerances of two programs solved to 1e-9. Random scenes have thin cells and light blocks, which
+#: cost digits.
 EXACT, RANDOM = 1e-7, 1e-6
-#: The loop's own tolerance is 1e-5 on λ, and rounding may choose another optimal state on the way.
+#: The tolerance of the loop is 1e-5 on λ, and rounding may lead to another optimal state on the way.
 LOOP = 5e-4
 
 BASE, SMALL = small_wall(6, 4), small_wall(3, 2)
 
 
-#: Kinematics find what statics do, on every case and kind of joint: see the tests of duality.
+#: Kinematics have the same load factors as statics for every case and kind of joint: see the tests of
+#: duality.
 @pytest.mark.parametrize("name", SAME)
 @pytest.mark.parametrize(
     ("scene", "method", "tolerance"),
@@ -42,16 +43,19 @@ def test_load_factor_is_unmoved(scene, method, tolerance, name):
     same(solved(scene, method), solved(SAME[name](scene), method), tolerance)
 
 
-#: Two load histories that differ by rounding.
+#: Relative tolerance of two load histories that differ by rounding.
 SAME_WAY = 1e-8
-#: The exact state below is on the same mechanism, whichever way the load history went: 4e-15 apart on these
-#: walls.
+#: Relative tolerance of the exact state after a descent. It has the same mechanism whatever the load history:
+#: on these walls the load factors differ by 4e-15.
 DESCENDED = 1e-10
 
 
 @pytest.mark.parametrize("name", SAME)
 def test_the_default_is_unmoved(name):
-    """Of many mechanisms that cost nothing rounding picks one on larger walls."""
+    """The default's exact state is the same on a small wall.
+
+    On larger walls, rounding decides between several mechanisms of equal λ.
+    """
     one, other = (solved(each) for each in (SMALL, SAME[name](SMALL)))
     for result in (one, other):
         assert result.exact
@@ -59,7 +63,7 @@ def test_the_default_is_unmoved(name):
     same(one, other, DESCENDED)
 
 
-#: Joints with cohesion, too.
+#: A corner of two walls. Its joints in `SPACE` have cohesion.
 CORNER = corner_wall(2, 2, 3)
 SPACE = {
     "box": pushed_box((1.0, 2.0, 3.0), 0.3, 20.0),
@@ -71,7 +75,7 @@ SPACE = {
 @pytest.mark.parametrize("name", mappings_in_space.SAME)
 @pytest.mark.parametrize("scene", ["box", "corner", pytest.param("corner of 20", marks=pytest.mark.slow)])
 def test_load_factors_in_space_are_unmoved(scene, name):
-    """Programs solved to 1e-9, twice; a load history to a gap of 1e-9, twice."""
+    """Two static programs are solved to 1e-9, and two load histories to a gap of 1e-9."""
     one, other = SPACE[scene], mappings_in_space.SAME[name](SPACE[scene])
     for method, tolerance in (("static", EXACT), ("incremental", 1e-6)):
         first, second = solved(one, method), solved(other, method)
@@ -81,7 +85,8 @@ def test_load_factors_in_space_are_unmoved(scene, name):
 
 @pytest.mark.slow
 def test_the_default_in_space_is_certified_all_the_same():
-    """It ends in one exact state of many, and rounding may choose another."""
+    """The default ends in one of many exact states, and rounding may lead to another: it is certified in
+    any case."""
     result = solved(mappings_in_space.SAME["turned"](CORNER))
     assert not result.solution.answer.failing(Kind.EXACT)
     assert result.load_factor < solved(CORNER, "static").load_factor * (1 + EXACT)
@@ -93,7 +98,10 @@ def test_the_default_in_space_is_certified_all_the_same():
     ids=["wall", "wall_1", "space"],
 )
 def test_units_twice_as_large_change_no_bit(scene, method):
-    """Lengths 1024 times: both are measured in medians of the scene's own; powers of two change no digit."""
+    """Lengths that are 1024 times and forces that are twice as large do not change a bit of λ.
+
+    The package measures both in medians of the scene, and powers of two change no digit.
+    """
     if scene.dimension == 3:
         larger = mappings_in_space.mapped(scene, length=1024.0, force=2.0)
     else:

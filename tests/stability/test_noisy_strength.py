@@ -1,4 +1,5 @@
-"""Scenes of limited strength whose corners are moved by 1e-8: both formulations end, and agree."""
+"""Tests of scenes with limited strength whose corners are moved by 1e-8: static and kinematic programs
+agree."""
 
 import numpy as np
 import pytest
@@ -8,17 +9,20 @@ from atlas.random_scenes import random_scene
 import masonry_opt as mo
 from masonry_opt.solution.reasons import Status
 
-#: Of two conic programs solved to 1e-9; the most of 500 such scenes is 5e-8.
+#: Relative tolerance of two conic programs solved to 1e-9; the largest difference in 500 noisy scenes is
+#: 5e-8.
 SAME = 1e-6
 FIRST, SCENES, FAST = 960_000, 8, 3
 
-#: Ends with parabolas scaled by the forces that a first solve finds, as one of 250 such scenes does.
+#: This scene is solved again with parabolas scaled by the forces of the first solve, as one of 250 scenes is.
 AGAIN = 991_175
 
 
 def noisy(seed: int) -> mo.Scene:
-    """A random arch, wall or stack, every third held by ties and props, of a strength from just enough to
-    some thousand times that."""
+    """Return a random arch, wall or stack with limited strength and with random errors in its corners.
+
+    Every third scene has ties and props. The strength is between just enough and some thousand times as much.
+    """
     kind, rng = ("arch", "wall", "stack", "arch")[seed % 4], np.random.default_rng(seed)
     scene = (held if seed % 3 == 0 else random_scene)(kind, seed)
     strength = float(10 ** rng.uniform(0.7, 4))

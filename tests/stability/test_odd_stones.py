@@ -1,7 +1,7 @@
-"""Random scenes of notched stones, of corners that stand on edges, and of joints that crush.
+"""Tests on random scenes of notched stones, of corners on edges, and of joints that crush.
 
-Seeds 0 to 299 were all solved once: 254 ended in an exact state, 37 fall under their dead load, seven are
-proven to have no load factor, and two were left undecided.
+Seeds 0 to 299 were all solved once: 254 ended in an exact state, and 37 are unstable under their dead load.
+Seven are proven to have no load factor, and two remained undecided.
 """
 
 import pytest
@@ -12,7 +12,7 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.solution.acceptance import LIMITS, Kind
 from masonry_opt.solution.reasons import Status
 
-#: Programs solved to 1e-9, twice; sliver cells cost digits.
+#: Relative tolerance of two programs solved to 1e-9; thin cells cost digits.
 RANDOM = 1e-6
 
 SEEDS = [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2, 300, 303, 306))]
@@ -34,13 +34,16 @@ def test_the_default_is_exact_or_says_why_there_is_none(seed):
         assert result.status is Status.UNSTABLE or proven
         return
     assert not LIMITS[Kind.EXACT if result.exact else Kind.LOOP].failing(result.certificate.as_dict())
-    if result.associative is not None:  # dilatancy locks some
+    if result.associative is not None:  # Dilatancy locks some scenes.
         assert result.load_factor <= result.associative * (1 + 1e-7)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_parabola_and_chords_hold_each_other(seed):
-    """The chords lie inside, and miss 0.65 % of a moment at most."""
+    """The load factor with chords is at most that with the parabola; without a strength, both are equal.
+
+    Chords lie inside the parabola, and miss 0.65 % of a moment at most.
+    """
     scene = odd_scene(seed)
     by_chords, whole = mo.solve(scene, "static", solver="highs"), mo.solve(scene, "static")
     if by_chords.load_factor is None:

@@ -1,11 +1,11 @@
-"""Theorems on random scenes, and how their load factors are ordered.
+"""Tests of theorems on random scenes, and of the order of their load factors.
 
-Of associative flow the relations are theorems: asserted to the accuracy of the solver. The loop is a
-heuristic: tessellation 121 ends at 0.0240 as it is and at 0.0124 turned by 37° or with its support split.
-So only its equilibrium and its bound are asserted. The default's answer is a state that meets every Coulomb
-condition: that it does is asserted, and that none exceeds the associative one.
+For associative flow the relations are theorems, asserted to the accuracy of the solver. The loop is a
+heuristic: tessellation 121 ends at 0.0240, and at 0.0124 if it is turned by 37° or has its support split.
+Therefore only its equilibrium and its bound are asserted. The default's answer must meet every Coulomb
+condition, and must not exceed the associative load factor.
 
-Scenes are made from the seeds in the tests' names: ``random_scene("wall", 7)`` is the scene of [wall-7].
+The names of the tests have the kind and the seed: ``random_scene("wall", 7)`` is the scene of [wall-7].
 """
 
 import numpy as np
@@ -18,37 +18,38 @@ import masonry_opt as mo
 from masonry_opt.solution.acceptance import LIMITS, SMALLEST, Kind
 from masonry_opt.solution.reasons import Code, Status
 
-#: Programs solved to 1e-9, twice. Random scenes have sliver cells and light blocks, which cost digits.
+#: Relative tolerance of two programs solved to 1e-9. Random scenes have thin cells and light blocks, which
+#: cost digits.
 RANDOM = 1e-6
-#: By how much an exact state may lie above the loop's: the most in 250 random scenes is 1e-2.
+#: Largest share by which an exact state may lie above the state of the loop: 1e-2 in 250 random scenes.
 NEARLY = 3e-2
 
-#: A scene on which the load history ends in another valley than the loop: 7 % above it.
+#: A scene on which the load history ends at another local minimum than the loop: 7 % above it.
 ANOTHER_VALLEY = {("tessellation", 118)}
 
-#: The smallest, and others.
+#: The smallest scene of each kind, and other scenes.
 SCENES = [
     *(("stack", 15), ("arch", 17)),
     *(pytest.param(*of, marks=pytest.mark.slow) for of in (("wall", 36), ("tessellation", 24))),
     *(pytest.param(kind, seed, marks=pytest.mark.slow) for kind in KINDS for seed in (0, 101, 118)),
 ]
 
-#: What the loop may end as where there is an associative load factor: it is a heuristic.
+#: Statuses that the loop may end with although there is an associative load factor: it is a heuristic.
 LOOP_GIVES_UP = {
     Status.CYCLING,
     Status.ITERATION_LIMIT,
     Status.NO_STATE,
     Status.SOLVER_FAILED,
-    Status.UNSTABLE,  # a dead load that wedging alone carries
+    Status.UNSTABLE,  # Only wedging carries the dead load.
 }
 
 
 def no_more(one: mo.Result, other: mo.Result) -> None:
-    """The other result, of a scene with less friction somewhere, carries no more than the first."""
+    """Assert that a scene with less friction at some joints carries no more than the original."""
     if one.status is Status.UNSTABLE:
         assert other.status is Status.UNSTABLE
     elif one.load_factor is not None:
-        # None at all is less: what stood may fall. Unlimited would be more.
+        # No load factor is less, because a stable scene may become unstable. Unlimited would be more.
         assert other.load_factor is not None or other.status is Status.UNSTABLE
         assert (other.load_factor or 0.0) <= one.load_factor + RANDOM
 
@@ -75,7 +76,7 @@ def test_theorems_of_associative_flow(kind, seed):
 
 @pytest.mark.parametrize(("kind", "seed"), SCENES)
 def test_the_default_is_exact_and_below_the_loop_and_the_loop_below_associative(kind, seed):
-    """The default, the loop and associative flow, on every scene that has a load factor."""
+    """The order is asserted on every scene that has an associative load factor."""
     scene = random_scene(kind, seed)
     associative = solved(scene, "static").load_factor
     if associative is None:
@@ -85,9 +86,9 @@ def test_the_default_is_exact_and_below_the_loop_and_the_loop_below_associative(
         assert loop.status in LOOP_GIVES_UP
         assert loop.reasons
     else:
-        # The loop's sub-problems violate the true law a little; no λ reported exceeds the bound.
+        # The sub-problems of the loop violate Coulomb's law slightly, but no reported λ exceeds the bound.
         assert loop.load_factor <= associative + RANDOM
-        # The forces are in equilibrium with the load factor reported beside them.
+        # The forces are in equilibrium with the reported load factor.
         problem = loop.assembly.problem
         residual = problem.B @ loop.solution.q + loop.load_factor * problem.live + problem.dead
         assert np.abs(residual).max() < 1e-8 * np.abs(problem.dead).sum()
@@ -95,9 +96,10 @@ def test_the_default_is_exact_and_below_the_loop_and_the_loop_below_associative(
         assert loop.load_factor is None
         return
     assert default.certificate.worst < 1e-8
-    # A state with equilibrium and yield: a theorem.
+    # This is a theorem, because the state satisfies equilibrium and yield.
     assert default.load_factor <= associative + RANDOM
-    # Not one: the loop's state obeys the law nearly, and the least exact state near it may lie higher.
+    # This is not a theorem: the loop's state only nearly obeys the law, and the least exact state near it may
+    # be higher.
     if loop.load_factor is not None:
         if (kind, seed) not in ANOTHER_VALLEY:
             assert default.load_factor <= loop.load_factor * (1 + NEARLY) + RANDOM
@@ -107,11 +109,11 @@ def test_the_default_is_exact_and_below_the_loop_and_the_loop_below_associative(
 
 @pytest.mark.parametrize(("kind", "seed"), SCENES)
 def test_the_default_is_exact_and_below_associative(kind, seed):
-    """Exact and at or below the associative λ, on every scene that has an answer."""
+    """The default's state is exact, and at or below the associative λ, on every scene with an answer."""
     scene = random_scene(kind, seed)
     associative, result = solved(scene, "static"), solved(scene)
     if associative.load_factor is None:
-        # Without dilatancy a scene that locks may move.
+        # A scene that associative flow locks may move without dilatancy.
         assert result.status is associative.status or associative.status is Status.LOCKED
         return
     assert result.status.usable or result.status in (Status.SOLVER_FAILED, Status.UNSTABLE, Status.JAMMED)
@@ -132,7 +134,7 @@ def test_the_default_is_exact_and_below_associative(kind, seed):
 
 @pytest.mark.slow
 def test_loop_with_remedies_certifies_nearly_every_random_scene():
-    """Of 40 scenes; each ends in a certified answer or a status that says why not."""
+    """Each of 40 scenes ends in a certified answer, or in a status that states the reason."""
     scenes = [random_scene(kind, seed) for seed in range(112, 122) for kind in KINDS]
     missed, known = [], 0
     for scene in scenes:
@@ -151,7 +153,7 @@ def test_loop_with_remedies_certifies_nearly_every_random_scene():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_scenes_are_worth_solving(kind):
-    """Most stand and have a load factor, few of them zero; a seed gives its scene."""
+    """Most scenes are stable and have a load factor above zero, and a seed always makes the same scene."""
     assert random_scene(kind, 3) == random_scene(kind, 3)
     factors = [mo.solve(random_scene(kind, seed), "static").load_factor for seed in range(20, 24)]
     assert sum(factor is not None and factor > 1e-3 for factor in factors) >= 2

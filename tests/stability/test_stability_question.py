@@ -1,6 +1,8 @@
-"""Scenes without live load: stable or not, with what reserves, in the plane and in space.
+"""Tests of scenes without live load: whether they are stable, and with what reserves, in the plane and in
+space.
 
-Values by hand, in the docstrings; they hold for any unit of length and force, any rotation and reflection.
+The values in the docstrings are by hand. They are the same for all units of length and force, and for all
+rotations and reflections.
 """
 
 import json
@@ -18,7 +20,7 @@ from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.solution.stability import are_resultants_unique
 
-#: Bisections end at a relative difference of 2e-4.
+#: Tolerance of values by bisection, which ends at a relative difference of 2e-4.
 BISECTED = 3e-4
 
 FLOOR = [(-9, -1), (9, -1), (9, 0), (-9, 0)]
@@ -31,7 +33,7 @@ def rotated(points, angle, mirrored=False):
 
 
 def ramp(angle, friction=0.6, size=1.0, weight=2.0, mirrored=False, width=2.0, height=1.0):
-    """A block of a width and a height on a slope."""
+    """Return a block of the given width and height on a slope."""
     corners = [(-width / 2, 0), (width / 2, 0), (width / 2, height), (-width / 2, height)]
     floor, block = (
         [(size * x, size * y) for x, y in rotated(shape, angle, mirrored)] for shape in (FLOOR, corners)
@@ -43,7 +45,7 @@ def ramp(angle, friction=0.6, size=1.0, weight=2.0, mirrored=False, width=2.0, h
 
 @pytest.mark.parametrize("method", ["coulomb", "incremental", "static", "kinematic", "nonassociative"])
 def test_a_stack_of_bricks_is_stable_with_every_method(method):
-    """26 bricks, one on the other: the forces are the weights above, and all act at the middles."""
+    """In a stack of 26 bricks, the forces are the weights above, and all act at the middles of the joints."""
     wall = mo.Wall(block=(0.215, 0.077), courses=[[1]], repeat=26, unit_weight=19)
     result = mo.solve(mo.Scene(joints={"friction": 0.6}, blocks=wall.blocks()), method)
     assert (result.status, result.usable, result.load_factor) == ("stable", True, None)
@@ -82,7 +84,8 @@ def test_a_block_on_too_steep_a_slope_is_unstable():
 
 
 def test_an_overhanging_brick_names_the_worst_joint():
-    """The upper two of three bricks act 0.1 from the end of the joint below, which is 0.8 long."""
+    """The weight of the upper two of three bricks acts 0.1 from the end of the joint below, which is 0.8
+    long."""
     blocks = [mo.Block(name="floor", vertices=FLOOR, fixed=True)]
     for name, x, y in (("a", 0.0, 0.0), ("b", 0.2, 0.3), ("c", 0.6, 0.6)):
         corners = [(x, y), (x + 1, y), (x + 1, y + 0.3), (x, y + 0.3)]
@@ -96,9 +99,11 @@ def test_an_overhanging_brick_names_the_worst_joint():
 
 @pytest.mark.parametrize("method", ["coulomb", "static"])
 def test_an_arch_fits_its_least_thickness(method):
-    """Milankovitch: a semicircular arch needs t/R = 0.1075; of 27 voussoirs 0.10678 (``mo.least``).
+    """The geometric margin of an arch agrees with its least thickness.
 
-    An arch of t/R = 0.15 therefore remains stable if its joints shrink to 0.7119 of their length.
+    A semicircular arch needs t/R = 0.1075 (Milankovitch), and one of 27 voussoirs needs 0.10678
+    (``mo.least``). An arch of t/R = 0.15 therefore remains stable if its joints shrink to 0.7119 of their
+    length.
     """
     arch = mo.Arch(radius=10, angles=(180, 0), thickness=1.5, voussoirs=27, unit_weight=1)
     result = mo.solve(mo.Scene(joints={"friction": 0.7}, blocks=arch.blocks()), method)
@@ -108,7 +113,7 @@ def test_an_arch_fits_its_least_thickness(method):
 
 
 def test_the_least_friction_is_a_factor_if_joints_differ():
-    """Two slopes of 20° and 10°: the first joint needs tan 20° of its 0.5, and the other less of its 0.4."""
+    """On slopes of 20° and 10°, the first joint needs tan 20° of its 0.5, and the second less of its 0.4."""
     first, second = ramp(math.radians(20), 0.5), ramp(math.radians(10), 0.5)
     moved = [
         block.replace(name=f"other {block.name}", vertices=[(x + 40, y) for x, y in block.vertices])
@@ -131,9 +136,10 @@ def solid(name, low, high, turned=0.0, **keys):
 
 @pytest.mark.parametrize("method", ["coulomb", "static"])
 def test_a_brick_in_space_overhangs_in_two_directions(method):
-    """Brick b covers a on 1.4 × 0.8, and its weight acts 0.4 and 0.3 from the nearest two edges.
+    """The margins of a brick that overhangs in two directions agree with hand calculation.
 
-    The weight is 0.3 and 0.1 from the middle of the joint: margins 1 - 0.3 / 0.7 and 1 - 0.1 / 0.4.
+    Brick b covers a on 1.4 × 0.8, and its weight acts 0.4 and 0.3 from the nearest two edges. The weight is
+    0.3 and 0.1 from the middle of the joint: margins 1 - 0.3 / 0.7 and 1 - 0.1 / 0.4.
     """
     blocks = [solid("floor", (-5, -5, -1), (5, 5, 0), fixed=True), solid("a", (0, 0, 0), (2, 1, 1), weight=1)]
     blocks.append(solid("b", (0.6, 0.2, 1), (2.6, 1.2, 2), weight=1))
@@ -146,7 +152,7 @@ def test_a_brick_in_space_overhangs_in_two_directions(method):
 
 
 def test_a_solid_on_a_slope_needs_the_tangent():
-    """As in the plane, with the cone of friction: tan 25°."""
+    """The least friction of a solid, with the cone of friction, is tan 25°, as in the plane."""
     angle = math.radians(25)
     blocks = [solid("slope", (-5, -5, -1), (5, 5, 0), angle, fixed=True)]
     blocks.append(solid("block", (-1, -1, 0), (1, 1, 1), angle, weight=3))
@@ -156,7 +162,7 @@ def test_a_solid_on_a_slope_needs_the_tangent():
 
 
 def squeezed(friction=0.5):
-    """A stone between two fixed ones, which nothing presses together."""
+    """Return a stone between two fixed stones, with no force that presses them together."""
     blocks = [
         mo.Block(name=name, vertices=[(x, 0), (x + 1, 0), (x + 1, 1), (x, 1)], **keys)
         for name, x, keys in (
@@ -169,7 +175,8 @@ def squeezed(friction=0.5):
 
 
 def test_a_stone_that_nothing_presses_is_unstable_from_rest_and_held_by_statics_alone():
-    """Statics finds forces of n = W / 2μ at both sides; contacts without forces at the start let it slide."""
+    """Statics finds normal forces of W / 2μ at both sides. Contacts without forces at rest let the stone
+    slide."""
     result = mo.solve(squeezed())
     assert result.status == "unstable under dead load"
     assert [reason.code for reason in result.reasons] == ["wedged"]
@@ -203,7 +210,10 @@ def test_studies_that_need_a_live_load_say_so(tmp_path):
 
 
 def test_the_four_programs_agree_on_the_margin_of_a_stack():
-    """Each joint of one brick on the floor can lose its whole weight, one median block weight."""
+    """The margin of one brick on the floor is its weight, by all four programs: one median block weight.
+
+    The joint can lose this whole weight.
+    """
     report = mo.check(ramp(0.0))
     assert report.passed
     assert report.table["load_factor"].to_list() == pytest.approx(4 * [1.0], abs=1e-7)
@@ -256,7 +266,7 @@ def test_pages_pictures_and_json_have_the_reserves(case):
     "options", [("--plot-kind", "mechanism"), ("--mechanism", "incremental"), ("--plot-kind", "curve")]
 )
 def test_a_stable_scene_has_no_mechanism_and_no_curve_to_draw(case, options):
-    """The answer is printed, and the message names the kinds of pictures that there are."""
+    """The answer is printed, and the message names the available kinds of pictures."""
     with_curve = ["--method", "incremental", "-o", "curve=true"] if "curve" in options else []
     drawn = CliRunner().invoke(app, ["solve", "ramp.toml", "--plot", "no.png", *options, *with_curve])
     assert isinstance(drawn.exception, mo.OptionError)
@@ -268,7 +278,10 @@ def test_a_stable_scene_has_no_mechanism_and_no_curve_to_draw(case, options):
 @pytest.mark.parametrize("order", [1, -1])
 @pytest.mark.parametrize("wires", [1, 2])
 def test_the_ground_is_no_block_of_a_scene_that_hangs_from_it(order, wires):
-    """A stack of two solids on one wire has no closed loop of connections, and on two wires it has one."""
+    """Resultants are unique on one wire, and not on two.
+
+    A stack of two solids on one wire has no closed loop of connections; on two wires it has one.
+    """
     blocks = [
         solid("lower", (-1, -1, 0), (1, 1, 1), weight=1),
         solid("upper", (-1, -1, 1), (1, 1, 2), weight=1),

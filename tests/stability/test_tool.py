@@ -1,4 +1,4 @@
-"""The tool under strain: full disks, odd files and paths end in one line and an exit code."""
+"""Tests of the program under strain: full disks, odd files and odd paths end in one line and an exit code."""
 
 import json
 import os
@@ -59,7 +59,7 @@ def test_reader_of_standard_output_went_away(monkeypatch, command, tmp_path, arg
 
 @pytest.mark.slow
 def test_help_of_which_a_reader_takes_lines_ends_without_a_word(tmp_path):
-    """The reader goes while the last lines are still to be written."""
+    """The reader ends while the last lines are not yet written."""
     of_this_tree = os.environ | {"PYTHONPATH": str(CASES.parent)}
     program = f"{sys.executable} -c 'from masonry_opt.cli import main; main()' sweep --help"
     pipeline = f"{program} 2> {tmp_path}/errors | head -90 > /dev/null"
@@ -69,7 +69,7 @@ def test_help_of_which_a_reader_takes_lines_ends_without_a_word(tmp_path):
 
 @pytest.mark.slow
 def test_a_process_ends_without_a_word_when_nobody_reads_its_output(tmp_path):
-    """As programs do that the signal for it ends; with all it says as it ends."""
+    """The process ends with exit code 141, as programs do that this signal ends, and prints no error."""
     read, write = os.pipe()
     os.close(read)
     program = "from masonry_opt.cli import main; main()"
@@ -143,7 +143,7 @@ def test_file_with_the_longest_name_is_written(tmp_path):
 
 
 def test_names_of_blocks_make_no_paths(command, tmp_path):
-    """What a case file calls its blocks and itself stays in the output."""
+    """Names of blocks and titles in a case file appear in the output, and make no files."""
     odd = "../../<script>alert(1)</script>[/red]{x}$\\\\frac{$"
     text = f'title = "{odd}"\nsource = "{odd}"\n' + GOOD.replace('"A"', f'"{odd}"')
     text += f'[reference]\nstatic = {{ value = 0.6, source = "{odd}" }}\n'
@@ -185,7 +185,7 @@ def test_pipes_and_circles_of_links(command, tmp_path):
         mo.load("a\0.toml")
 
 
-#: By what is wrong: name and content of the file, and what the message must name.
+#: By kind of error: the name and the content of the file, and words that the message must contain.
 ODD_FILES = {
     "UTF-16": ("case.toml", GOOD.encode("utf-16"), ""),
     "NUL": ("case.toml", GOOD.replace('"A"', '"\0"'), ""),
@@ -256,12 +256,13 @@ def test_blocks_on_one_another_are_refused_before_all_pairs_are_made():
     base = mo.Block(name="base", vertices=[(0, -1), (1, -1), (1, 0), (0, 0)], fixed=True)
     copies = [block.model_copy(update={"name": str(number)}) for number in range(5_000)]
     scene = mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[*copies, base])
-    with pytest.raises(CaseError, match=str(300 * 5_000 - 300 * 299 // 2)):  # each pair once
+    with pytest.raises(CaseError, match=str(300 * 5_000 - 300 * 299 // 2)):  # each pair counts once
         assemble(scene)
 
 
 def test_outlines_too_fine_to_compare():
-    """Two shallow arcs on the two sides of a diagonal, so that each lies in the other's box."""
+    """Two shallow arcs lie on the two sides of a diagonal, so that each lies in the bounding box of the
+    other."""
 
     def arc(side):
         steps = [step / 12_000 for step in range(12_001)]

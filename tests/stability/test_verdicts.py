@@ -1,6 +1,6 @@
-"""Random scenes of every kind and load against a second program: whether they stand, and up to what load.
+"""Tests of random scenes of all kinds and loads against a second program: stability and load factor.
 
-Of 1,000 scenes at once: ``python benchmarks/second_program.py``.
+``python benchmarks/second_program.py`` compares 1,000 scenes at once.
 """
 
 import pytest
@@ -10,7 +10,8 @@ from second_program import random_of_any_kind, verdict_on
 import masonry_opt as mo
 from masonry_opt.solution.reasons import Code
 
-#: Seeds that nothing is tuned on, and of the first eight those that take a second at most.
+#: The first seed of scenes on which no setting was tuned, and the numbers of the scenes that take a second at
+#: most.
 FIRST, FAST = 910_000, (0, 2, 3, 4)
 
 
@@ -23,7 +24,8 @@ def test_no_verdict_is_wrong_or_left_open(seed):
 
 @pytest.mark.slow
 def test_the_load_history_answers_where_no_exact_state_is_found():
-    """Three solids with a tie and props: neither cone programs nor the loop find an exact state."""
+    """The load history answers for three solids with a tie and props: neither cone programs nor the loop
+    do."""
     result = mo.solve(random_of_any_kind(1_301_263))
     assert result.status.usable
     found = values_of(result, Code.RANGE)

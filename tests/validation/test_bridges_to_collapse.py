@@ -1,7 +1,7 @@
-"""Bridges loaded to collapse: Page (1987, 1988, 1989) and Hendry, Davies & Royles (1985).
+"""Tests of bridges that were loaded to collapse: Page (1987, 1988, 1989) and Hendry, Davies & Royles (1985).
 
-Load factors are held against an independent program, not against the tests: what these say beside limit
-analysis stands in the guide, page "Bridges loaded to collapse", whose numbers are checked here too.
+Load factors are compared with an independent program, not with the loads of the experiments. The guide, page
+"Bridges loaded to collapse", discusses the experiments; its numbers are checked here too.
 """
 
 import math
@@ -18,7 +18,7 @@ from masonry_opt.problem.fill import Road
 from masonry_opt.solution.motion import joint_motion
 
 SPREAD = math.tan(math.radians(30))
-#: Rankine's coefficients at φ = 30°, and the share of the passive one that the cases count on.
+#: Rankine's coefficients at φ = 30°, and the share of the passive coefficient that the cases count on.
 ACTIVE, PASSIVE, MOBILISED = 1 / 3, 3.0, 0.33
 
 
@@ -33,8 +33,8 @@ BRIDGES = {
     "page/shinafoot": arch(6.16, 1.19, 0.542, 0.215, 7.03, steps=50),
     "page/strathmashie": arch(9.42, 2.99, 0.6, 0.41, 5.81, steps=50),
 }
-#: kN, as the guide has them: without fill; its weight; and spread; and .33 of passive pressure; and all of
-#: it; as the last but one, with masonry of 5 N/mm².
+#: Collapse loads of the guide in kN. The first four add up effects: no fill, its weight, its spread, 0.33 of
+#: its passive pressure. Then follow all of the passive pressure, and 0.33 of it with masonry of 5 N/mm².
 GUIDE = {
     "hendry_davies_royles/bridgemill": (1730, 2800, 2990, 3170, 3720, 2000),
     "page/prestwood": (47.6, 102, 113, 134, 177, 118),
@@ -42,7 +42,7 @@ GUIDE = {
     "page/shinafoot": (2230, 3570, 4530, 4900, 5680, 2450),
     "page/strathmashie": (471, 1020, 1190, 1680, 2730, 1430),
 }
-#: kN/m²
+#: Strength in kN/m².
 STRENGTH = 5000
 
 
@@ -55,12 +55,12 @@ def changed(scene: mo.Scene, **keys: object) -> mo.Scene:
 
 
 def load_found(scene: mo.Scene) -> float:
-    """λ times the live load, in kN, by associative flow."""
+    """Return the collapse load in kN by associative flow: λ times the live load."""
     return -sum(load.live[1] for load in scene.loads) * solved(scene, "static").load_factor
 
 
 def on_the_road(scene: mo.Scene) -> mo.Scene:
-    """With the load on the road at the quarter of the span, from where it spreads, in place of its own."""
+    """Return the scene with its load on the road, from where it spreads, in place of the load on a block."""
     road = scene.fills[0].road
     bare = scene.model_copy(update={"loads": []})
     shapes = assemble(bare).geometry
@@ -76,7 +76,8 @@ def on_the_road(scene: mo.Scene) -> mo.Scene:
 
 @pytest.mark.parametrize("name", BRIDGES)
 def test_geometry(name):
-    """The measures of the file's source: of the ring, the road and the width; the load on the back."""
+    """The ring, the road and the width have the dimensions of the source, and the load is at a quarter of
+    the span."""
     scene, stated = read(name), BRIDGES[name]
     ring = np.array([block.vertices for block in scene.blocks if not block.fixed])
     assert len(ring) == stated.steps
@@ -88,7 +89,7 @@ def test_geometry(name):
     assert scene.fills[0].road[0][1] == pytest.approx(stated.road, rel=1e-9)
     assert scene.thickness == stated.width
     assert scene.loads[0].at[0] == pytest.approx(-stated.span / 4, rel=1e-9)
-    # The joints run square from the intrados to the back, as those of the independent program.
+    # The joints are perpendicular to the intrados, as in the independent program.
     joints = np.array([stated.intrados[0], stated.back])
     nearest = np.abs(corners[:, None, None] - joints).max(axis=-1).min(axis=(1, 2))
     np.testing.assert_allclose(nearest, 0, atol=2e-7)
@@ -96,8 +97,11 @@ def test_geometry(name):
 
 @pytest.mark.parametrize("name", BRIDGES)
 def test_hinges_at_the_same_joints(name):
-    """Bare, under the weight of the fill, and with its pressure, to 1e-3: straight edges and forces a piece
-    of edge here, curves and a depth that varies there."""
+    """Load factors agree to 1e-3 with those of the independent program.
+
+    The arch is bare, or under the weight of the fill, or also under its pressure. The scene has straight
+    edges and one force per piece of an edge; the program has curves and a depth that varies.
+    """
     scene, fill = read(name), BRIDGES[name]
     pressing = replace(fill, active=ACTIVE, passive=MOBILISED * PASSIVE)
     bare = scene.model_copy(update={"fills": []})
@@ -115,7 +119,11 @@ def test_hinges_at_the_same_joints(name):
 
 @pytest.mark.parametrize("name", ["page/torksey", "page/strathmashie"])
 def test_backing_over_the_haunches(name):
-    """Up to a joint's back, heavier, of φ = 40° all of its passive pressure; of the fill's numbers none."""
+    """Load factors with backing agree to 1e-3 with those of the independent program.
+
+    The backing reaches up to the extrados of a joint. It is heavier than the fill, and has all of the passive
+    pressure of φ = 40°. Backing with the properties of the fill changes nothing.
+    """
     scene, fill = read(name), BRIDGES[name]
     passive = math.tan(math.radians(65)) ** 2
     pressing = replace(fill, active=ACTIVE, passive=MOBILISED * PASSIVE)
@@ -137,7 +145,7 @@ def test_backing_over_the_haunches(name):
 
 @pytest.mark.parametrize("name", BRIDGES)
 def test_nothing_slides(name):
-    """So that the flow rule has no influence."""
+    """Nothing slides, so that the flow rule has no influence: both load factors agree to 1e-6."""
     made = changed(read(name), pressure=False)
     assert solved(made).load_factor == pytest.approx(solved(made, "static").load_factor, rel=1e-6)
 
@@ -164,8 +172,10 @@ def fine(stated: ArchUnderFill, voussoirs: int, **fill: object) -> mo.Scene:
     ],
 )
 def test_hinges_anywhere_with_the_load_spread(name, mobilised):
-    """λ falls to that of the smooth arch, within 1e-3 at 240 voussoirs: hinges lie at joints, of which there
-    are more and more."""
+    """With more voussoirs, λ falls to that of the smooth arch: within 1e-3 at 240 voussoirs.
+
+    Hinges form at joints, and more voussoirs have more joints.
+    """
     stated = replace(BRIDGES[f"page/{name}"], spread=SPREAD, steps=1200)
     fill: dict[str, object] = {"pressure": False}
     if mobilised is not None:
@@ -179,8 +189,10 @@ def test_hinges_anywhere_with_the_load_spread(name, mobilised):
 
 @pytest.mark.slow
 def test_worst_position_of_a_line_load():
-    """Of one axle that crosses Torksey: within 1e-3 of the least over 31 places of the smooth arch, and its
-    place within a hundredth of the span."""
+    """The worst position of one axle on Torksey agrees with that on the smooth arch.
+
+    λ is within 1e-3 of the least over 31 positions, and the position is within a hundredth of the span.
+    """
     stated = replace(
         BRIDGES["page/torksey"], spread=SPREAD, active=ACTIVE, passive=MOBILISED * PASSIVE, steps=600
     )
@@ -195,7 +207,7 @@ def test_worst_position_of_a_line_load():
 
 
 def test_prestwood_hinges_as_in_the_test():
-    """Page: a mechanism of four hinges."""
+    """Page reports a mechanism of four hinges."""
     result = solved(read("page/prestwood"))
     motion = joint_motion(result.assembly, result.solution)
     assert motion.hinges.sum() == 4
@@ -204,7 +216,7 @@ def test_prestwood_hinges_as_in_the_test():
 
 @pytest.mark.parametrize("name", BRIDGES)
 def test_numbers_of_the_guide(name):
-    """They are rounded to three digits."""
+    """The numbers of the guide are rounded to three digits."""
     scene = read(name)
     silent, loaded = changed(scene, pressure=False), on_the_road(scene)
     crushing = mo.JointDefaults(friction_angle=33, strength=STRENGTH)

@@ -1,4 +1,4 @@
-"""Joints of limited strength, against closed forms and a program of fibres."""
+"""Tests of joints with limited strength, against closed forms and a program of fibres."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,10 @@ def block(strength: float) -> mo.Scene:
 @pytest.mark.parametrize("strength", [2.0, 10.0, 1000.0])
 @pytest.mark.parametrize(("method", "how"), BY_PARABOLA)
 def test_a_solid_block_crushes_at_its_toe(method, how, strength):
-    """Weight 1 on a toe of length W/f_c, its middle b/2 − W/(2 f_c) from the centroid: λ = (b − W/f_c)/h."""
+    """A block of weight 1 turns about the middle of its crushed toe: λ = (b − W/f_c)/h.
+
+    The toe has the length W/f_c, and its middle is b/2 − W/(2 f_c) from the centroid.
+    """
     result = mo.solve(block(strength), method, **how)
     assert result.required() == pytest.approx((1.0 - 1.0 / strength) / 2.0, rel=1e-8)
     assert result.certificate.worst < 1e-8
@@ -44,8 +47,11 @@ def test_chords_err_on_the_safe_side_and_by_no_more_than_they_say(method, how):
 
 @pytest.mark.slow
 def test_no_loop_is_needed_however_strong_the_stones():
-    """A stout arch (kN, m) of stones that bear 1,500 times its collapse load, 1 kN down at a third of it.
-    Slacks of crushing grow with the strength: they must not drown the load at the start."""
+    """Exact states are found for a thick arch (kN, m) whose stones carry 1,500 times its collapse load.
+
+    1 kN acts downwards at a third of the arch. Slacks of crushing grow with the strength, and must not hide
+    the load at the start.
+    """
     loads = {"unit_weight": 20, "point_loads": [mo.PointLoad(voussoir=2, force=(0, -1))]}
     ring = mo.Arch(radius=3, thickness=0.6, angles=(0, 180), voussoirs=7, weights="sector", **loads)
     for dilatancy in (0.0, 0.6):
@@ -73,7 +79,7 @@ def test_rates_of_chords_follow_any_motion_and_dissipate_least():
     assert p.min() >= 0
     assert (p.sum(axis=0) * CHORDS.slope).sum(axis=1) == pytest.approx(opening, abs=1e-12)
     assert (p[1] - p[0]).sum(axis=1) == pytest.approx(rotation, abs=1e-12)
-    # The polygon's energy is what its knots take at most: those of neighbouring chords that meet.
+    # The energy of the polygon is the largest over its knots, at which neighbouring chords meet.
     knots = np.diff(CHORDS.constant) / -np.diff(CHORDS.slope)
     x = np.concatenate([[0.0], knots, [1.0]])
     moment = (np.multiply.outer(CHORDS.slope, x) + CHORDS.constant[:, None]).min(axis=0)
@@ -95,7 +101,7 @@ ARCH = mo.Arch(
     radius=1, thickness=0.2, angles=(0, 180), voussoirs=15, unit_weight=1, weights="sector", live=(1, 0)
 )
 
-#: Strengths at which crushing takes up to half of the load factor.
+#: Scenes with strengths at which crushing takes up to half of the load factor.
 SCENES = {
     "wall": small_wall(friction=0.65, strength=8.0),
     "column": small_wall(courses=5, length=1, friction=2.0, strength=5.0),
@@ -106,7 +112,8 @@ SCENES = {
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize(("method", "how"), BY_PARABOLA)
 def test_parabola_against_fibres(name, method, how):
-    """The second formulation: stresses 0 ≤ σ ≤ f_c on 200 fibres a joint, solved by SciPy."""
+    """λ agrees to 2e-4 with a second formulation: stresses 0 ≤ σ ≤ f_c on 200 fibres per joint, solved by
+    SciPy."""
     scene = SCENES[name]
     result = mo.solve(scene, method, **how)
     assert result.required() == pytest.approx(by_fibres(scene), rel=2e-4)
@@ -145,7 +152,11 @@ def test_with_associative_flow_a_load_history_reproduces_the_chords_optimum():
 
 @pytest.mark.slow
 def test_values_are_held_against_those_of_their_own_law():
-    """The parabola's λ is higher here, and none of the Coulomb answer's business."""
+    """Load factors are compared under the same law of crushing.
+
+    The parabola's λ is higher in this scene. The Coulomb answer has chords, and its associative load factor
+    does too.
+    """
     scene = SCENES["arch"]
     parabola, chords = solved(scene, "static"), solved(scene, "static", solver="highs")
     assert (parabola.crushing, chords.crushing) == ("parabola", "chords")
@@ -164,8 +175,11 @@ def test_the_bracket_refuses_what_it_does_not_know():
 
 
 def by_fibres(scene: mo.Scene, fibres: int = 200) -> float:
-    """Largest λ with B q + λ f_L + f_D = 0, |s| ≤ μ n, n = Σ σ ΔL, m = Σ σ ΔL y and 0 ≤ σ ≤ f_c: each
-    fibre's force as two at the ends."""
+    """Return the largest λ of a program in which each joint consists of fibres, by SciPy.
+
+    The constraints are B q + λ f_L + f_D = 0, |s| ≤ μ n, n = Σ σ ΔL, m = Σ σ ΔL y and 0 ≤ σ ≤ f_c. The force
+    of a fibre is represented by two forces at the ends of the joint.
+    """
     assembly = assemble(scene)
     problem, c = assembly.problem, assembly.problem.joints
     share = (np.arange(fibres) + 0.5) / fibres

@@ -1,4 +1,4 @@
-"""Every case file holds what its source published: each reference with a tolerance is met."""
+"""Tests that every case file agrees with its source: each reference with a tolerance is met."""
 
 import tomllib
 from pathlib import Path
@@ -12,7 +12,7 @@ import masonry_opt as mo
 from masonry_opt.methods.loop.options import PAPER
 from masonry_opt.problem.assembly import assemble
 
-#: The method that must meet a reference of that name, and its options.
+#: The method that must meet a reference of this name, and its options.
 METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "associative": ("static", {}),
     "nonassociative": ("nonassociative", PAPER),
@@ -20,13 +20,14 @@ METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "mcp": ("coulomb", {}),
 }
 
-#: References that are found by searches over thickness and friction, in the example "fig9".
+#: References that come from searches over thickness and friction, which the example "fig9" repeats.
 ELSEWHERE = {"least_thickness", "least_thickness_sector", "least_thickness_straight"}
 ELSEWHERE |= {"mode_I_to_II", "mode_II_to_III"}
 
-#: Of Table 1, whose example solves for all; "variants" has the paper's loop on each wall, as it is published.
+#: References of Table 1, whose example solves for all of them. The example "variants" has the paper's loop on
+#: each wall, as published.
 IN_TABLE_1 = ("associative", "nonassociative", "mcp", "mpec", "refined")
-#: References whose own test or example solves for them; wall 1 meets all but two here too.
+#: References that have their own test or example. Wall 1 meets all but two of its references here too.
 OWN_TEST = {
     *((path.stem, name) for path in WALLS[1:] for name in IN_TABLE_1),
     *(("wall_1", name) for name in ("mpec", "refined")),
@@ -35,7 +36,7 @@ OWN_TEST = {
     *((name.split("/")[-1], method) for name in KNOWN for method in ("associative", "coulomb")),
 }
 
-#: Scenes of many joints, which take seconds.
+#: Scenes with many joints, which take seconds.
 LARGE = {"diamond_4", "slope"}
 
 
@@ -49,8 +50,11 @@ TOLD = [
 
 
 def references() -> list[Any]:
-    """What is told and has no test of its own; slow where a solve takes seconds. What is checked for duality
-    meets its associative reference there."""
+    """Return parameters for the references with a tolerance that have no test of their own.
+
+    A reference is marked as slow if its solve takes seconds. Associative references of cases that the tests
+    of duality solve are checked there.
+    """
     return [
         pytest.param(
             path, name, id=f"{path.stem}-{name}", marks=[pytest.mark.slow] if path.stem in LARGE else []
@@ -70,7 +74,7 @@ def test_reference(path: Path, name: str) -> None:
     assert result.status.usable, result.message
     margin = reference.tolerance * abs(reference.value)
     assert result.load_factor <= reference.value + margin
-    # The MCP's is one state of many: a lower one, exact too, is no mistake.
+    # The MCP's value is that of one state of many, so that a lower exact state is no error.
     if name == "mcp":
         assert result.certificate.worst < 1e-8
     else:
@@ -83,7 +87,7 @@ def test_reference(path: Path, name: str) -> None:
     ids=lambda path: path.stem,
 )
 def test_counts_and_provenance(path: Path) -> None:
-    """Numbers of blocks and joints are exact; every case says what it is and where it comes from."""
+    """The numbers of blocks and joints are exact, and every case has a title and a source."""
     scene = mo.load(path)
     assert scene.title
     assert scene.source
@@ -95,11 +99,14 @@ def test_counts_and_provenance(path: Path) -> None:
 
 
 def test_every_case_has_something_to_meet() -> None:
-    """But for the façades whose load factors the paper leaves out (Fig. 16 gives their times), and the
-    arches, of which it gives thicknesses and frictions, and for examples of our own."""
+    """Every case has a reference with a tolerance, apart from a few known exceptions.
+
+    The paper omits the load factors of two façades (Fig. 16 has their times), and has only thicknesses and
+    frictions of the arches. Examples of the project have no source.
+    """
     met = {path for path, _ in TOLD}
     without = {path.relative_to(CASES).as_posix() for path in ALL_CASES if path not in met}
-    # Of no source: for timing, and to show how files are written.
+    # The following cases have no source: they are for timing, or show how files are written.
     without = {name for name in without if not name.startswith(("facades/", "examples/"))}
     assert without <= {
         "gilbert/facade_1x3.toml",

@@ -1,15 +1,19 @@
-"""Goodman & Bray (1976), Toppling of rock slopes: the bolt that holds a slope of 16 columns.
+"""Tests of Goodman & Bray (1976), Toppling of rock slopes: the bolt that holds a slope of 16 columns.
 
-Their limit equilibrium passes forces down from column to column: each column stands, topples about its lower
-corner or slides on its base, whichever needs the largest force from the next, and every side joint below the
-first that moves has its full friction. Their mechanism with these forces is one exact Coulomb state of the
-scene. It is not the only one: side joints between columns that slide together have no slip, and need not have
-their full friction; other columns may slide or topple. The largest bolt belongs to the least load factor.
+Their limit equilibrium transfers forces downwards from column to column. Each column is stable, topples about
+its lower corner or slides on its base, whichever needs the largest force from the next column. Every side
+joint below the first column that moves has its full friction.
 
-So two questions have two answers. The textbook's bolt is enough if friction between columns that do not slip
-on each other does all it can; up to the largest bolt of any exact state collapse is possible if it does not.
-In that state, of the largest bolt known at 0.65, columns 13 to 7 topple and 6 to 1 slide as one; in the
-textbook's 13 to 5 and 4 to 1.
+Their mechanism with these forces is one exact Coulomb state of the scene, and not the only one. Side joints
+between columns that slide together have no slip, and need not have their full friction. Other columns may
+slide or topple. The largest bolt belongs to the least load factor.
+
+So two questions have two answers. The textbook's bolt is enough if the friction between columns without
+relative slip is fully mobilised. If it is not, collapse is possible up to the largest bolt of any exact
+state.
+
+In the state of the largest bolt known at a friction of 0.65, columns 13 to 7 topple and 6 to 1 slide as one.
+In the textbook, columns 13 to 5 topple and 4 to 1 slide.
 """
 
 import math
@@ -37,16 +41,21 @@ def height(column: int) -> float:
 
 
 def arms(column: int) -> tuple[float, float]:
-    """Heights above its base at which the column above presses on a column, and it on the one below: the
-    top of the lower of the two. Tops rise and fall by 5 m from column to column."""
+    """Return the heights above a column's base at which the column above presses, and at which it presses on.
+
+    Each force acts at the top of the lower of two columns. Tops rise and fall by 5 m from column to column.
+    """
     from_above = height(column) if column < CREST else height(column) - RISE
     to_below = height(column) if column > CREST else height(column) - RISE
     return from_above, to_below
 
 
 def limit_equilibrium(friction: float) -> tuple[float, dict[int, str]]:
-    """The bolt, and how each column that moves does ("topples" or "slides"): Goodman & Bray's eqs for the
-    forces that prevent toppling and sliding, and for the bolt on column 1."""
+    """Return the bolt, and the mode of each column that moves: "topples" or "slides".
+
+    The equations are Goodman & Bray's, for the forces that prevent toppling and sliding, and for the bolt on
+    column 1.
+    """
     sin, cos = 0.5, math.sqrt(0.75)
     force, modes = 0.0, {}
     for column in range(COLUMNS, 1, -1):
@@ -66,8 +75,11 @@ def limit_equilibrium(friction: float) -> tuple[float, dict[int, str]]:
 
 
 def velocities(modes: dict[int, str], length_unit: float) -> np.ndarray:
-    """Their mechanism: columns that topple turn about their lower left corners and push each other along,
-    those that slide move as one."""
+    """Return the velocities of their mechanism.
+
+    Columns that topple turn about their lower left corners, and push each other along. Columns that slide
+    move as one.
+    """
     d = np.zeros((COLUMNS, 3))
     pushed = 1.0
     for column in sorted(modes, reverse=True):
@@ -88,7 +100,11 @@ def test_formulas_give_the_known_bolts(friction, published, digits):
 
 @pytest.mark.parametrize("path", [SLOPE, LIMITING], ids=["0.65", "0.7855"])
 def test_the_textbook_gives_an_exact_coulomb_state(path):
-    """Their mechanism, with full friction in all side joints down to column 1, leaves one load factor."""
+    """Their mechanism has a single load factor, that of the textbook's bolt, and satisfies all Coulomb
+    conditions.
+
+    All side joints down to column 1 have full friction in this state.
+    """
     scene = mo.load(path)
     assembly = assemble(scene)
     problem = assembly.problem
@@ -99,7 +115,8 @@ def test_the_textbook_gives_an_exact_coulomb_state(path):
     assert np.abs(problem.departure(d, p, problem.dilatancy)).max() < 1e-12 * np.abs(d).max()
     support = p > 1e-9
     refiner = Refiner(problem, Effort())
-    largest = refiner.least(support, d)  # bolt, with any friction between columns that slide together
+    # The largest bolt, with any friction between columns that slide together.
+    largest = refiner.least(support, d)
     first, second = (assembly.names(end) for end in (assembly.joints.first, assembly.joints.second))
     pairs = [frozenset(pair) for pair in zip(first, second, strict=True)]
     k, slides_first = len(problem.sliding), max(n for n, mode in modes.items() if mode == "slides")
@@ -123,8 +140,10 @@ def test_the_textbook_gives_an_exact_coulomb_state(path):
 
 
 def test_less_friction_needs_more_than_the_textbooks_bolt():
-    """Exact Coulomb states that hold only with larger bolts, by "coulomb"; the associative bolt is the least
-    of all."""
+    """Method "coulomb" finds an exact state that needs a larger bolt than the textbook's.
+
+    The associative bolt is the least of all.
+    """
     coulomb, associative = solved(SLOPE), solved(SLOPE, "static")
     assert coulomb.certificate.worst < 1e-8
     assert BOLT * (1 - coulomb.load_factor) > limit_equilibrium(0.65)[0]
@@ -133,8 +152,12 @@ def test_less_friction_needs_more_than_the_textbooks_bolt():
 
 @pytest.mark.slow
 def test_at_the_limiting_friction_a_bolt_is_needed_that_the_associative_state_does_not_need():
-    """Where contacts give the slope comes to the textbook's 0.5 kN. Exact states near by need more; the
-    associative one, no bolt, 142 kN to spare, is one of joints that do not dilate, too."""
+    """At the limiting friction, the incremental bolt is the textbook's 0.5 kN, but nearby exact states need
+    more.
+
+    The associative state needs no bolt and has 142 kN to spare. It is also an exact state of joints that do
+    not dilate.
+    """
     result = solved(LIMITING, incremental=True)
     assert BOLT * (1 - result.incremental) == pytest.approx(limit_equilibrium(0.7855)[0], abs=0.5)
     assert BOLT * (1 - result.associative) == pytest.approx(-142.13, abs=0.05)
@@ -145,8 +168,11 @@ def test_at_the_limiting_friction_a_bolt_is_needed_that_the_associative_state_do
 
 
 def test_the_default_finds_the_largest_bolt_known():
-    """4,555 kN, where the textbook has 2,010: the least load factor is not its own. (At the limiting friction
-    searches of minutes find 2,241 kN, where it has 0.5.)"""
+    """The default finds 4,555 kN where the textbook has 2,010 kN: its state does not have the least load
+    factor.
+
+    At the limiting friction, searches of minutes find 2,241 kN where the textbook has 0.5 kN.
+    """
     found = solved(SLOPE, "coulomb")
     assert found.certificate.worst < 1e-8
     assert found.load_factor <= mo.load(SLOPE).reference["refined"].value * (1 + 1e-4)

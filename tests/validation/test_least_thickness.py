@@ -1,4 +1,4 @@
-"""Least thickness of a semicircular arch of n voussoirs that cannot slide: Milankovitch (1907), Heyman."""
+"""Tests of the least thickness of a semicircular arch that cannot slide: Milankovitch (1907), Heyman."""
 
 import math
 
@@ -11,13 +11,16 @@ from masonry_opt.studies.many.standing import standing
 
 
 def least_ratio(joints: np.ndarray, weights_at: float = 1 / 12) -> float:
-    """t/R of the arch with joints at these angles from the crown, where it has one.
+    """Return t/R of the thinnest arch with joints at the given angles from the crown.
 
-    The thrust passes the back at crown and springings, at R + t/2, and touches the intrados, r = R − t/2, at
-    one of the joints between. With R = 1, η = t/R and a weight of 1 per angle, what is between the crown and
-    a joint at the angle β weighs β, and its moment about the joint's intrados is β r sin β − ℓ (1 − cos β),
-    ℓ = 1 + ``weights_at`` η² the distance of the weights from the centre. The crown's thrust has the lever
-    1 + η/2 − r cos β there, and by balance about the springing's extrados it is π/2 − ℓ / (1 + η/2).
+    The thrust line passes through the extrados at the crown and the springings, at R + t/2. It touches the
+    intrados, r = R − t/2, at one of the joints between. Let R = 1, η = t/R, and let the weight be 1 per
+    angle.
+
+    The part between the crown and a joint at the angle β weighs β. Its moment about the joint's intrados is β
+    r sin β − ℓ (1 − cos β), where ℓ = 1 + ``weights_at`` η² is the distance of the weights from the centre.
+    The thrust at the crown has the lever 1 + η/2 − r cos β about this point. By equilibrium about the
+    extrados of the springing, the thrust is π/2 − ℓ / (1 + η/2).
     """
 
     def surplus(eta: float) -> float:
@@ -30,7 +33,7 @@ def least_ratio(joints: np.ndarray, weights_at: float = 1 / 12) -> float:
 
 
 def closed_form(voussoirs: int) -> float:
-    """Of an even number of voussoirs, which have a joint at the crown."""
+    """Return t/R for an even number of voussoirs, which have a joint at the crown."""
     return least_ratio(math.pi / voussoirs * np.arange(1, voussoirs // 2))
 
 
@@ -50,8 +53,11 @@ def test_least_thickness_of_so_many_voussoirs(voussoirs):
 
 
 def test_voussoirs_come_to_milankovitchs_thickness_from_below():
-    """With more joints there are more at which the thrust might leave: 0.1075; with weights on the centreline
-    0.107426 (Cocchetti & Rizzi 2020)."""
+    """With more voussoirs, the least thickness grows to Milankovitch's 0.1075.
+
+    More joints are more places at which the thrust line might leave the arch. With weights on the centreline,
+    the limit is 0.107426 (Cocchetti & Rizzi 2020).
+    """
     anywhere = np.linspace(0.05, 1.5, 200_001)
     known = least_ratio(anywhere)
     assert known == pytest.approx(0.107478, abs=6e-7)
@@ -62,7 +68,8 @@ def test_voussoirs_come_to_milankovitchs_thickness_from_below():
 
 
 def test_a_long_arch_has_a_margin_next_to_its_least_thickness():
-    """Its thrust is some 250 voussoir weights, beside which a margin of zero is to be found."""
+    """The margin changes its sign at the least thickness, although the thrust is some 250 voussoir
+    weights."""
     thickness = closed_form(500)
     margins = [standing(arch(500, thickness * factor)).margin for factor in (1 - 1e-6, 1 + 1e-6)]
     assert margins[0] < 0 < margins[1]

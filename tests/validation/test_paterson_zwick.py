@@ -1,4 +1,5 @@
-"""Paterson & Zwick (2009), Overhang: how far stacks of smooth blocks of length 1 reach beyond a table."""
+"""Tests of Paterson & Zwick (2009), Overhang: how far stacks of smooth blocks of length 1 extend beyond a
+table."""
 
 import numpy as np
 import pytest
@@ -22,20 +23,21 @@ def table(right: float = 0.0) -> mo.Block:
 
 
 def best_of_three(length: float, inward: float) -> mo.Scene:
-    """Two blocks of a length side by side on one of length 1."""
+    """Return two blocks of the given length side by side on a block of length 1."""
     loaded = {"live": (0, -1), "live_at": (length - inward, 2 * HEIGHT)}
     upper = stone("right", -inward, 1, length, **loaded), stone("left", -length - inward, 1, length)
     return mo.Scene(joints={"friction": 0.0}, blocks=[*upper, stone("base", -0.5 - inward, 0), table()])
 
 
 def test_no_three_blocks_reach_farther_than_one():
-    """The upper two are centred on the ends of the one below: longer, both fall; shorter, both stand."""
+    """Two blocks that are centred on the ends of the block below fall if they are longer, and do not if
+    shorter."""
     assert solved(best_of_three(1 - 1e-4, 1e-4), "static").status is mo.Status.OPTIMAL
     assert solved(best_of_three(1 + 1e-4, 1e-4), "static").status is mo.Status.UNSTABLE
 
 
 def diamond(size: int, friction: float = 0.0) -> mo.Scene:
-    """Rows of 1, 2, ..., size, ..., 2, 1 on the table, loaded on the ends of the middle row."""
+    """Return rows of 1, 2, ..., size, ..., 2, 1 blocks on the table, loaded on the ends of the middle row."""
     rows = [size - abs(row - size + 1) for row in range(2 * size - 1)]
     blocks = [
         stone(f"{row}-{number}", number - count / 2, row, live=(0, -1 if count == size and end else 0))
@@ -47,8 +49,11 @@ def diamond(size: int, friction: float = 0.0) -> mo.Scene:
 
 
 def balance(size: int) -> float | None:
-    """Their definition of balance as a linear program: upright forces at the ends of every bed, that hold
-    every block with the largest multiple of the load on the two ends; None if none hold them."""
+    """Return the largest multiple of the load on the two ends under which the diamond is in equilibrium.
+
+    This is the paper's definition of balance as a linear program: vertical forces at the ends of every bed
+    keep every block in equilibrium. Returns None if no forces do.
+    """
     rows = [size - abs(row - size + 1) for row in range(2 * size - 1)]
     centre = {(r, i): i - (count - 1) / 2 for r, count in enumerate(rows) for i in range(count)}
     index = {block: k for k, block in enumerate(centre)}
@@ -60,7 +65,7 @@ def balance(size: int) -> float | None:
         if above[0] == below[0] + 1 and abs(centre[above] - centre[below]) == 0.5
         for x in sorted((centre[above], centre[below]))
     ]
-    # A block's end stands over the middle of the other: each half bed lies between the two centres.
+    # The end of a block is above the middle of another block: each half bed lies between the two centres.
     rows_of = np.zeros((2 * len(index), len(beds) + 1))
     held = np.zeros(2 * len(index))
     for bed, (above, below, x) in enumerate(beds):
@@ -87,7 +92,8 @@ def test_diamonds_of_up_to_four_stand(size):
 
 
 def test_the_diamond_of_two_stands_whatever_it_carries():
-    """The middle of either end rests on the end of the block below."""
+    """The diamond of two carries any load, because the middle of either end rests on the end of the block
+    below."""
     assert solved(diamond(2), "static").status is mo.Status.UNLIMITED
 
 
@@ -98,8 +104,11 @@ def test_the_diamond_of_five_falls():
 
 
 def test_friction_holds_the_diamond_of_five():
-    """Rows lock where sliding lifts what lies above; from rest they do without dilatancy too. With the worst
-    self-stress friction lets them go."""
+    """With friction, the diamond of five is stable from rest, and carries as much as with associative flow.
+
+    Rows lock where sliding lifts the blocks above. From rest they also lock without dilatancy. With the worst
+    self-stress, friction does not hold the rows.
+    """
     associative = solved(diamond(5, friction=0.5), "static").load_factor
     assert associative > 0.2
     result = mo.solve(diamond(5, friction=0.5))

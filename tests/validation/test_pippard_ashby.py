@@ -1,4 +1,4 @@
-"""The arch rib of section 5.2 has the geometry stated; its load factors are asked in the example "rib"."""
+"""Test of the geometry of the arch rib of section 5.2; the example "rib" computes its load factors."""
 
 import pytest
 from scenes import CASES
@@ -10,7 +10,8 @@ ARCH = RIB.case.arch[0]
 
 
 def test_the_rib_has_the_geometry_stated():
-    """Intrados of span 10 ft and rise 2.5 ft, 10 in deep; a voussoir weighs 1."""
+    """The intrados has a span of 10 ft and a rise of 2.5 ft; the rib is 10 in deep, and a voussoir weighs
+    1."""
     first, last = RIB.blocks[0].vertices[0], RIB.blocks[14].vertices[3]
     intrados = ARCH.radius - ARCH.thickness / 2
     assert last[0] - first[0] == pytest.approx(10, rel=1e-9)

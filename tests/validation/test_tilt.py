@@ -1,4 +1,4 @@
-"""Ground that is tilted until what stands on it falls: a block rocks at atan(b / h), slides at atan(μ)."""
+"""Tests of ground that is tilted until blocks on it fall: a block rocks at atan(b / h), slides at atan(μ)."""
 
 import json
 import math
@@ -10,7 +10,7 @@ import masonry_opt as mo
 
 
 def block(width, height, friction, side, **keys):
-    """A block of weight 7 on a floor that will be tilted."""
+    """Return a block of weight 7 on a floor that will be tilted."""
     return block_on_floor(width, height, friction, **({"weight": 7, "live": (0, 0)} | keys)).replace(
         tilt=side
     )
@@ -30,13 +30,14 @@ def test_a_block_rocks_or_slides_at_the_angle_known(width, height, friction, deg
     result = solved(block(width, height, friction, side), method)
     assert result.tilt_angle == pytest.approx(degrees, rel=1e-7)
     assert json.loads(result.to_json())["tilt_angle"] == result.tilt_angle
-    # It falls to that side.
+    # The block falls to the side to which the ground is tilted.
     assert math.copysign(1, result.blocks["vx"][0]) == (1 if side == "right" else -1)
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_a_weight_off_the_middle_tilts_with_its_block(side):
-    """It acts 0.2 right of the middle and at height 0.5: to the right 0.3 / 0.5, to the left 0.7 / 0.5."""
+    """The weight acts 0.2 right of the middle and at height 0.5: λ is 0.3 / 0.5 to the right, 0.7 / 0.5 to
+    the left."""
     scene = block(1, 2, 5.0, side, weight_at=(0.7, 0.5))
     expected = 0.3 / 0.5 if side == "right" else 0.7 / 0.5
     assert solved(scene, "static").load_factor == pytest.approx(expected, rel=1e-7)
