@@ -63,14 +63,6 @@ def test_the_loop_answers_where_no_exact_state_is_found(monkeypatch):
     assert result.certificate.complementarity < 1e-4 * result.load_factor < 1e-4 * result.associative
 
 
-@pytest.mark.slow
-def test_where_the_loop_comes_to_none_either_the_load_history_answers():
-    result = mo.solve(large_scene("rubble", 200, 753010))
-    assert result.kind is Kind.INCREMENTAL
-    assert result.lowest is None
-    assert 0 < result.load_factor <= result.incremental < result.associative
-
-
 @pytest.mark.parametrize("family", LARGE)
 def test_a_scene_comes_by_its_number_of_stones_and_its_seed(family):
     scene = large_scene(family, 60, 1)
