@@ -1,4 +1,4 @@
-"""Check by linear and mixed-integer programs what results claim beside their load factors.
+"""Check claims of results other than load factors by linear and mixed-integer programs.
 
 The claims are that statics fix all forces, that no mechanism lets the live load do work, that any multiple of
 the live load is carried, and that no collapse state exists. Equilibrium and yield are those of
@@ -19,7 +19,7 @@ from masonry_opt.solution.reasons import Code, Status
 
 #: Range of a force over equilibrium and yield, relative to the largest load, from which it is not unique.
 RANGE = 1e-5
-#: Normal forces whose ranges are looked at, evenly over all of them: each takes two programs.
+#: Number of forces whose ranges are computed, evenly spaced over all forces. Each range takes two programs.
 SAMPLED = 20
 #: Bounds of forces and of velocities in mixed-integer programs, relative to the largest load and the mean
 #: motion of the live load. States beyond them are not found.
@@ -55,10 +55,10 @@ def wrong_claims(result: mo.Result, bounds: Bounds) -> list[str]:
 
 
 def refute_uniqueness(assembly: Assembly, load_factor: float) -> list[str]:
-    """Return what contradicts that equilibrium alone fixes all forces under a load factor.
+    """Return a sentence for each contradiction to the claim that equilibrium alone fixes all forces.
 
-    It is a rank of the equilibrium matrix below its number of columns, a force whose range over equilibrium
-    and yield is not zero, or a state at a lower load factor.
+    The claim is contradicted by a rank of the equilibrium matrix below its number of columns, by a force
+    whose range over equilibrium and yield is not zero, or by a state at a lower load factor.
     """
     statics, rows, limits = program(assembly, inside=False)
     least = other_state(assembly)
@@ -93,10 +93,10 @@ def refute_uniqueness(assembly: Assembly, load_factor: float) -> list[str]:
 
 
 def live_work(assembly: Assembly) -> float:
-    """Return the largest work of the live load in a mechanism of the joints' own flow rule, 1 at most.
+    """Return the largest work of the live load in a mechanism that obeys the flow rule, at most 1.
 
-    In the plane points open at least by ψ times the slip; in space by ψ
-    times the slip along each of 24 directions.
+    In the plane, contact points open at least by ψ times the slip. In space, they open at least by ψ times
+    the slip along each of 24 directions.
     """
     problem, joints = assembly.problem, assembly.joints
     statics = program(assembly, inside=True)[0]
@@ -209,7 +209,8 @@ def other_state(assembly: Assembly, below: float = inf) -> float | None:
     )
     if found.x is None:
         return None
-    # Integers within tolerance leave products of rates and slacks: only a state that is exact counts.
+    # Binaries are integer only within a tolerance, so products of rates and slacks may remain. A state counts
+    # only if these products vanish.
     z = rows @ found.x[1 : 1 + forces] + limits / unit
     p = found.x[1 + forces + velocities : -conditions]
     if np.abs(z * p).max() > 1e-5 * max(found.x[0], 1.0):
@@ -218,10 +219,10 @@ def other_state(assembly: Assembly, below: float = inf) -> float | None:
 
 
 def wrong_reactions(scene: mo.Scene, seed: int) -> list[str]:
-    """Return what is wrong with the reactions of a random support that settles in a random direction.
+    """Return a sentence for each wrong reaction of a random support that settles in a random direction.
 
-    With associative flow the least and the greatest reaction lie between those of polygons inside and outside
-    of friction cones and parabolas of crushing.
+    With associative flow, the least and the greatest reaction have bounds. The bounds are computed with
+    polygons inside and outside the friction cones and the parabolas of crushing.
     """
     assembly, rng = assemble(scene), np.random.default_rng([17, seed])
     joints = assembly.joints
