@@ -1,4 +1,4 @@
-"""The time limit of an analysis: the lowest state by then, or the load carried by then, and why it ended."""
+"""The time limit of an analysis: when methods end, and the answer and messages that they then return."""
 
 import subprocess
 import sys
@@ -34,7 +34,7 @@ unit_weight = 18
 live_per_weight = [1, 0]
 """.format(courses=", ".join(str(row) for row in ([1] * 60, [0.5] + [1] * 59 + [0.5])))
 
-#: Methods that stop at the same checks as the default; each test takes the seconds of its limit.
+#: Methods that check the time limit at the same places as the default.
 METHODS = ("coulomb", "static", "kinematic", "nonassociative", "incremental")
 
 
@@ -76,7 +76,10 @@ def test_every_method_ends_soon_after_its_limit(method, tmp_path):
 
 
 def test_the_lowest_state_by_then_is_the_answer(monkeypatch):
-    """The search is stopped in its fifth start, as if the time were over; Table 1 has 0.64285."""
+    """A search that the time limit stops in its fifth start returns the lowest exact state so far.
+
+    The load factor is below that of the complementarity problem in Table 1 of the paper, 0.64285.
+    """
     start = Search.start
 
     def stopped(search, q):
@@ -108,7 +111,7 @@ def test_a_wrong_limit_is_refused(limit):
 
 @pytest.mark.slow
 def test_a_limit_that_is_over_at_once_is_an_error_of_the_package():
-    """Whatever ends first: a user never sees the KeyboardInterrupt by which the limit ends loops."""
+    """A time limit that is over at once raises TimeLimitError; users never see a KeyboardInterrupt."""
     with pytest.raises(TimeLimitError, match="use a longer time limit"):
         mo.solve(WALL, time_limit=1e-9)
 
