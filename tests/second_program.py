@@ -52,7 +52,7 @@ def random_of_any_kind(seed: int) -> mo.Scene:
         scene = (random_scene_in_space if in_space else random_scene)(kind, seed)
     rng = np.random.default_rng([11, seed])
     if not in_space and rng.random() < 0.4:
-        # The lowest strength is a few times the stress at the foot of a wall of this weight.
+        # The strength is the pressure below a wall of the same unit weight with a height of 3 to 100.
         strength = float(rng.uniform(3, 100)) * (20.0 if kind == "filled" else 1.0)
         joints = mo.JointDefaults(**scene.joints.model_dump(exclude_unset=True) | {"strength": strength})
         scene = mo.Scene(

@@ -125,8 +125,8 @@ def test_corners_moved_by_rounding_leave_no_trace():
 def test_joints_askew_by_rounding_leave_the_incremental_load_factor(as_drawn):
     """Bed joints that are not quite parallel do not change the incremental load factor, to 1e-3.
 
-    In this copy, λ grows by 1e-9 for each step of the motion. Far along the motion the joints jam, and λ
-    would be 7.796.
+    In this copy, λ grows by about 1e-9 as the blocks move. Far along the motion the joints jam, and λ would
+    be 7.796.
     """
     scene = random_scene("wall", 710_040)
     exact, askew = solved(scene, "incremental"), solved(moved(scene, 3), "incremental")
