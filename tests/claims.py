@@ -17,7 +17,7 @@ import masonry_opt as mo
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.solution.reasons import Code, Status
 
-#: Range of a force over equilibrium and yield, relative to the largest load, from which it is not unique.
+#: Range of a force, relative to the largest load, above which the force counts as not unique.
 RANGE = 1e-5
 #: Number of forces whose ranges are computed, evenly spaced over all forces. Each range takes two programs.
 SAMPLED = 20
@@ -26,9 +26,9 @@ SAMPLED = 20
 BIG = 1e3
 #: Error of a reaction, relative to its size and to the weight of the scene.
 REACTION = 1e-6
-#: Relative difference of load factors of two states.
+#: Relative difference above which two load factors count as different.
 SAME = 1e-4
-#: Joints up to which a mixed-integer program looks for a state.
+#: Largest number of joints of a scene for which a mixed-integer program looks for a state.
 SMALL = 16
 #: Time limit of a mixed-integer program, in seconds; a shorter one finds fewer states.
 SECONDS = 20.0
@@ -138,9 +138,10 @@ def live_work(assembly: Assembly) -> float:
 def other_state(assembly: Assembly, below: float = inf) -> float | None:
     """Return the least load factor λ ≥ 0 of a Coulomb collapse state of a small scene in the plane.
 
-    None means that there is no state below the limit, that velocities or forces of all states exceed ``BIG``,
-    or that the scene is too large, crushes, or is in space. :func:`scipy.optimize.milp` solves for forces and
-    velocities, with a binary variable for each pair of slack and rate.
+    The result is None if no state exists below the load factor ``below``, or if forces or velocities of all
+    states exceed ``BIG``. It is also None if the scene is too large, has joints that crush, or is in space.
+    :func:`scipy.optimize.milp` solves for forces and velocities, with a binary variable for each pair of
+    slack and rate.
     """
     joints, problem = assembly.joints, assembly.problem
     count = len(joints.first)
@@ -148,7 +149,7 @@ def other_state(assembly: Assembly, below: float = inf) -> float | None:
     if assembly.scene.dimension == 3 or crushes or count > SMALL or not problem.live.any():
         return None
     statics, rows, limits = program(assembly, inside=True)
-    # Rates p belong to the rows in their order: openings, slip of either sign, motion at either limit.
+    # Rates p in the order of the rows: openings, slip in each sense, motion at the limits of limited forces.
     slides = np.flatnonzero(np.isfinite(joints.friction))
     forces, velocities, conditions = statics.shape[1], len(problem.live), rows.shape[0]
     flow = sp.lil_array((forces, conditions))
@@ -178,7 +179,7 @@ def other_state(assembly: Assembly, below: float = inf) -> float | None:
         LinearConstraint(
             sp.hstack([nothing((1, 1 + forces)), live[None], nothing((1, 2 * conditions))]), 1, 1
         ),
-        # Slack z is at least 0, and at most BIG where the binary is 0; rates at most BIG where it is 1.
+        # Slack z is at least 0. If a binary is 0, its slack is at most BIG; if it is 1, its rate is.
         LinearConstraint(
             sp.hstack([nothing((conditions, 1)), rows, nothing((conditions, velocities + 2 * conditions))]),
             -limits / unit,

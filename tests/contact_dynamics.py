@@ -1,22 +1,22 @@
 """Explicit contact dynamics of blocks in the plane and in space, compiled by Numba.
 
-The program pushes rigid blocks until they fall, and so computes the incremental load factor by simulation.
-Displacements are small: contact points and directions stay as drawn.
+The program increases the live load on rigid blocks until they fall. It thus computes the incremental load
+factor by simulation. Displacements are small: contact points and directions stay as drawn.
 
 The model:
 
-- A contact is a linear spring that only presses, n = max(0, −k·opening). Its stiffness k grows with the
-  length or area that the contact stands for.
-- The shear of a joint (in space of a contact point) is elastic, half as stiff as the normal forces of the
-  joint together. It is returned to |s| ≤ c + μ n after each time step, so that slip is remembered.
+- A contact is a linear spring in compression only, n = max(0, −k·opening). Its stiffness k is proportional
+  to the length or area of the contact.
+- The shear of a joint (in space, of a contact point) is elastic, half as stiff as all normal forces of the
+  joint together. After each time step, a return mapping enforces |s| ≤ c + μ n, so that slip is irreversible.
 - Ties, props and earth pressures are springs whose force stays between its limits.
-- Blocks move in time with a damping that takes a share of each velocity in each step. Masses are chosen so
-  that explicit time steps of one are stable. A common factor of all stiffness changes no force at rest.
-- The dead load grows from zero, and prestress and the least earth pressures with it. Then the live load
-  grows. Loads wait while forces are out of balance.
+- Each time step reduces all velocities by a constant factor (damping). Masses are chosen so that explicit
+  time steps of length one are stable. A common factor of all stiffness changes no force at rest.
+- The dead load grows from zero, together with prestress and the least earth pressures. Then the live load
+  grows. A load does not grow while the unbalanced forces are large.
 
-From the package the program takes where joints are, the loads, friction and cohesion. Equilibrium is that of
-:mod:`second_program`. The model has neither dilatancy nor limited compressive strength.
+The package supplies the positions of joints, the loads, friction and cohesion. The equilibrium matrix is that
+of :mod:`second_program`. The model has neither dilatancy nor limited compressive strength.
 """
 
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ from masonry_opt.problem.assembly import Assembly, assemble
 class DynamicsSettings:
     """Rules for the growth of the load and for collapse. The defaults are slow and accurate."""
 
-    #: Share of the velocity left after a time step. Nearer to 1 is less damped: blocks swing further.
+    #: Fraction of the velocity that remains after a time step. With a larger value, blocks swing further.
     damping: float = 0.98
     #: Growth of a load in a time step, relative to the whole load. A faster load overshoots more.
     gain: float = 5e-6
@@ -44,8 +44,8 @@ class DynamicsSettings:
     waiting: float = 5e-4
     #: Largest unbalanced force of a scene at rest, relative to the largest load component.
     rest: float = 1e-4
-    #: Time steps that a load waits for rest. A scene falls if the load stays for longer. A shorter wait
-    #: takes slow motions that come to rest for a collapse.
+    #: Largest number of time steps without growth of the load, after which a scene counts as fallen. A
+    #: smaller number takes slow motions that come to rest for a collapse.
     patience: int = 1_000_000
     #: Growth of the load, relative to the whole load, after which the count of waiting steps restarts.
     progress: float = 5e-3
@@ -72,9 +72,9 @@ class Undecided(ArithmeticError):
 def collapse_load(scene: mo.Scene, highest: float, settings: DynamicsSettings = DEFAULTS) -> float:
     """Return the load factor under which a scene falls as its live load grows from zero.
 
-    The load factor is ``inf`` if the scene carries the highest one and comes to rest under it. The load grows
-    by ``settings.gain`` of the highest load factor in a time step, so a highest value near the result gives
-    more digits. Raises FallsUnderItsWeight if the scene does not carry its dead load.
+    The load factor is ``inf`` if the scene comes to rest under the load factor ``highest``. The load grows by
+    ``settings.gain`` times ``highest`` in a time step, so a value near the result is more accurate. Raises
+    FallsUnderItsWeight if the scene does not carry its dead load.
     """
     motion = _Motion(assemble(scene), settings)
     if motion.raise_load(np.zeros_like(motion.dead), motion.dead, preloads=True) < 1.0:
@@ -113,7 +113,7 @@ class _Motion:
         self.dead, self.live, self.settings = assembly.problem.dead, assembly.problem.live, settings
         self.mass, self.shears = mass, np.zeros(columns.shape[1])
         self.moved, self.velocity = np.zeros(len(mass)), np.zeros(len(mass))
-        self.stiffness = float(np.mean(row_sums))  # against the motion of a block
+        self.stiffness = float(np.mean(row_sums))  # mean stiffness against the motion of a block
 
     def raise_load(self, base: np.ndarray, increment: np.ndarray, preloads: bool = False) -> float:
         """Return the share of a load increment that the scene carries in addition to a base load.
@@ -141,8 +141,8 @@ class _Motion:
 def _stiffness(assembly: Assembly, joint: np.ndarray, limited: int) -> np.ndarray:
     """Return the stiffness of each column.
 
-    A contact point is as stiff as its length or area over the median. A shear is half as stiff as the normal
-    forces of its joint together, and a limited force twice as stiff as a median contact point.
+    The stiffness of a contact point is its length or area, divided by the median. The stiffness of a shear is
+    half of that of all normal forces of its joint. A limited force has twice the median stiffness.
     """
     extent = assembly.joints.extent
     share = (extent / np.bincount(joint, minlength=len(extent)))[joint]

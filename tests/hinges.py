@@ -29,7 +29,7 @@ def four_hinge_load_factors(joints: np.ndarray, weight: np.ndarray, at: np.ndarr
     at: points at which the weights act, shape (blocks, 2).
     """
     zero = np.zeros(len(weight))
-    left_of = np.arange(len(joints))[:, None] > np.arange(len(weight))  # joint, block
+    left_of = np.arange(len(joints))[:, None] > np.arange(len(weight))  # shape (joints, blocks)
     # Moment about the origin, and force, of all loads to the left of each joint.
     dead = left_of @ np.stack([-weight * at[:, 0], zero, -weight], axis=1)
     live = left_of @ np.stack([-weight * at[:, 1], weight, zero], axis=1)

@@ -20,15 +20,15 @@ class NlFile:
     equal: dict[int, float]  # right-hand sides of the rows that are equations
     #: Column of each complementary row, and its bounds: 1 for a lower bound plus 2 for an upper bound.
     pairs: dict[int, tuple[int, int]]
-    lower: np.ndarray  # of columns
+    lower: np.ndarray  # lower bounds of the columns
     upper: np.ndarray
-    counts: list[list[int]]  # of each line of the header
+    counts: list[list[int]]  # the numbers in each line of the header
 
 
 def read_nl(path: Path) -> NlFile:  # noqa: C901, PLR0912 - the parts of the file in their order
     """Read an ``.nl`` file, and the names from the ``.row`` and ``.col`` files in its folder."""
     lines = [line.split("#")[0].split() for line in path.read_text().splitlines()]
-    assert lines[0][0] == "g3"  # a text file
+    assert lines[0][0] == "g3"  # "g" marks a file in text form
     counts = [[int(word) for word in line] for line in lines[1:10]]
     columns, rows = counts[0][:2]
     matrix, equal, pairs = np.zeros((rows, columns)), {}, {}

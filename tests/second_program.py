@@ -26,7 +26,7 @@ import masonry_opt as mo
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.solution.reasons import Status
 
-#: Sides of polygons about a cone, and chords or tangents of a parabola.
+#: Number of sides of a friction polygon, and number of chords or tangents of a parabola of crushing.
 SIDES, TANGENTS = 24, 64
 
 
@@ -207,7 +207,7 @@ def _in_the_plane(assembly: Assembly, inside: bool) -> tuple[sp.csr_array, sp.cs
     crushes = np.flatnonzero(np.isfinite(joints.strength) & (joints.extent > 0))
     most = (joints.strength * area / force)[crushes]
     for slope, constant in _parabola(inside):
-        # |m| ≤ L/2 (slope n + constant most), with m = L/2 (b − a), n = a + b.
+        # Each line limits |m| ≤ L/2 (slope n + constant most), with m = L/2 (b − a) and n = a + b.
         for sign in (1.0, -1.0):
             a, b = (sp.diags_array(np.full(len(crushes), slope + turn)) for turn in (sign, -sign))
             picked = one.tocsr()[crushes]

@@ -36,7 +36,7 @@ def test_small_scenes_are_proved_without_any_assumption(no_proof, path):
 
 
 def test_a_proof_of_the_default_needs_no_programs_of_products():
-    """The default's proof gives the bound of a running bond without an assumption on rates."""
+    """For a running bond, the default's proof provides a bound that does not assume limits of rates."""
     result = solved(small_wall(4, 1), "global")
     assert result.status is mo.Status.OPTIMAL
     assert result.load_factor == pytest.approx(0.479263, abs=1e-6)

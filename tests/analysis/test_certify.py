@@ -23,8 +23,8 @@ ROUNDING = 1e-14
 #: Joint forces of the overturning block: n1 at its left corner, n2 at its right corner, s to the right.
 Q = [0.0, 1.0, -0.5]
 
-#: Velocities about the right corner, clockwise at speed 1 a unit of length: v = ω × r with r = (-1/2, 1) from
-#: corner to centroid, and ω times the unit of length.
+#: Velocities of a clockwise rotation at rate 1 about the right corner: v = ω × r with r = (-1/2, 1) from the
+#: corner to the centroid, and ω times the length unit.
 D = [1.0, 0.5, -0.5]
 
 

@@ -1,4 +1,4 @@
-"""Collapse in which the live load lifts blocks without work, and the dead load pushes them aside.
+"""Collapse in which the live load does no work, but reduces normal forces until blocks are pushed aside.
 
 The load factors are calculated by hand. A push P slides a block with the normal force n if n ≤ P / μ, or
 n ≤ (P - C) / μ with the cohesion C. The live load reduces n by λ.

@@ -74,7 +74,7 @@ def test_every_kind_of_candidate_suits_joints_of_every_kind(joints):
 
 
 def test_a_start_is_repeated_if_the_solver_left_programs_undecided(monkeypatch):
-    """The first attempt leaves a program undecided, and the second attempt decides all programs."""
+    """A start whose first attempt leaves a program undecided is repeated, and its state is then stored."""
     problem = assemble(two_blocks()).problem
     refiner, q = Refiner(problem, Effort()), mo.solve(two_blocks(), "static").solution.q
     lowest_from, attempts = refiner._lowest_from, []

@@ -59,7 +59,10 @@ def test_the_default_takes_the_state_that_programs_prove_the_least():
 
 
 def moved(scene: mo.Scene, copy: int) -> mo.Scene:
-    """Return the scene with every corner moved by up to 1e-8 of its block; of a unit for large supports."""
+    """Return the scene with every corner moved by up to 1e-8 times the size of its block.
+
+    The size of a support counts as at most 1.
+    """
     rng, corners = np.random.default_rng((99, copy)), {}
     for block in scene.blocks:
         points = np.array(block.rings[0])

@@ -62,7 +62,10 @@ def test_after_the_limit_the_next_phase_does_not_begin():
     METHODS,
 )
 def test_every_method_ends_soon_after_its_limit(method, tmp_path):
-    """The wall has 4,860 blocks; parts without a check, such as compiling, may take some seconds longer."""
+    """Every method ends within a minute with a time limit of 4 s on a wall of 4,860 blocks.
+
+    Parts of a method that do not check the time, such as compiling, may take some seconds longer.
+    """
     path = tmp_path / "large.toml"
     path.write_text(LARGE)
     began = time.perf_counter()
@@ -129,7 +132,10 @@ def test_the_command_reports_progress_and_ends_with_exit_code_1(tmp_path):
 
 
 def test_a_long_analysis_is_announced_before_it_begins(monkeypatch):
-    """Methods of classical limit analysis, and analyses with a time limit, are not announced."""
+    """A warning announces that the default will take many minutes on a scene with many joints.
+
+    Methods of classical limit analysis, and analyses with a time limit, give no warning.
+    """
     monkeypatch.setattr("masonry_opt.methods.running._MOST_JOINTS_IN_MINUTES", 80)
 
     with pytest.warns(LongAnalysisWarning, match="83 joints.*'coulomb' will take many minutes.*'static'"):
@@ -143,7 +149,10 @@ def test_a_long_analysis_is_announced_before_it_begins(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize(("method", "phase"), [("nonassociative", "sub-problem 3"), ("mpec", "relaxation")])
 def test_a_step_is_not_the_answer_if_the_time_is_over(method, phase):
-    """The third step of the loop or of the relaxation ends as if the time were over."""
+    """If the time is over after the third step of the loop or of the relaxation, the step is no answer.
+
+    The message states the load factor of this step.
+    """
     record = RelaxationStep if method == "mpec" else Iteration
     steps = []
 
@@ -161,7 +170,10 @@ def test_a_step_is_not_the_answer_if_the_time_is_over(method, phase):
 
 
 def test_ipopt_ends_at_the_time_limit():
-    """IPOPT refuses a limit of zero, so a solver that is compiled after the limit has a little time."""
+    """An IPOPT solver that is compiled after the time limit ends with TimeLimitReached.
+
+    IPOPT refuses a time limit of zero, so the solver receives a small positive limit.
+    """
     model = PyomoRelaxed(PyomoMpec(assemble(block_on_floor()).problem))
     with limited(1e-9):
         ipopt = CasadiIpopt(model)
@@ -170,7 +182,7 @@ def test_ipopt_ends_at_the_time_limit():
 
 
 def test_a_bracket_has_no_answer_if_no_state_is_known_by_then(monkeypatch):
-    """The first start of the search in method "global" takes longer than the time limit."""
+    """Method "global" has no answer if its first start of the search takes longer than the time limit."""
 
     def waits(*_):
         time.sleep(1.0)

@@ -1,7 +1,7 @@
 """Large random scenes with 20 to 2,000 stones: rubble walls, walls with openings, arches on piers.
 
 A scene depends on its number of stones, which it has to within 10 %, and on its seed. The scenes are designed
-to be stable under their own weight. All of some thousands of checked scenes are.
+to be stable under their own weight. Some thousands of scenes were checked, and all are stable.
 """
 
 import math
@@ -40,7 +40,7 @@ def large_scene(family: str, stones: int, seed: int) -> Scene:
     Raises
     ------
     OptionError
-        If there are to be fewer than 20 stones.
+        If ``stones`` is less than 20.
     """
     return LARGE[family](stones, seed)
 

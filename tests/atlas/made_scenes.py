@@ -105,4 +105,4 @@ def _claims(run: Expectation) -> Iterator[str]:
 
 def _write(scene: Scene, path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    save(scene, path, force=True)  # the folder is the comparison's own
+    save(scene, path, force=True)  # the folder belongs to the comparison

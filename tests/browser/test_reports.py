@@ -87,7 +87,7 @@ def test_no_table_moves_sideways_on_a_telephone(browser, comparison_page):
     first = "return document.querySelector('#runs tbody td:nth-child(2)').innerText"
     before = chromium.execute_script(first)
     heading = chromium.find_element("css selector", "#runs th:nth-child(2)")
-    for _ in range(2):  # up, then down
+    for _ in range(2):  # sorts upwards, then downwards
         heading.click()
     assert chromium.execute_script(first) != before
 

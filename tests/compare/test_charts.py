@@ -160,7 +160,7 @@ def test_without_an_associative_method_the_bounds_tell(comparison):
 
 
 def test_answers_of_repeated_solvers():
-    """The page shows one run of a method: a certified run, the lowest of these, the fastest of equal ones."""
+    """The page shows one run of each method: certified if possible, then the lowest λ, then the fastest."""
     kept = answers(made_up().summary).set_index(["scene", "method"])
     assert kept.loc[(BLOCKS, "nonassociative"), "solver"] == "clarabel"
     assert kept.loc[(BLOCKS, "static"), "time"] == 1.5

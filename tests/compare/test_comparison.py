@@ -131,7 +131,7 @@ def test_the_python_function_returns_what_it_judged(tmp_path, runs_by, without):
     runs_by(Machine())
     asked = {"methods": ["static"], "solvers": ["highs"], "tolerances": [1e-9]}
     found = compare(["two_blocks"], **asked, repeats=1, out=tmp_path, cases=CASES)
-    assert list(found.summary["load_factor"]) == [0.25, 0.25]  # CVXPY and Pyomo
+    assert list(found.summary["load_factor"]) == [0.25, 0.25]  # one run in CVXPY, one in Pyomo
     assert (tmp_path / "summary.csv").exists()
     with pytest.raises(mo.OptionError):
         compare(["two_blocks"], repeats=0, out=tmp_path, cases=CASES)

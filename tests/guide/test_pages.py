@@ -160,7 +160,10 @@ def test_every_name_of_the_package_is_in_the_reference():
 
 
 def test_the_help_of_the_package_lists_every_name_once_and_in_the_groups_of_the_reference():
-    """The functions that most users need come first, in the order of the reference."""
+    """The help of the package lists every public name once, in groups.
+
+    The first group has the six functions that most users need, in the order of the reference.
+    """
     groups = re.findall(r"^    ([\w ,;\n]+?)(?=\n\S|\n\n)", mo.__doc__, re.MULTILINE)
     listed = [re.findall(r"\w+", group.replace("in space", "")) for group in groups]
     assert sorted(name for names in listed for name in names) == mo.__all__

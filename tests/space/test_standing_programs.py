@@ -82,7 +82,7 @@ def test_forces_and_mechanisms_are_judged_by_what_they_leave(scene):
     raised = np.zeros_like(problem.dead)
     raised[problem.dead != 0] = 1.0
     assert not diagnosis._drives(problem, raised)
-    assert not diagnosis._drives(problem, -raised)  # power, but into the floor
+    assert not diagnosis._drives(problem, -raised)  # the load does work, but the block enters the floor
     assert diagnosis._drives(replace(problem, dead=-problem.dead), raised)
 
 
