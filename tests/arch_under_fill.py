@@ -1,7 +1,8 @@
-"""Collapse of an arch under fill by virtual work: four hinges anywhere along two smooth curves.
+"""Collapse load factor of an arch under fill by virtual work, with four hinges along two smooth curves.
 
-No voussoirs and no program: weights of the ring and of strips of fill, the live load and the pressure of
-earth are integrated along the curves, and the mechanism of the least load factor is sought.
+The calculation uses neither voussoirs nor a linear program. It integrates the weights of the ring and of
+strips of fill, the live load and the earth pressure along the curves. It then searches for the mechanism
+with the least load factor.
 """
 
 import math
@@ -15,18 +16,21 @@ from scipy.integrate import cumulative_trapezoid
 
 @dataclass(frozen=True)
 class ArchUnderFill:
-    """A ring between immovable abutments, a level road, and a live load of 1 on the left half of the road.
+    """An arch between immovable abutments, under fill and a level road.
+
+    A live load of 1 acts on the left half of the road.
 
     Parameters
     ----------
-    span, rise: of the intrados, a circle or a parabola, about x = 0, above y = 0.
-    cover: of fill over the crown.
-    unit_weight, fill_weight: of ring and fill; a fill_weight of 0 is none.
-    load_at: abscissa of the load.
-    spread: tangent of the angle within which it fans out; 0 is straight down.
-    active, passive: coefficients between which the fill presses; a passive of 0 is none.
-    backing: height up to which it is backing; of that the weight and the coefficients.
-    steps: along the arch, of equal angle, of a parabola of equal span; hinges lie at their ends.
+    span, rise: span and rise of the intrados, a circle or a parabola, symmetric about x = 0, above y = 0.
+    cover: depth of the fill over the crown.
+    unit_weight, fill_weight: unit weights of the ring and of the fill; 0 for an arch without fill.
+    load_at: abscissa of the live load.
+    spread: tangent of the angle to the vertical within which the load spreads; 0 is straight down.
+    active, passive: coefficients of active and passive earth pressure; a passive of 0 means no pressure.
+    backing: height of the top of the backing; its unit weight and its pressure coefficients follow.
+    steps: number of steps along the arch, equal in angle (circle) or in span (parabola). Hinges lie at the
+        ends of the steps.
     """
 
     span: float
@@ -49,7 +53,7 @@ class ArchUnderFill:
 
     @cached_property
     def intrados(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Its points, normals, length by parameter, and curvature."""
+        """Return points of the intrados, normals, lengths per unit of the parameter, and curvatures."""
         u, half = np.linspace(-1, 1, self.steps + 1), self.span / 2
         if self.parabolic:
             length = np.hypot(half, 2 * self.rise * u)
@@ -68,7 +72,7 @@ class ArchUnderFill:
 
     @cached_property
     def back(self) -> np.ndarray:
-        """Points of the extrados."""
+        """Return the points of the extrados."""
         points, normal, _, _ = self.intrados
         return points + self.thickness * normal
 
@@ -78,7 +82,7 @@ class ArchUnderFill:
 
     @cached_property
     def dead(self) -> np.ndarray:
-        """Weight of all to the left of each joint, and its moment about x = 0, shape (2, joints)."""
+        """Return the weight to the left of each joint, and its moment about x = 0, shape (2, joints)."""
         (points, normal, length, curvature), t = self.intrados, self.thickness
         area = length * (t + curvature * t**2 / 2)
         moment = points[:, 0] * area + normal[:, 0] * length * (t**2 / 2 + curvature * t**3 / 3)
@@ -89,13 +93,16 @@ class ArchUnderFill:
         return self.width * (self.unit_weight * np.array(ring) + np.array(fill))
 
     def stress(self, y: np.ndarray) -> np.ndarray:
-        """What stands above, by height."""
+        """Return the vertical stress from the fill and the backing at each height."""
         backed = np.maximum(self.backing - y, 0.0)
         return self.fill_weight * (self.road - y - backed) + self.backing_weight * backed
 
     @cached_property
     def live(self) -> np.ndarray:
-        """The same of the live load, of which equal shares go to equal steps of the tangent."""
+        """Return the live load to the left of each joint, and its moment about x = 0, shape (2, joints).
+
+        The load is spread uniformly over the tangent of the angle to the vertical.
+        """
         x, depth = self.back[:, 0], self.road - self.back[:, 1]
         if self.spread:
             tangent = np.clip((x - self.load_at) / depth, -self.spread, self.spread)
@@ -105,13 +112,16 @@ class ArchUnderFill:
         return np.array([left, left * self.load_at])
 
     def load_factors(self, hinges: np.ndarray) -> np.ndarray:
-        """Of mechanisms with hinges at four joints from the left, at the intrados, the back, the intrados and
-        the back, shape (4, tries); infinite where they do not open while the load sinks."""
+        """Return the load factors of four-hinge mechanisms, given by their joints, shape (4, tries).
+
+        From left to right, the hinges lie at the intrados, the extrados, the intrados and the extrados.
+        The load factor is infinite if the hinges do not open while the load moves down.
+        """
         a, b, c, d = hinges
         inner = self.intrados[0]
         (ax, ay), (bx, by), (cx, cy), (dx, dy) = inner[a].T, self.back[b].T, inner[c].T, self.back[d].T
         with np.errstate(divide="ignore", invalid="ignore"):
-            # The part in the middle turns by 1, counter-clockwise, about where the lines AB and DC meet.
+            # The middle part turns counter-clockwise by 1 about the intersection of the lines AB and DC.
             across = (bx - ax) * (cy - dy) - (by - ay) * (cx - dx)
             on = ((dx - ax) * (cy - dy) - (dy - ay) * (cx - dx)) / across
             ix, iy = ax + on * (bx - ax), ay + on * (by - ay)
@@ -132,7 +142,7 @@ class ArchUnderFill:
     def _pressure(
         self, start: np.ndarray, end: np.ndarray, turn: np.ndarray, _: np.ndarray, centre: np.ndarray
     ) -> np.ndarray:
-        """Power of the earth's pressure on a part: passive where its back moves into the fill."""
+        """Return the power of the earth pressure on a part; it is passive if the part moves into the fill."""
         y, step = (self.back[1:, 1] + self.back[:-1, 1]) / 2, np.arange(self.steps)
         force = self.width * self.stress(y) * np.diff(self.back[:, 1])
         moved = -turn[:, None] * (y - centre[:, None]) * force
@@ -143,8 +153,11 @@ class ArchUnderFill:
         return np.where((step >= start[:, None]) & (step < end[:, None]), power, 0.0).sum(axis=1)
 
     def load_factor(self) -> float:
-        """The least of all mechanisms: of a coarse choice of joints, without pressure, then by ever smaller
-        steps of any of the hinges at once."""
+        """Return the least load factor of all mechanisms.
+
+        The search begins with the best mechanism on a coarse choice of joints, without earth pressure. It
+        then moves all hinges at once by smaller and smaller steps.
+        """
         some = np.unique(np.linspace(0, self.steps, 25).round().astype(int))
         coarse = np.array([*combinations(some, 4)]).T
         best = coarse[:, np.argmin(replace(self, passive=0.0).load_factors(coarse))]

@@ -1,8 +1,7 @@
 """Masonry drawn without its mortar: walls on footings with arches over openings, and rings of voussoirs.
 
-Lengths are in metres, the weight of a stone is its area. Bricks are 250 × 65 mm, unless a length is given,
-with gaps of 10 mm between them. The bricks of arches are rectangles too, so that the gaps between these
-bricks are wedges.
+Lengths are in metres, and the weight of a stone is its area. Bricks are 250 × 65 mm by default, with gaps of
+10 mm between them. The bricks of arches are rectangles too, so that the gaps between them are wedges.
 """
 
 import math
@@ -67,7 +66,7 @@ def rectangle(
 
 
 def stone(name: str, polygon: shapely.Polygon, fixed: bool = False, **keys: object) -> mo.Block:
-    """Return a stone, pushed to the right by its weight, or a support."""
+    """Return a stone that is pushed to the right by its weight, or a support."""
     corners = [tuple(corner) for corner in shapely.get_coordinates(polygon)[:-1].tolist()]
     if fixed:
         return mo.Block(name=name, vertices=corners, fixed=True)
@@ -100,7 +99,7 @@ def facade(
 def drawn_to_touch(scene: mo.Scene, gap: float = MORTAR) -> mo.Scene:
     """Return rectangles that grow by half a gap into the gaps, with the same weights and centroids.
 
-    The outline of the wall stays, except at its foot.
+    The outline of the wall does not change, except at its foot.
     """
     stones = {block.name: shapely.Polygon(block.vertices) for block in scene.blocks}
     movable = [stones[block.name] for block in scene.blocks if not block.fixed]
@@ -119,7 +118,7 @@ def drawn_to_touch(scene: mo.Scene, gap: float = MORTAR) -> mo.Scene:
 def voussoirs(count: int, gap: float, inner: float = 1.0, outer: float = 1.3, **keys: object) -> mo.Scene:
     """Return a semicircular ring on two springers, whose joints are opened in parallel by a gap.
 
-    The stones have the weight 1 at the same points, whatever the gap.
+    Each stone has the weight 1. The points at which the weights act do not depend on the gap.
     """
     pitch, blocks = math.pi / count, []
     for number in range(-1, count + 1):
@@ -157,7 +156,7 @@ def brick_ring(
 
 
 def advised(message: str) -> tuple[float, int, int]:
-    """Return the contact tolerance that a message advises, and the joints and blocks that it promises."""
+    """Return the contact tolerance that a message advises, and its predicted numbers of joints and blocks."""
     pattern = r"'contact_tolerance' to ([\d.e-]+)\D.*makes (\d+) joints?.*connects (\d+) blocks?"
     found = re.search(pattern, message)
     assert found, message

@@ -1,4 +1,4 @@
-"""Check by linear and mixed-integer programs what results claim beside their load factors.
+"""Check claims of results other than load factors by linear and mixed-integer programs.
 
 The claims are that statics fix all forces, that no mechanism lets the live load do work, that any multiple of
 the live load is carried, and that no collapse state exists. Equilibrium and yield are those of
@@ -17,18 +17,18 @@ import masonry_opt as mo
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.solution.reasons import Code, Status
 
-#: Range of a force over equilibrium and yield, relative to the largest load, from which it is not unique.
+#: Range of a force, relative to the largest load, above which the force counts as not unique.
 RANGE = 1e-5
-#: Normal forces whose ranges are looked at, evenly over all of them: each takes two programs.
+#: Number of forces whose ranges are computed, evenly spaced over all forces. Each range takes two programs.
 SAMPLED = 20
 #: Bounds of forces and of velocities in mixed-integer programs, relative to the largest load and the mean
 #: motion of the live load. States beyond them are not found.
 BIG = 1e3
 #: Error of a reaction, relative to its size and to the weight of the scene.
 REACTION = 1e-6
-#: Relative difference of load factors of two states.
+#: Relative difference above which two load factors count as different.
 SAME = 1e-4
-#: Joints up to which a mixed-integer program looks for a state.
+#: Largest number of joints of a scene for which a mixed-integer program looks for a state.
 SMALL = 16
 #: Time limit of a mixed-integer program, in seconds; a shorter one finds fewer states.
 SECONDS = 20.0
@@ -55,10 +55,10 @@ def wrong_claims(result: mo.Result, bounds: Bounds) -> list[str]:
 
 
 def refute_uniqueness(assembly: Assembly, load_factor: float) -> list[str]:
-    """Return what contradicts that equilibrium alone fixes all forces under a load factor.
+    """Return a sentence for each contradiction to the claim that equilibrium alone fixes all forces.
 
-    It is a rank of the equilibrium matrix below its number of columns, a force whose range over equilibrium
-    and yield is not zero, or a state at a lower load factor.
+    The claim is contradicted by a rank of the equilibrium matrix below its number of columns, by a force
+    whose range over equilibrium and yield is not zero, or by a state at a lower load factor.
     """
     statics, rows, limits = program(assembly, inside=False)
     least = other_state(assembly)
@@ -93,10 +93,10 @@ def refute_uniqueness(assembly: Assembly, load_factor: float) -> list[str]:
 
 
 def live_work(assembly: Assembly) -> float:
-    """Return the largest work of the live load in a mechanism of the joints' own flow rule, 1 at most.
+    """Return the largest work of the live load in a mechanism that obeys the flow rule, at most 1.
 
-    In the plane points open at least by ψ times the slip; in space by ψ
-    times the slip along each of 24 directions.
+    In the plane, contact points open at least by ψ times the slip. In space, they open at least by ψ times
+    the slip along each of 24 directions.
     """
     problem, joints = assembly.problem, assembly.joints
     statics = program(assembly, inside=True)[0]
@@ -138,9 +138,10 @@ def live_work(assembly: Assembly) -> float:
 def other_state(assembly: Assembly, below: float = inf) -> float | None:
     """Return the least load factor λ ≥ 0 of a Coulomb collapse state of a small scene in the plane.
 
-    None means that there is no state below the limit, that velocities or forces of all states exceed ``BIG``,
-    or that the scene is too large, crushes, or is in space. :func:`scipy.optimize.milp` solves for forces and
-    velocities, with a binary variable for each pair of slack and rate.
+    The result is None if no state exists below the load factor ``below``, or if forces or velocities of all
+    states exceed ``BIG``. It is also None if the scene is too large, has joints that crush, or is in space.
+    :func:`scipy.optimize.milp` solves for forces and velocities, with a binary variable for each pair of
+    slack and rate.
     """
     joints, problem = assembly.joints, assembly.problem
     count = len(joints.first)
@@ -148,7 +149,7 @@ def other_state(assembly: Assembly, below: float = inf) -> float | None:
     if assembly.scene.dimension == 3 or crushes or count > SMALL or not problem.live.any():
         return None
     statics, rows, limits = program(assembly, inside=True)
-    # Rates p belong to the rows in their order: openings, slip of either sign, motion at either limit.
+    # Rates p in the order of the rows: openings, slip in each sense, motion at the limits of limited forces.
     slides = np.flatnonzero(np.isfinite(joints.friction))
     forces, velocities, conditions = statics.shape[1], len(problem.live), rows.shape[0]
     flow = sp.lil_array((forces, conditions))
@@ -178,7 +179,7 @@ def other_state(assembly: Assembly, below: float = inf) -> float | None:
         LinearConstraint(
             sp.hstack([nothing((1, 1 + forces)), live[None], nothing((1, 2 * conditions))]), 1, 1
         ),
-        # Slack z is at least 0, and at most BIG where the binary is 0; rates at most BIG where it is 1.
+        # Slack z is at least 0. If a binary is 0, its slack is at most BIG; if it is 1, its rate is.
         LinearConstraint(
             sp.hstack([nothing((conditions, 1)), rows, nothing((conditions, velocities + 2 * conditions))]),
             -limits / unit,
@@ -209,7 +210,8 @@ def other_state(assembly: Assembly, below: float = inf) -> float | None:
     )
     if found.x is None:
         return None
-    # Integers within tolerance leave products of rates and slacks: only a state that is exact counts.
+    # Binaries are integer only within a tolerance, so products of rates and slacks may remain. A state counts
+    # only if these products vanish.
     z = rows @ found.x[1 : 1 + forces] + limits / unit
     p = found.x[1 + forces + velocities : -conditions]
     if np.abs(z * p).max() > 1e-5 * max(found.x[0], 1.0):
@@ -218,10 +220,10 @@ def other_state(assembly: Assembly, below: float = inf) -> float | None:
 
 
 def wrong_reactions(scene: mo.Scene, seed: int) -> list[str]:
-    """Return what is wrong with the reactions of a random support that settles in a random direction.
+    """Return a sentence for each wrong reaction of a random support that settles in a random direction.
 
-    With associative flow the least and the greatest reaction lie between those of polygons inside and outside
-    of friction cones and parabolas of crushing.
+    With associative flow, the least and the greatest reaction have bounds. The bounds are computed with
+    polygons inside and outside the friction cones and the parabolas of crushing.
     """
     assembly, rng = assemble(scene), np.random.default_rng([17, seed])
     joints = assembly.joints

@@ -1,4 +1,4 @@
-"""What every run of tests begins with, and what happens to programs: interrupts, failures."""
+"""Fixtures that all tests share, such as interrupts and solvers that fail."""
 
 import contextlib
 import gc
@@ -9,22 +9,24 @@ import pytest
 
 
 def pytest_collection_finish():
-    """Tests and modules live as long as the run: leave them out of collections, else a tenth of its time."""
+    """Exclude tests and modules from garbage collection, which would take a tenth of the time of a run."""
     gc.collect()
     gc.freeze()
 
 
 @pytest.fixture
 def command(monkeypatch, capsys):
-    from scenes import Command  # with all of the package, which not every test needs
+    from scenes import Command  # imports the whole package, which not every test needs
 
     return Command(monkeypatch, capsys)
 
 
 @pytest.fixture
 def watched(monkeypatch):
-    """The arguments of each call of a function of a module or class from now on; after each call ``watch`` is
-    called with the same, and may end all as Ctrl-C does."""
+    """Return a function that records the arguments of all further calls of a function of a module or class.
+
+    After each call, ``watch`` is called with the same arguments. It may raise an exception, as Ctrl-C does.
+    """
 
     def of(owner, name, watch=lambda *_, **__: None):
         function, calls = getattr(owner, name), []
@@ -43,7 +45,7 @@ def watched(monkeypatch):
 
 @pytest.fixture
 def clock(monkeypatch):
-    """The clock of all time limits, whose time ``now`` in seconds only tests advance."""
+    """Replace the clock of all time limits by one whose time ``now``, in seconds, only tests advance."""
 
     class Clock:
         now = 0.0
@@ -58,7 +60,7 @@ def clock(monkeypatch):
 
 @pytest.fixture
 def slow_positions(clock, monkeypatch):
-    """Each position of a crossing takes ten seconds of the clock, which is returned."""
+    """Let each position of a crossing take ten seconds of the clock, and return the clock."""
     from masonry_opt.studies.crossing.search import PassageTrials
 
     solved = PassageTrials.of
@@ -74,7 +76,10 @@ def slow_positions(clock, monkeypatch):
 
 @pytest.fixture
 def press_ctrl_c():
-    """Ctrl-C as a terminal sends it (a job in the background ignores it), which a solver may swallow."""
+    """Return a function that raises Ctrl-C as a terminal does, also if the tests run in the background.
+
+    With ``swallowed``, the exception is suppressed, as some solvers do.
+    """
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def press(swallowed=False):
@@ -87,8 +92,10 @@ def press_ctrl_c():
 
 @pytest.fixture
 def failing(monkeypatch):
-    """Lets a solver fail whenever ``when`` says so of the program and of what it is asked; always by default.
-    "ray": HiGHS' proof that a program is infeasible is one that rounding explains."""
+    """Return a function that lets a solver fail if ``when`` is true of the arguments of a call.
+
+    By default, every call fails. With "ray", HiGHS' infeasibility certificate is as small as rounding errors.
+    """
 
     def of(solver, when=lambda *_: True):
         import numpy as np
@@ -112,9 +119,9 @@ def failing(monkeypatch):
 
 @pytest.fixture
 def certificates(monkeypatch):
-    """Lets every certificate at a collapse leave so much of the named conditions, or of all.
+    """Return a function that sets the named residuals, or all, of each state at the end of a load history.
 
-    The programs that look for an exact state where there is none yet find nothing.
+    The programs that then look for an exact state find none.
     """
 
     def leave(residual, *names):
@@ -137,7 +144,7 @@ def certificates(monkeypatch):
 
 @pytest.fixture
 def no_proof(monkeypatch):
-    """Leaves the proof that no state is lower out of the default, as on scenes with many joints."""
+    """Remove the step that proves the least state from the default method, as on scenes with many joints."""
     from masonry_opt.methods.coulomb import method
     from masonry_opt.methods.coulomb.steps import LeastProven
 
@@ -147,7 +154,10 @@ def no_proof(monkeypatch):
 
 @pytest.fixture
 def without(monkeypatch):
-    """As where a library is not installed; modules of the package that import it are forgotten."""
+    """Return a function that makes a library appear not installed.
+
+    The named modules of the package, which import the library, are removed from ``sys.modules``.
+    """
 
     def library(name, *modules):
         monkeypatch.setitem(sys.modules, name, None)
@@ -159,7 +169,7 @@ def without(monkeypatch):
 
 @pytest.fixture
 def terminal(monkeypatch):
-    """The environment of a terminal of 150 columns."""
+    """Set the environment of a terminal with 150 columns."""
     for name in ("NO_COLOR", "FORCE_COLOR", "TTY_COMPATIBLE"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("TERM", "xterm")

@@ -1,22 +1,22 @@
 """Explicit contact dynamics of blocks in the plane and in space, compiled by Numba.
 
-The program pushes rigid blocks until they fall, and so computes the incremental load factor by simulation.
-Displacements are small: contact points and directions stay as drawn.
+The program increases the live load on rigid blocks until they fall. It thus computes the incremental load
+factor by simulation. Displacements are small: contact points and directions stay as drawn.
 
 The model:
 
-- A contact is a linear spring that only presses, n = max(0, −k·opening). Its stiffness k grows with the
-  length or area that the contact stands for.
-- The shear of a joint (in space of a contact point) is elastic, half as stiff as the normal forces of the
-  joint together. It is returned to |s| ≤ c + μ n after each time step, so that slip is remembered.
+- A contact is a linear spring in compression only, n = max(0, −k·opening). Its stiffness k is proportional
+  to the length or area of the contact.
+- The shear of a joint (in space, of a contact point) is elastic, half as stiff as all normal forces of the
+  joint together. After each time step, a return mapping enforces |s| ≤ c + μ n, so that slip is irreversible.
 - Ties, props and earth pressures are springs whose force stays between its limits.
-- Blocks move in time with a damping that takes a share of each velocity in each step. Masses are chosen so
-  that explicit time steps of one are stable. A common factor of all stiffness changes no force at rest.
-- The dead load grows from zero, and prestress and the least earth pressures with it. Then the live load
-  grows. Loads wait while forces are out of balance.
+- Each time step reduces all velocities by a constant factor (damping). Masses are chosen so that explicit
+  time steps of length one are stable. A common factor of all stiffness changes no force at rest.
+- The dead load grows from zero, together with prestress and the least earth pressures. Then the live load
+  grows. A load does not grow while the unbalanced forces are large.
 
-From the package the program takes where joints are, the loads, friction and cohesion. Equilibrium is that of
-:mod:`second_program`. The model has neither dilatancy nor limited compressive strength.
+The package supplies the positions of joints, the loads, friction and cohesion. The equilibrium matrix is that
+of :mod:`second_program`. The model has neither dilatancy nor limited compressive strength.
 """
 
 from dataclasses import dataclass
@@ -33,29 +33,29 @@ from masonry_opt.problem.assembly import Assembly, assemble
 
 @dataclass(frozen=True)
 class DynamicsSettings:
-    """How the load grows and when a scene counts as fallen. The defaults are slow and sure."""
+    """Rules for the growth of the load and for collapse. The defaults are slow and accurate."""
 
-    #: Share of the velocity left after a time step. Nearer to 1 is less damped: blocks swing further.
+    #: Fraction of the velocity that remains after a time step. With a larger value, blocks swing further.
     damping: float = 0.98
     #: Growth of a load in a time step, relative to the whole load. A faster load overshoots more.
     gain: float = 5e-6
-    #: Largest force out of balance, relative to the largest component of the loads, under which the load
-    #: grows. A collapse that begins slowly is seen late by about this force; a smaller value takes longer.
+    #: Largest unbalanced force at which the load still grows, relative to the largest load component. A
+    #: larger value detects a slow collapse later, at a load that is too high by about this force.
     waiting: float = 5e-4
-    #: Largest force out of balance, in the same measure, of a scene at rest.
+    #: Largest unbalanced force of a scene at rest, relative to the largest load component.
     rest: float = 1e-4
-    #: Time steps that a load waits for rest. A scene falls if the load stays for longer. A shorter wait
-    #: takes slow motions that come to rest for a collapse.
+    #: Largest number of time steps without growth of the load, after which a scene counts as fallen. A
+    #: smaller number takes slow motions that come to rest for a collapse.
     patience: int = 1_000_000
-    #: Growth of the load, relative to the whole load, that ends the waiting and starts it anew.
+    #: Growth of the load, relative to the whole load, after which the count of waiting steps restarts.
     progress: float = 5e-3
-    #: Displacement since the last progress at which a scene counts as fallen, relative to that of the largest
-    #: load on the mean stiffness against a block. A smaller value takes large slips for a collapse.
+    #: Displacement since the last restart of the count at which a scene counts as fallen, relative to the
+    #: largest load over the mean stiffness of a block. A smaller value takes large slips for a collapse.
     far: float = 1e5
 
 
 DEFAULTS = DynamicsSettings()
-#: Time steps after which a scene counts as undecided, whatever it does.
+#: Largest number of time steps, after which a scene counts as undecided.
 LONGEST = 1_000_000_000
 #: Coarse settings for tests: errors of 0.3 % where collapse is sudden.
 QUICK = DynamicsSettings(gain=2e-5, patience=200_000, far=1e4)
@@ -66,15 +66,15 @@ class FallsUnderItsWeight(ArithmeticError):
 
 
 class Undecided(ArithmeticError):
-    """The scene neither falls nor comes to rest within the time that it is given."""
+    """The scene neither falls nor comes to rest within the allowed number of time steps."""
 
 
 def collapse_load(scene: mo.Scene, highest: float, settings: DynamicsSettings = DEFAULTS) -> float:
     """Return the load factor under which a scene falls as its live load grows from zero.
 
-    The load factor is ``inf`` if the scene carries the highest one and comes to rest under it. The load grows
-    by ``settings.gain`` of the highest load factor in a time step, so a highest value near the result gives
-    more digits. Raises FallsUnderItsWeight if the scene does not carry its dead load.
+    The load factor is ``inf`` if the scene comes to rest under the load factor ``highest``. The load grows by
+    ``settings.gain`` times ``highest`` in a time step, so a value near the result is more accurate. Raises
+    FallsUnderItsWeight if the scene does not carry its dead load.
     """
     motion = _Motion(assemble(scene), settings)
     if motion.raise_load(np.zeros_like(motion.dead), motion.dead, preloads=True) < 1.0:
@@ -86,8 +86,8 @@ def collapse_load(scene: mo.Scene, highest: float, settings: DynamicsSettings = 
 class _Motion:
     """Springs, masses and the state of motion of one scene, as arrays for compiled code.
 
-    Columns are three for each slider in turn: n₁, n₂ and s of a joint in the plane, n, s and t of a contact
-    point in space. Limited forces follow.
+    There are three columns for each slider: n₁, n₂ and s of a joint in the plane, or n, s and t of a contact
+    point in space. The columns of limited forces follow.
     """
 
     def __init__(self, assembly: Assembly, settings: DynamicsSettings) -> None:
@@ -101,7 +101,7 @@ class _Motion:
         columns = statics[:, np.append(in_turn, 3 * sliders + np.arange(limited))]
         stiffness = _stiffness(assembly, joint, limited)
         self.columns = columns.indptr, columns.indices, columns.data
-        # By Gershgorin's theorem no squared frequency exceeds 1/0.6; explicit steps are stable up to 4.
+        # By Gershgorin's theorem, no squared frequency exceeds 1/0.6. Explicit steps are stable up to 4.
         row_sums = abs(columns) @ (stiffness * (abs(columns).T @ np.ones(columns.shape[0])))
         mass = 0.6 * np.where(row_sums > 0, row_sums, 1.0)
         area = joints.extent if space else joints.extent * assembly.scene.thickness
@@ -113,13 +113,14 @@ class _Motion:
         self.dead, self.live, self.settings = assembly.problem.dead, assembly.problem.live, settings
         self.mass, self.shears = mass, np.zeros(columns.shape[1])
         self.moved, self.velocity = np.zeros(len(mass)), np.zeros(len(mass))
-        self.stiffness = float(np.mean(row_sums))  # against the motion of a block
+        self.stiffness = float(np.mean(row_sums))  # mean stiffness against the motion of a block
 
     def raise_load(self, base: np.ndarray, increment: np.ndarray, preloads: bool = False) -> float:
-        """Return the share of an increment that the scene carries beside a base load; 1 if it rests.
+        """Return the share of a load increment that the scene carries in addition to a base load.
 
-        Limited forces that must act, such as prestress, grow with the increment if it ``preloads``. Raises
-        Undecided if forces neither leave nor find equilibrium.
+        The share is 1 if the scene comes to rest under the whole increment. With ``preloads``, limited forces
+        that must act, such as prestress, grow with the increment. Raises Undecided if the scene neither falls
+        nor comes to rest.
         """
         of, largest = self.settings, max(np.abs(base).max(), np.abs(increment).max())
         far = of.far * largest / self.stiffness
@@ -140,8 +141,8 @@ class _Motion:
 def _stiffness(assembly: Assembly, joint: np.ndarray, limited: int) -> np.ndarray:
     """Return the stiffness of each column.
 
-    A contact point is as stiff as its length or area over the median. A shear is half as stiff as the normal
-    forces of its joint together, and a limited force twice as stiff as a median contact point.
+    The stiffness of a contact point is its length or area, divided by the median. The stiffness of a shear is
+    half of that of all normal forces of its joint. A limited force has twice the median stiffness.
     """
     extent = assembly.joints.extent
     share = (extent / np.bincount(joint, minlength=len(extent)))[joint]
@@ -156,9 +157,10 @@ def _stiffness(assembly: Assembly, joint: np.ndarray, limited: int) -> np.ndarra
 def _raise_load(  # noqa: C901, PLR0912, PLR0913, PLR0915 - one compiled loop over time steps
     pointers, rows, values, stiffness, friction, cohesion, limits, points, mass, state, loads, rules, patience
 ):
-    """Return the share of the second load that is carried beside the first, by explicit time steps.
+    """Return the share of the load increment that is carried in addition to the base load.
 
-    The share is NaN if the scene still moves at the end of its patience under the whole load.
+    The function takes explicit time steps. The share is NaN if the scene still moves under the whole load
+    after ``patience`` steps.
     """
     moved, velocity, shears = state
     base, increment, preloads = loads

@@ -1,18 +1,19 @@
-"""Copies of scenes whose coordinates are off by a known error, as of a survey."""
+"""Copies of scenes with random coordinate errors of a known size, as in a survey."""
 
 import numpy as np
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
 
-#: Tolerance over the error: two edges that meet are apart by twice the error at most.
+#: Tolerance of a copy, divided by the error. Edges that touch are apart by at most twice the error.
 TOLERANCE = 3.0
 
 
 def with_errors(scene: mo.Scene, error: float, seed: int) -> mo.Scene:
-    """Return a copy with every coordinate off by up to an error, relative to the mean size of a block.
+    """Return a copy of the scene with a random error in every coordinate.
 
-    The tolerance of the copy is three times the error.
+    The largest error is relative to the mean width of the movable blocks. The tolerance of the copy is three
+    times the largest error.
     """
     rng = np.random.default_rng([seed, round(1e9 * error)])
     off = error * float(assemble(scene).geometry.width[~scene.fixed].mean())

@@ -1,4 +1,4 @@
-"""Elements of scenes and results by their names, in the case's coordinates."""
+"""Access to the drawn elements of scenes and results by name, in the coordinates of the case file."""
 
 import functools
 
@@ -10,20 +10,22 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 
-#: Of case files, once for all tests.
+#: Solves a case file once, and returns the stored result afterwards.
 solved = functools.cache(mo.solve)
 
 
 def elements_of(what: object) -> tuple[Elements, str]:
-    """What there is to draw of a scene, or of a result, and the first kind of its pictures."""
+    """Return the drawn elements of a scene or of a result, and the default kind of picture."""
     if isinstance(what, Result):
         return result_elements(what), "mechanism"
     return scene_elements(assemble(as_scene(what), floating=True)), "scene"
 
 
 def marks(what: object, name: str, kind: str = "", shape: str = "") -> np.ndarray:
-    """Where marks of that name are drawn: ends, or tail and tip, shape (marks, 2, 2), or middles,
-    shape (marks, 1, 2)."""
+    """Return the positions of the marks with a name.
+
+    Lines and arrows have two ends, shape (marks, 2, 2). Other marks have one point, shape (marks, 1, 2).
+    """
     elements, first = elements_of(what)
     share = START if (kind or first) == "mechanism" else 0.0
     found = [
@@ -35,7 +37,7 @@ def marks(what: object, name: str, kind: str = "", shape: str = "") -> np.ndarra
 
 
 def arrows(what: object, name: str) -> np.ndarray:
-    """Tails and tips of the arrows of a kind of load, shape (arrows, 2, 2)."""
+    """Return the tails and tips of the arrows of a kind of load, shape (arrows, 2, 2)."""
     return marks(what, name, shape="arrow")
 
 

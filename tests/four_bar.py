@@ -1,7 +1,8 @@
-"""Three bodies between four hinges at finite rotations: their geometry by circles, λ by virtual work.
+"""Load factors of a four-bar linkage at finite rotations, by geometry and virtual work.
 
-Independent of the package: bodies are bars A–B, B–C, C–D from ground to ground; the first one's rotation is
-given, C follows as a point of two circles, and velocities from those of B and C.
+The computation is independent of the package. The bodies are the bars A–B, B–C and C–D, and A and D are
+fixed. For a given rotation of the first bar, C is an intersection of two circles. The velocities of the bars
+follow from the velocities of B and C.
 """
 
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ import numpy as np
 
 @dataclass
 class Body:
-    """Dead and live forces on one of the bodies, and where they act, as complex numbers."""
+    """Dead and live forces on a body, and their points of action, as complex numbers."""
 
     at: np.ndarray
     dead: np.ndarray
@@ -19,17 +20,17 @@ class Body:
 
 
 def load_factors(hinges: np.ndarray, bodies: list[Body], rotations: np.ndarray) -> np.ndarray:
-    """λ at rotations of the first body, shape (n,), of hinges A, B, C, D at rest, complex."""
+    """Return λ for each rotation of the first body, shape (n,); hinges A, B, C, D at rest are complex."""
     A, B, C, D = hinges
     found = []
     for rotation in rotations:
         b = A + np.exp(1j * rotation) * (B - A)
-        # C lies on a circle about b, and on one about D, on the side where it lies at rest.
+        # C is the intersection of circles about b and D on the side on which C lies at rest.
         line, r, s = D - b, abs(C - B), abs(C - D)
         along = (r**2 - s**2 + abs(line) ** 2) / (2 * abs(line))
         aside = np.sqrt(r**2 - along**2) * np.sign(((C - B) * np.conj(D - B)).imag)
         c = b + (along + 1j * aside) * line / abs(line)
-        # Velocities: that of b from A, that of c from b and from D alike.
+        # The velocity of b follows from A. The velocity of c from b equals its velocity from D.
         v_b = 1j * (b - A)
         spans = np.array([1j * (c - b), -1j * (c - D)])
         w2, w3 = np.linalg.solve(np.array([spans.real, spans.imag]), -np.array([v_b.real, v_b.imag]))

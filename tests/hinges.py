@@ -1,4 +1,4 @@
-"""Collapse of arches by enumeration: the thrust through four hinges that stays within the arch (Heyman)."""
+"""Collapse load factors of arches by enumeration of the thrust lines through four hinges (Heyman)."""
 
 from itertools import combinations
 
@@ -8,7 +8,7 @@ import masonry_opt as mo
 
 
 def radial_joints(arch: mo.Arch) -> np.ndarray:
-    """Ends of the joints of a circular arch about the origin, as ``four_hinge_load_factors`` takes them."""
+    """Return the ends of the joints of a circular arch about the origin for ``four_hinge_load_factors``."""
     angles = np.radians(np.linspace(*arch.angles, arch.voussoirs + 1))
     radial = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     half = arch.thickness / 2
@@ -16,20 +16,21 @@ def radial_joints(arch: mo.Arch) -> np.ndarray:
 
 
 def four_hinge_load_factors(joints: np.ndarray, weight: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Load factors of all such thrusts, for blocks that cannot slide under their weight and λ times it to the
-    right.
+    """Return the load factors of all thrust lines through four hinges that lie within the arch.
 
-    Collapse is the largest multiple of the load that a thrust within the arch carries, and the thrust at
-    collapse passes through four hinges; so all that are found are the same.
+    Blocks cannot slide. Their loads are their weight, and λ times their weight to the right. The collapse
+    load factor is the largest load factor of all thrust lines within the arch. The thrust line at collapse
+    passes through four hinges, so all load factors returned are equal.
 
     Parameters
     ----------
     joints: ends of the joints, from the left abutment to the right, intrados first, shape (blocks + 1, 2, 2).
-    weight, at: of the blocks in that order, shape (blocks,), and where it acts, shape (blocks, 2).
+    weight: weights of the blocks in the order of the joints, shape (blocks,).
+    at: points at which the weights act, shape (blocks, 2).
     """
     zero = np.zeros(len(weight))
-    left_of = np.arange(len(joints))[:, None] > np.arange(len(weight))  # joint, block
-    # Moment about the origin and force of all that acts left of each joint.
+    left_of = np.arange(len(joints))[:, None] > np.arange(len(weight))  # shape (joints, blocks)
+    # Moment about the origin, and force, of all loads to the left of each joint.
     dead = left_of @ np.stack([-weight * at[:, 0], zero, -weight], axis=1)
     live = left_of @ np.stack([-weight * at[:, 1], weight, zero], axis=1)
     chosen = np.array(list(combinations(range(len(joints)), 4)))
@@ -43,13 +44,13 @@ def four_hinge_load_factors(joints: np.ndarray, weight: np.ndarray, at: np.ndarr
             moment, fx, fy = np.moveaxis(load[chosen], -1, 0)
             return moment - x * fy + y * fx
 
-        # Unknown: moment about the origin and force of the left abutment, and λ.
+        # The unknowns are the moment about the origin and the force of the left abutment, and λ.
         matrix = np.stack([np.ones_like(x), y, -x, about(live)], axis=-1)
         regular = np.linalg.cond(matrix) < 1e12
         unknown = np.linalg.solve(matrix[regular], -about(dead)[regular][..., None])[..., 0]
         total = dead + unknown[:, 3, None, None] * live + unknown[:, None, :3]
         moment, fx, fy = np.moveaxis(total, -1, 0)
-        # Where the thrust crosses a joint, as a part of it, and the pressure there.
+        # Position at which the thrust crosses a joint, as a fraction of its length, and the normal force.
         pressed = across[:, 1] * fx - across[:, 0] * fy
         begin = moment - joints[:, 0, 0] * fy + joints[:, 0, 1] * fx
         crossed = -begin / pressed

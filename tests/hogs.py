@@ -1,4 +1,4 @@
-"""Functions for processes that must be stopped."""
+"""Functions that tests run in processes: they wait, take memory, die or raise errors."""
 
 import itertools
 import os
@@ -19,7 +19,7 @@ def wait_for(seconds: float, value: object) -> object:
 
 
 def hoard(megabytes: int) -> int:
-    """Take memory, ten MB at a time, each touched."""
+    """Allocate and write memory in steps of ten MB."""
     kept = [b"x" * 10_000_000 for _ in range(megabytes // 10) if not time.sleep(0.005)]
     time.sleep(2)
     return len(kept)
@@ -30,16 +30,16 @@ def die() -> NoReturn:
 
 
 def leave_mark_and_die(folder: Path) -> NoReturn:
-    """Die, and be counted."""
+    """Create a file named by the process id, and end the process with code 7."""
     (folder / str(os.getpid())).touch()
     os._exit(7)
 
 
-_calls = itertools.count(1)  #: Of the function below, in one process.
+_calls = itertools.count(1)  #: Number of the next call of ``die_thrice`` in this process.
 
 
 def die_thrice(folder: Path, task: Callable[[], Any]) -> Any:
-    """Make a task, in a process that dies in the midst of its second, until three have died."""
+    """Run a task, but kill the process at its second task, until three processes have died."""
     if next(_calls) == 2 and len(list(folder.iterdir())) < 3:
         (folder / str(os.getpid())).touch()
         os.kill(os.getpid(), signal.SIGKILL)
@@ -51,14 +51,14 @@ def fail() -> NoReturn:
 
 
 class UnreadableError(Exception):
-    """An error that pickle writes and cannot read again."""
+    """An error that pickle can write but not read."""
 
     def __init__(self, what: str, where: str) -> None:
         super().__init__(f"{what} at {where}")
 
 
 def fail_unreadably() -> NoReturn:
-    """Raise what cannot be sent."""
+    """Raise an error that cannot be sent to another process."""
     raise UnreadableError("no", "there")
 
 
@@ -71,13 +71,13 @@ def end_at_the_time_limit(message: str) -> NoReturn:
 
 
 def start_and_sleep(case: Path, *_: object) -> None:
-    """A run that says when it starts, and takes a minute."""
+    """Create a file with the suffix ``.started``, and sleep for a minute."""
     case.with_suffix(".started").touch()
     time.sleep(60)
 
 
 def environment() -> dict[str, str]:
-    """That of a process that imports what tests do."""
+    """Return the environment of a process that can import the same modules as the tests."""
     return os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
 
 
@@ -90,7 +90,7 @@ def wait_until(what: Callable[[], bool], process: subprocess.Popen, seconds: flo
 
 
 def is_gone(group: int) -> bool:
-    """Whether no process of a group is left, in ten seconds."""
+    """Return True if all processes of a group have ended within ten seconds."""
     deadline = time.monotonic() + 10
     while time.monotonic() < deadline:
         try:

@@ -1,4 +1,4 @@
-"""Lines of results.csv that no solver made."""
+"""Made-up lines of results.csv, without a run of a solver."""
 
 from typing import Any
 
@@ -17,6 +17,6 @@ KINDS |= {"coulomb": "nearly complementary", "mpec": "relaxed"}
 
 
 def line(**known: Any) -> dict[str, Any]:
-    """A good line, but for what is given."""
+    """Return a good line with the given entries changed."""
     kind = KINDS.get((GOOD | known)["method"], "exact")
     return GOOD | {"kind": kind} | known

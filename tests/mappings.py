@@ -1,4 +1,4 @@
-"""What leaves a scene the same: moved, turned, mirrored, renumbered, its supports split."""
+"""Changes of a scene that leave λ unchanged, such as translation, rotation, and other units."""
 
 import math
 from collections.abc import Callable
@@ -25,8 +25,7 @@ def mapped(
     length: float = 1.0,
     order: np.ndarray | None = None,
 ) -> mo.Scene:
-    """The scene with its points mapped, its forces turned, dead and live loads and lengths scaled, and
-    its blocks in another order."""
+    """Return the scene with mapped points and forces, scaled loads and lengths, and reordered blocks."""
 
     def moved(block: mo.Block) -> mo.Block:
         return block.replace(
@@ -63,8 +62,10 @@ def shuffled(scene: mo.Scene) -> mo.Scene:
 
 
 def with_split_supports(scene: mo.Scene) -> mo.Scene:
-    """Each fixed block cut in two across its first edge. What rests on the cut has two joints in place
-    of one, which together carry the same forces."""
+    """Return the scene with each fixed block cut in two across its first edge.
+
+    A block that rests on the cut has two joints instead of one, which together carry the same forces.
+    """
     blocks: list[mo.Block] = []
     for block in scene.blocks:
         if not block.fixed:
@@ -77,7 +78,7 @@ def with_split_supports(scene: mo.Scene) -> mo.Scene:
     return scene.model_copy(update={"blocks": blocks})
 
 
-#: What leaves λ as it is.
+#: Changes of a scene that leave λ unchanged.
 SAME: dict[str, Callable[[mo.Scene], mo.Scene]] = {
     "moved": lambda scene: mapped(scene, lambda v: (v[0] + 31.7, v[1] - 12.9)),
     "moved far": lambda scene: mapped(scene, lambda v: (v[0] + 1e5, v[1] - 1e5)),
@@ -92,7 +93,7 @@ SAME: dict[str, Callable[[mo.Scene], mo.Scene]] = {
 
 
 def same(one: mo.Result, other: mo.Result, tolerance: float, factor: float = 1.0) -> None:
-    """The other result has the same status, and ``factor`` times the load factor."""
+    """Assert that the other result has the same status, and ``factor`` times the load factor."""
     assert other.status == one.status
     if one.load_factor is None:
         assert other.load_factor is None

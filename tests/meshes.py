@@ -1,4 +1,4 @@
-"""Files of meshes in the forms that modellers write: OBJ, PLY, STL, glTF."""
+"""Mesh files as modelling programs write them: OBJ, PLY, STL and glTF."""
 
 import json
 import struct
@@ -10,13 +10,13 @@ QUADS = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (
 
 
 def box(x, y, z):
-    """Corners and faces of a box, seen from outside counter-clockwise."""
+    """Return the corners and faces of a box; faces are counter-clockwise as seen from outside."""
     corners = [(a, b, c) for c in z for a, b in ((x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1]))]
     return np.array(corners, dtype=float), QUADS
 
 
 def divided_box(x, y, z, count):
-    """Corners and triangles of a box, each of whose sides has a net of count × count pairs of triangles."""
+    """Return the corners and triangles of a box whose sides have count × count pairs of triangles each."""
     low, high = np.array([x, y, z], dtype=float).T
     numbers, faces = {}, []
     for axis in range(3):
@@ -32,7 +32,10 @@ def divided_box(x, y, z, count):
 
 
 def prism(outline, depth):
-    """A polygon of x and z from y = 0 to a depth, its two ends as one face each, whatever its notches."""
+    """Return a prism over a polygon in x and z, from y = 0 to a depth.
+
+    Each of its two ends is one face, even if the polygon is not convex.
+    """
     count = len(outline)
     corners = [(x, y, z) for y in (0.0, depth) for x, z in outline]
     sides = [(i, i + count, (i + 1) % count + count, (i + 1) % count) for i in range(count)]
@@ -63,7 +66,7 @@ def stl(blocks):
 
 
 def ply(blocks):
-    """Quadrilaterals with corners of their own, as modellers write them."""
+    """Return a PLY file of quadrilaterals that do not share corners, as modelling programs write it."""
     quads = [corners[list(face)] for corners, faces in blocks.values() for face in faces]
     head = (
         f"ply\nformat ascii 1.0\nelement vertex {4 * len(quads)}\nproperty float x\nproperty float y\n"
@@ -75,7 +78,7 @@ def ply(blocks):
 
 
 def glb(nodes, meshes):
-    """A binary glTF file, version 2.0, written by hand from the standard.
+    """Return a binary glTF file, version 2.0, written directly from the standard.
 
     Each node is a dictionary of the standard's keys. Nodes that no other node names as a child are roots.
     Each mesh is a list of primitives, each a pair of corners and triangles.

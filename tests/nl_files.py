@@ -1,6 +1,7 @@
-"""A reader of the text of AMPL's NL files, as far as linear rows and complementary pairs go.
+"""A reader of AMPL's NL files in text form, limited to linear rows and complementary pairs.
 
-After D. M. Gay, Writing .nl Files (2005): ten lines of counts, then segments, each begun by a letter.
+The format is described in D. M. Gay, Writing .nl Files (2005). Ten lines of counts come first. Segments
+follow, each of which begins with a letter.
 """
 
 from dataclasses import dataclass
@@ -11,23 +12,23 @@ import numpy as np
 
 @dataclass(frozen=True)
 class NlFile:
-    """A linear program, or complementarity problem, with its names."""
+    """A linear program or complementarity problem with the names of its rows and columns."""
 
     rows: list[str]  # names, without the objective
     columns: list[str]
     matrix: np.ndarray  # shape (rows, columns)
     equal: dict[int, float]  # right-hand sides of the rows that are equations
-    #: Of complementary rows their column, and the sum of 1 (if it has a lower bound) and 2 (an upper one).
+    #: Column of each complementary row, and its bounds: 1 for a lower bound plus 2 for an upper bound.
     pairs: dict[int, tuple[int, int]]
-    lower: np.ndarray  # of columns
+    lower: np.ndarray  # lower bounds of the columns
     upper: np.ndarray
-    counts: list[list[int]]  # of each line of the header
+    counts: list[list[int]]  # the numbers in each line of the header
 
 
 def read_nl(path: Path) -> NlFile:  # noqa: C901, PLR0912 - the parts of the file in their order
-    """Read a ``.nl`` and the names beside it."""
+    """Read an ``.nl`` file, and the names from the ``.row`` and ``.col`` files in its folder."""
     lines = [line.split("#")[0].split() for line in path.read_text().splitlines()]
-    assert lines[0][0] == "g3"  # a text file
+    assert lines[0][0] == "g3"  # "g" marks a file in text form
     counts = [[int(word) for word in line] for line in lines[1:10]]
     columns, rows = counts[0][:2]
     matrix, equal, pairs = np.zeros((rows, columns)), {}, {}

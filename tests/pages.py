@@ -1,4 +1,4 @@
-"""Pages in a browser: opened, read, and moved by their sliders."""
+"""Functions that open result pages in a browser, read them, and move their sliders."""
 
 import json
 import re
@@ -13,7 +13,7 @@ def written(result, tmp_path_factory, **drawn):
 
 
 def show(browser, path, width):
-    """The browser with a page open in a window of that width."""
+    """Return the browser with the page open in a window of the given width."""
     chromium = browser(width)
     for log in ("browser", "performance"):
         chromium.get_log(log)
@@ -26,7 +26,7 @@ def found(page, selector):
 
 
 def sticking_out(page):
-    """What does not fit into the window's width, with less of its own than it needs, or beside it."""
+    """Return the elements that extend beyond the window or that need more than its width."""
     return page.execute_script(
         "const width = document.documentElement.clientWidth;"
         "return [...document.querySelectorAll('html, body, body *:not(svg *)')].filter((element) => {"
@@ -38,12 +38,12 @@ def sticking_out(page):
 
 
 def cell(page, name):
-    """A number that the panel tells of the joint."""
+    """Return a number from the panel of the selected joint."""
     return float(found(page, f'[data-of="{name}"]').text.replace("−", "-"))
 
 
 def move_to(page, value):
-    """Move the slider, as keys and pointer do."""
+    """Move the slider as a key or the pointer does."""
     page.execute_script(
         "const slider = document.getElementById('moved'); slider.value = arguments[0];"
         "slider.dispatchEvent(new Event('input', {bubbles: true}))",
@@ -52,8 +52,10 @@ def move_to(page, value):
 
 
 def quiet(page):
-    """Whether nothing was logged, but how a browser draws by software, and nothing asked for but the file and
-    what it holds."""
+    """Return True if the browser logged nothing except rendering messages, and requested only local content.
+
+    Local content is the file and data that the file contains.
+    """
     events = [json.loads(entry["message"])["message"] for entry in page.get_log("performance")]
     sent = [event["params"] for event in events if event["method"] == "Network.requestWillBeSent"]
     asked = [event["request"]["url"] for event in sent]

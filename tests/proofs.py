@@ -1,4 +1,4 @@
-"""Scenes with low collapse states, and proofs that are found without knowing a state."""
+"""Functions that prove the least load factor without a known state, and the folder of scenes for them."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from masonry_opt.solution.proof import Proof
 
 FOLDER = Path(__file__).parent / "analysis" / "low_states"
 
-SECONDS = 120.0  #: Time limit of a search, which no test relies on.
+SECONDS = 120.0  #: Time limit of a search in seconds; all tests end earlier.
 
 
 def associative(scene: mo.Scene) -> float:

@@ -11,7 +11,7 @@ from masonry_opt.problem.problem import State
 
 
 class Residuals(NamedTuple):
-    """Of each equation, and slack and rate of each face."""
+    """Residuals of all equations, and the slack z and rate p of each face."""
 
     equilibrium: np.ndarray
     compatibility: np.ndarray
@@ -21,7 +21,7 @@ class Residuals(NamedTuple):
 
 
 def residuals(mcp: PyomoMcp, state: State) -> Residuals:
-    """What the state, which the variables hold from then on, leaves."""
+    """Return the residuals of a state; the variables of the model are set to the state."""
     mcp.start_from(state)
     statics, mechanism = mcp.statics, mcp.mechanism
     equations = (statics.equilibrium, mechanism.compatibility, mechanism.live_work)

@@ -23,10 +23,10 @@ from masonry_opt.solvers.registry import find_solver
 
 CASES = Path(__file__).parent.parent / "cases"
 ALL_CASES = sorted(CASES.glob("*/*.toml"))
-#: Folders of small cases of every kind, each of which is checked for duality in fast tests.
+#: Folders of small cases; fast tests check the duality of each case.
 CHECKED = ("closed_forms", "gilbert", "livesley", "meriam_kraige", "oppenheim")
 WALLS = [CASES / "ferris_tinloi" / f"wall_{number}.toml" for number in range(1, 7)]
-#: The same as parameters of tests: the first is fast, others take seconds.
+#: The six walls as test parameters; walls 2 to 6 are slow.
 TABLE_1 = [
     pytest.param(path, id=path.stem, marks=pytest.mark.slow if number else ())
     for number, path in enumerate(WALLS)
@@ -36,20 +36,20 @@ TABLE_1 = [
 def block_on_floor(
     width: float = 1.0, height: float = 2.0, friction: float = 0.6, **block: object
 ) -> mo.Scene:
-    """One block of weight 1 on a fixed floor, live load = weight to the right at its centroid."""
+    """Return a block of weight 1 on a fixed floor, pushed to the right at its centroid by its weight."""
     properties = {"weight": 1.0, "live": (1.0, 0.0)} | block
     A = mo.Block(name="A", vertices=rectangle(0, width, 0, height), **properties)
     return on_floor(A, friction=friction)
 
 
 def on_floor(*blocks: mo.Block, friction: float = 0.6, **keys: Any) -> mo.Scene:
-    """Blocks on a fixed floor."""
+    """Return a scene of the given blocks on a fixed floor."""
     floor = mo.Block(name="floor", vertices=rectangle(-5, 6, -1, 0), fixed=True)
     return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[*blocks, floor], **keys)
 
 
 def axles_on_a_beam(friction):
-    """A block across two supports, with one axle on the road along its top."""
+    """Return a block across two supports, with one axle on the road along its top."""
     blocks = [
         mo.Block(name="beam", vertices=[(-1, 0), (1, 0), (1, 1), (-1, 1)], weight=1.0),
         mo.Block(name="west", vertices=[(-1, -1), (-0.5, -1), (-0.5, 0), (-1, 0)], fixed=True),
@@ -60,7 +60,7 @@ def axles_on_a_beam(friction):
 
 
 def two_blocks(friction: float = 0.1) -> mo.Scene:
-    """Fig. 6 of the paper: B rests on a rough support and on A, which is pushed out."""
+    """Return Fig. 6 of the paper: B rests on a rough support and on A, which is pushed out."""
     rough = float("inf")
     return mo.Scene(
         joints=mo.JointDefaults(friction=friction),
@@ -75,7 +75,7 @@ def two_blocks(friction: float = 0.1) -> mo.Scene:
 
 
 def small_wall(courses: int = 4, length: int = 3, friction: float = 0.65, **joints: float) -> mo.Scene:
-    """A running-bond wall of 4 × 1.75 blocks, live load = weight, horizontal."""
+    """Return a running-bond wall of 4 × 1.75 blocks; the live load is the weight, horizontally."""
     half = [0.5, *[1.0] * (length - 1), 0.5]
     full = [1.0] * length
     wall = mo.Wall(
@@ -95,7 +95,7 @@ def declared(
     limits: ShearLimits | None = None,
     of_load: bool = False,
 ) -> Driver:
-    """Eq. (9) or eq. (10) of a problem, with an effort of its own."""
+    """Return a driver of eq. (9) or eq. (10) of a problem, with a new count of its effort."""
     driver = Driver(problem, formulation, find_solver(language, solver), Effort(), of_load)
     if limits is not None:
         driver.set_shear_limits(limits)
@@ -103,7 +103,10 @@ def declared(
 
 
 def forces_of(assembly: Assembly, which: str = "dead") -> np.ndarray:
-    """Force and moment about the centroid of each movable block, in the scene's units, shape (b, 3)."""
+    """Return the load on each movable block, as force and moment about its centroid, shape (b, 3).
+
+    Values are in the units of the scene.
+    """
     problem = assembly.problem
     unit = problem.force_unit * np.array([1, 1, problem.length_unit])
     return getattr(problem, which).reshape(-1, 3) * unit
@@ -114,9 +117,9 @@ _SOLVED: dict[tuple[object, ...], Result] = {}
 
 
 def solved(scene: mo.Scene | Path, method: str = "coulomb", **options: Any) -> Result:
-    """``mo.solve``, once for each scene, method and options: results do not change.
+    """Call ``mo.solve`` once for each scene, method and options, and return the stored result afterwards.
 
-    The incremental load factor is left out unless asked for.
+    The incremental load factor is not computed unless ``incremental=True``.
     """
     scene = _loaded(scene) if isinstance(scene, Path) else scene
     key = (repr((scene.model_dump(), scene.load_case)), method, *sorted(options.items()))
@@ -126,12 +129,12 @@ def solved(scene: mo.Scene | Path, method: str = "coulomb", **options: Any) -> R
 
 
 def values_of(answer: Result | Solution, code: Code) -> dict[str, Any] | None:
-    """The values of the reason with that code; None if it is not among those given."""
+    """Return the values of the reason with the given code; None if the answer has no such reason."""
     return next((reason.values for reason in answer.reasons if reason.code is code), None)
 
 
 def irregular() -> mo.Scene:
-    """Three stones with no two edges alike, on a sloping support."""
+    """Return two stones whose edges all differ, on a sloping support."""
     return mo.Scene(
         joints=mo.JointDefaults(friction=0.7),
         blocks=[
@@ -143,7 +146,7 @@ def irregular() -> mo.Scene:
 
 
 def overhanging(beyond: float = 1.0) -> mo.Scene:
-    """A block whose centroid lies so far beyond the edge that bears it: it falls under its own weight."""
+    """Return a block that falls under its weight: its centroid is ``beyond`` past the edge of its base."""
     edge = 1.5 - beyond
     return mo.Scene(
         joints=mo.JointDefaults(friction=0.6),
@@ -155,12 +158,12 @@ def overhanging(beyond: float = 1.0) -> mo.Scene:
 
 
 def pressed_down() -> mo.Scene:
-    """A block on the ground with a live load straight down, which no motion lets do work."""
+    """Return a block on the ground with a live load straight down, which does no work in any motion."""
     return block_on_floor(live=(0.0, -1.0))
 
 
 def on_a_corner() -> mo.Scene:
-    """A wedge with its corner on the ground and a block beside it, under a beam that both bear."""
+    """Return a wedge with its corner on the ground, a block next to it, and a beam that rests on both."""
     return mo.Scene(
         joints=mo.JointDefaults(friction=0.6),
         blocks=[
@@ -172,8 +175,8 @@ def on_a_corner() -> mo.Scene:
     )
 
 
-#: Scenes whose joints differ in kind: some cannot slide, none can, all have cohesion, all dilate, all can be
-#: crushed, one has no length.
+#: Scenes with joints of different kinds: joints that cannot slide, with cohesion, with dilatancy, with
+#: limited strength, and without length.
 KINDS_OF_JOINTS = {
     "one joint cannot slide": two_blocks(),
     "nothing slides": small_wall(3, 2, friction=float("inf")),
@@ -184,7 +187,7 @@ KINDS_OF_JOINTS = {
     "corner on an edge": on_a_corner(),
 }
 
-#: Those whose joints bear any pressure, which the bracket asks for.
+#: Scenes whose joints have no strength, because the bracket refuses joints that have one.
 UNCRUSHED = {name: scene for name, scene in KINDS_OF_JOINTS.items() if scene.joints.strength is None}
 
 
@@ -205,12 +208,12 @@ fixed = true
 
 
 def type_command(monkeypatch: Any, *arguments: object) -> None:
-    """As if the command had been typed."""
+    """Set ``sys.argv`` as if the command had been typed."""
     monkeypatch.setattr("sys.argv", ["masonry-opt", *map(str, arguments)])
 
 
 def run_command(monkeypatch: Any, capsys: Any, *arguments: object) -> tuple[int, str, str]:
-    """Exit code, standard output and standard error of the command line."""
+    """Run the command line, and return its exit code, standard output and standard error."""
     type_command(monkeypatch, *arguments)
     code: Any = 0
     try:
@@ -223,23 +226,23 @@ def run_command(monkeypatch: Any, capsys: Any, *arguments: object) -> tuple[int,
 
 @dataclass(frozen=True)
 class Command:
-    """The command line, held to its exit code."""
+    """Runs the command line and checks its exit code."""
 
     monkeypatch: Any
     capsys: Any
 
     def __call__(self, *arguments: object, code: int | None = 0) -> str:
-        """Return standard output; any exit code will do if ``code`` is None."""
+        """Return standard output; if ``code`` is None, any exit code is accepted."""
         ended, out, error = run_command(self.monkeypatch, self.capsys, *arguments)
         assert code in (ended, None), error
         return out
 
     def json(self, *arguments: object, code: int = 0) -> dict[str, Any]:
-        """The one object on standard output."""
+        """Return the JSON object on standard output."""
         return json.loads(self(*arguments, "--json", code=code))
 
     def warned(self, *arguments: object, code: int = 0) -> list[str]:
-        """Return the warnings on standard error, where standard output has none."""
+        """Return the warnings on standard error, and assert that standard output has none."""
         ended, out, error = run_command(self.monkeypatch, self.capsys, *arguments)
         assert ended == code, error
         assert "warning: " not in out
@@ -247,7 +250,7 @@ class Command:
         return [line.removeprefix("warning: ") for line in lines if line.startswith("warning: ")]
 
     def refused(self, *arguments: object, code: int = 2) -> str:
-        """Standard error, where nothing is printed."""
+        """Return standard error, and assert that standard output is empty."""
         ended, out, error = run_command(self.monkeypatch, self.capsys, *arguments)
         assert (ended, out) == (code, "")
         return error

@@ -1,4 +1,4 @@
-"""Scenes of solids that several tests share, and what a solid encloses."""
+"""Scenes of solids that several tests share, and the volume of a solid."""
 
 import itertools
 import math
@@ -11,8 +11,10 @@ from masonry_opt.scene.solids import Polyhedron
 
 
 def volume(solid: Polyhedron) -> float:
-    """By Gauss, from tetrahedra between a corner and triangles of the faces: positive if these are
-    counter-clockwise seen from outside."""
+    """Return the volume of a solid from tetrahedra between a corner and triangles of the faces.
+
+    The volume is positive if the faces are counter-clockwise as seen from outside.
+    """
     corners = solid.vertices - solid.vertices[0]
     fans = [(face[0], *edge) for face in solid.faces for edge in itertools.pairwise(face[1:])]
     return float(sum(np.linalg.det(corners[list(fan)]) for fan in fans)) / 6
@@ -21,7 +23,7 @@ def volume(solid: Polyhedron) -> float:
 def box_on_floor(
     size: tuple[float, float, float] = (1.0, 2.0, 3.0), friction: float = 0.6, **keys: Any
 ) -> mo.Scene:
-    """A box of weight 1 with a corner at the origin, on a fixed floor, pushed along x by its weight."""
+    """Return a box of weight 1 on a fixed floor, with a corner at the origin, pushed along x by 1."""
     a, b, h = size
     properties = {"weight": 1.0, "live": (1.0, 0.0, 0.0)} | keys
     return mo.Scene(
@@ -34,22 +36,27 @@ def box_on_floor(
 
 
 def pushed_box(size: tuple[float, float, float], friction: float, angle: float) -> mo.Scene:
-    """A box pushed at its centroid by its weight, at an angle in degrees from x towards y."""
+    """Return a box pushed at its centroid by its weight, at an angle in degrees from x towards y."""
     direction = (math.cos(math.radians(angle)), math.sin(math.radians(angle)), 0.0)
     return box_on_floor(size, friction, live=direction)
 
 
 def corner_wall(along_x: int, along_y: int, courses: int, friction: float = 0.6) -> mo.Scene:
-    """Two walls of 2 × 1 × 1 blocks that meet in a toothed corner at the origin, one along x and its return
-    along y, so many blocks a course, half blocks at the free ends of every other one; pushed away from
-    the return, -y, by their weight."""
+    """Return two walls of 2 × 1 × 1 blocks that meet in a toothed corner at the origin.
+
+    One wall runs along x and its return along y, with ``along_x`` and ``along_y`` blocks in a course. Every
+    other course has half blocks at the free ends. The live load is the weight along -y, away from the return.
+    """
     axes = {"x": [(0.5, 0.5), (2 * along_x, 0.5)], "y": [(0.5, 0.5), (0.5, 2 * along_y)]}
     return _pushed_out(axes, courses, friction)
 
 
 def facade(length: int, depth: int, courses: int, friction: float = 0.6) -> mo.Scene:
-    """A U of blocks 2 × 1 × 1: a front of an even length along x, and toothed returns along +y to a depth
-    from its face, free ends flush; pushed outwards, -y, by their weight."""
+    """Return a facade of 2 × 1 × 1 blocks, U-shaped in plan.
+
+    The front has an even length along x. Its toothed returns extend along +y to a depth from its face, and
+    their free ends are flush. The live load is the weight, along -y, outwards.
+    """
     axes = {"front": [(0.5, 0.5), (length - 0.5, 0.5)]}
     axes |= {f"return {x:g}": [(x, 0.5), (x, depth)] for x in (0.5, length - 0.5)}
     return _pushed_out(axes, courses, friction)

@@ -1,4 +1,4 @@
-"""What a test gives a command to write to: a stream in place of its own, a disk that is full."""
+"""Replacements for the output of a command: a stream that may be a terminal, and a full disk."""
 
 import contextlib
 import io
@@ -9,7 +9,7 @@ import pytest
 
 
 class Screen(io.StringIO):
-    """A stream that is a terminal, or is none, and tells when a text has been written to it."""
+    """A stream that is a terminal or not, with a method that waits until a text has been written to it."""
 
     encoding = "utf-8"
 
@@ -26,7 +26,7 @@ class Screen(io.StringIO):
 
 @contextlib.contextmanager
 def full_from(size):
-    """No file can be longer, as where the disk is full: what fits of a write is written."""
+    """Limit the size of files, as a full disk does: the part of a write that fits is written."""
     resource = pytest.importorskip("resource")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

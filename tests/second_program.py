@@ -1,10 +1,13 @@
-"""Does a scene stand, and up to what load under associative flow? By HiGHS, from equilibrium of its own.
+"""Independent bounds on the associative load factor by linear programs with their own equilibrium matrix.
 
-Unknowns are λ, the normal forces at the points of each joint (the two ends of an edge, the corners of a
-polygon), its shears (in the plane one a joint, in space two a point) and the limited forces. Of the package
-it takes where joints are and what they carry, the loads, and the columns of limited forces; nothing that it
-computes of equilibrium or yield. What is round (cones of friction, parabolas of crushing) lies between
-polygons inside and outside of it.
+The programs also decide whether a scene is stable under its dead load. HiGHS solves them.
+
+- Unknowns are λ, normal forces, shears and limited forces. Normal forces act at the contact points: the two
+  ends of a joint in the plane, the corners of a polygon in space. There is one shear for each joint in the
+  plane, and two for each contact point in space.
+- The package supplies the positions and properties of joints, the loads, and the columns of limited forces.
+  It supplies no rows of equilibrium or yield.
+- Curved limits (cones of friction, parabolas of crushing) are enclosed between polygons inside and outside.
 """
 
 from dataclasses import dataclass
@@ -23,14 +26,14 @@ import masonry_opt as mo
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.solution.reasons import Status
 
-#: Sides of polygons about a cone, and chords or tangents of a parabola.
+#: Number of sides of a friction polygon, and number of chords or tangents of a parabola of crushing.
 SIDES, TANGENTS = 24, 64
 
 
-#: Relative, of load factors of two programs solved to 1e-9.
+#: Relative difference allowed between load factors of two programs that are each solved to 1e-9.
 SAME = 1e-6
 
-#: What a scene may end as under associative flow where any load may come.
+#: Statuses of a scene that carries any multiple of its live load under associative flow.
 ANY_LOAD = (Status.UNLIMITED, Status.LOCKED)
 
 
@@ -49,7 +52,7 @@ def random_of_any_kind(seed: int) -> mo.Scene:
         scene = (random_scene_in_space if in_space else random_scene)(kind, seed)
     rng = np.random.default_rng([11, seed])
     if not in_space and rng.random() < 0.4:
-        # From some heights of a wall of this weight upwards.
+        # The strength is the pressure below a wall of the same unit weight with a height of 3 to 100.
         strength = float(rng.uniform(3, 100)) * (20.0 if kind == "filled" else 1.0)
         joints = mo.JointDefaults(**scene.joints.model_dump(exclude_unset=True) | {"strength": strength})
         scene = mo.Scene(
@@ -61,10 +64,10 @@ def random_of_any_kind(seed: int) -> mo.Scene:
 def verdict_on(scene: mo.Scene) -> str:
     """Return "agrees" if methods "static" and the default agree with the bounds of this program.
 
-    Else the verdict begins with "on the edge" (polygons inside and outside differ on whether the scene
-    stands), "open" (a method decided nothing) or "wrong". :mod:`claims` checks claims beside load factors.
+    Otherwise the verdict begins with "on the edge" (polygons inside and outside disagree on stability),
+    "open" (a method decided nothing) or "wrong". :mod:`claims` checks the claims other than load factors.
     """
-    # Claims are checked by programs that are built on those of this module.
+    # The module claims imports this module, so it is imported here.
     from claims import wrong_claims
 
     assembly = assemble(scene)
@@ -111,15 +114,17 @@ def _wrong_coulomb(result: mo.Result, found: "Bounds") -> list[str]:
 
 @dataclass(frozen=True)
 class Bounds:
-    """Load factors that polygons inside and outside allow: None where these do not stand, ``inf`` where any
-    load may come."""
+    """Largest load factors with polygons inside and outside the curved limits.
+
+    A load factor is None if the scene is unstable with these polygons, and ``inf`` if it carries any load.
+    """
 
     inside: float | None
     outside: float | None
 
     @property
     def stands(self) -> bool | None:
-        """Whether the scene stands; None where polygons cannot tell."""
+        """True if the scene is stable under its dead load; None if the two polygons disagree."""
         return True if self.inside is not None else False if self.outside is None else None
 
 
@@ -155,12 +160,15 @@ def _largest(assembly: Assembly, inside: bool) -> float | None:
 
 
 def program(assembly: Assembly, inside: bool) -> tuple[sp.csr_array, sp.csr_array, np.ndarray]:
-    """Equilibrium of all forces, shape (rows, forces); and yield, rows @ forces + limits ≥ 0."""
+    """Return the equilibrium matrix, shape (rows, forces), and the rows and limits of yield.
+
+    The yield conditions are rows @ forces + limits ≥ 0.
+    """
     return _in_space(assembly, inside) if assembly.scene.dimension == 3 else _in_the_plane(assembly, inside)
 
 
 def _acting(assembly: Assembly, joint: np.ndarray, at: np.ndarray, force: np.ndarray) -> sp.csc_array:
-    """What unit forces at points of joints do to the movable blocks, shape (rows, forces)."""
+    """Return the equilibrium columns of unit forces at points of joints, shape (rows, forces)."""
     problem, joints = assembly.problem, assembly.joints
     row_of = np.full(len(assembly.scene.blocks), -1)
     row_of[assembly.movable] = np.arange(len(assembly.movable))
@@ -199,7 +207,7 @@ def _in_the_plane(assembly: Assembly, inside: bool) -> tuple[sp.csr_array, sp.cs
     crushes = np.flatnonzero(np.isfinite(joints.strength) & (joints.extent > 0))
     most = (joints.strength * area / force)[crushes]
     for slope, constant in _parabola(inside):
-        # |m| ≤ L/2 (slope n + constant most), with m = L/2 (b − a), n = a + b.
+        # Each line limits |m| ≤ L/2 (slope n + constant most), with m = L/2 (b − a) and n = a + b.
         for sign in (1.0, -1.0):
             a, b = (sp.diags_array(np.full(len(crushes), slope + turn)) for turn in (sign, -sign))
             picked = one.tocsr()[crushes]
@@ -209,7 +217,10 @@ def _in_the_plane(assembly: Assembly, inside: bool) -> tuple[sp.csr_array, sp.cs
 
 
 def _parabola(inside: bool) -> list[tuple[float, float]]:
-    """Lines slope x + constant about x (1 − x), from 0 to 1, close to each other where x is small."""
+    """Return slopes and constants of lines that enclose x (1 − x) from 0 to 1, closely spaced near 0 and 1.
+
+    The lines are chords if ``inside``, otherwise tangents.
+    """
     at = np.concatenate([[0.0], np.geomspace(1e-6, 0.5, TANGENTS // 2)])
     at = np.concatenate([at, 1 - at[-2::-1]])
     if not inside:
@@ -219,13 +230,13 @@ def _parabola(inside: bool) -> list[tuple[float, float]]:
 
 @dataclass(frozen=True)
 class Points:
-    """What acts at the contact points of a scene in space that is pushed, in units of its own.
+    """Equilibrium and contact areas of a scene in space, in the units of its problem.
 
     Attributes
     ----------
-    B: forces and moments on the movable blocks of n (pressing > 0), s and t of each point in turn.
+    B: equilibrium matrix, with columns n (compression > 0), s and t for each contact point.
     dead, live: loads, so that B q + λ live + dead = 0.
-    share: what each point has of the area of its joint, over the unit of force.
+    share: area of each contact point, which is a part of the area of its joint, over the unit of force.
     """
 
     B: sp.csc_array
@@ -243,7 +254,7 @@ def points_of(scene: mo.Scene) -> Points:
 
 
 def _at_points(assembly: Assembly) -> tuple[list[sp.csc_array], np.ndarray]:
-    """What n, s and t of the contact points do to the movable blocks, and each point's share of the area."""
+    """Return the columns of n, s and t of all contact points, and the area of each over the force unit."""
     joints = assembly.joints
     joint = joints.joint
     normal, tangent = joints.normal[joint], joints.tangent[joint]
@@ -271,7 +282,7 @@ def _in_space(assembly: Assembly, inside: bool) -> tuple[sp.csr_array, sp.csr_ar
 
 
 def _limited(assembly: Assembly, rows: sp.csr_array, limits: np.ndarray) -> tuple[sp.csr_array, np.ndarray]:
-    """The same, with the limits of ties, props and earth."""
+    """Return the rows and limits of yield with the limits of ties, props and earth pressure appended."""
     force, one = assembly.problem.force_unit, sp.eye_array(len(assembly.limited), format="csr")
     ends = np.array([(each.lowest, each.highest) for each in assembly.limited]).reshape(-1, 2) / force
     below, above = np.isfinite(ends).T

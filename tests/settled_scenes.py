@@ -1,4 +1,4 @@
-"""Scenes whose supports settle, and geometry by hand, which several tests share."""
+"""Scenes whose supports settle, and the geometry of their settled states, for several tests."""
 
 import math
 
@@ -7,7 +7,7 @@ import numpy as np
 import masonry_opt as mo
 from masonry_opt.scene.blocks import rectangle
 
-#: Settlement of the right pier of a beam.
+#: Settlement of the right pier of the beam, as horizontal and vertical displacement.
 SINKS = {"R": (0.0, -0.02)}
 
 
@@ -16,7 +16,7 @@ def block(name: str, left: float, right: float, bottom: float, top: float, **key
 
 
 def beam(**given: object) -> mo.Scene:
-    """A beam of 5 × 1, pushed to the right, on piers whose tops are 1 wide, at its ends."""
+    """Return a beam of 5 × 1, pushed to the right, on two piers of width 1 at its ends."""
     blocks = [
         block("L", 0, 1, 0, 1, fixed=True),
         block("R", 4, 5, 0, 1, fixed=True),
@@ -28,7 +28,7 @@ def beam(**given: object) -> mo.Scene:
 def joined_circles(
     one: tuple[np.ndarray, float], other: tuple[np.ndarray, float], near: np.ndarray
 ) -> np.ndarray:
-    """The point at two distances from two points that is nearer to a third."""
+    """Return the intersection of two circles that is nearer to a third point."""
     (a, from_a), (b, from_b) = one, other
     along = b - a
     length = np.hypot(*along)

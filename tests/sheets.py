@@ -1,4 +1,4 @@
-"""What drawings of tests hold, and how they are read."""
+"""Outlines and functions for tests that write and read DXF drawings."""
 
 import masonry_opt as mo
 

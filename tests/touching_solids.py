@@ -1,4 +1,4 @@
-"""Solids for scenes in which it matters where they touch, and such scenes moved, mirrored and redrawn."""
+"""Solids and scenes for tests of contacts in space, and scenes that are moved, mirrored or redrawn."""
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -10,7 +10,7 @@ from masonry_opt.scene.space.shapes import shapes
 
 
 def hull(name, points, **keys):
-    """The convex hull of points, its faces in triangles."""
+    """Return the convex hull of points as a solid with triangular faces."""
     points = np.asarray(points, dtype=float)
     found = ConvexHull(points)
     inside = points[found.vertices].mean(axis=0)
@@ -37,13 +37,13 @@ def scene(*blocks, **keys):
 
 
 def contacts_of(scene, floating=False):
-    """Of a scene in space, or of one in the plane."""
+    """Return the contacts of a scene in space or in the plane."""
     at = geometry(scene) if scene.dimension == 2 else shapes(scene)
     return find_joints(scene, at, floating=floating)
 
 
 def joints(scene, floating=False):
-    """Joints in turn: names, area, normal, and contact points in the scene's own coordinates, sorted."""
+    """Yield the names, area, normal and contact points of each joint, in the coordinates of the scene."""
     found = shapes(scene)
     contacts = find_joints(scene, found, floating=floating)
     names = [block.name for block in scene.blocks]
@@ -53,7 +53,7 @@ def joints(scene, floating=False):
 
 
 def with_parts(scene, change):
-    """The scene with other vertices and faces of every part, given both."""
+    """Return the scene with vertices and faces of every part as ``change(vertices, faces)`` returns them."""
     blocks = []
     for block in scene.blocks:
         parts = []
@@ -66,12 +66,12 @@ def with_parts(scene, change):
 
 
 def moved(scene, matrix, shift=(0, 0, 0)):
-    """The scene's corners times a matrix, and shifted."""
+    """Return the scene with all corners multiplied by a matrix and shifted."""
     return with_parts(scene, lambda vertices, faces: (vertices @ np.asarray(matrix).T + shift, faces))
 
 
 def in_triangles(scene):
-    """Each face as a fan of triangles, with corners of their own, as meshes have them."""
+    """Return the scene with each face as a fan of triangles that do not share corners, as in meshes."""
 
     def change(vertices, faces):
         fans = [(face[0], face[k], face[k + 1]) for face in faces for k in range(1, len(face) - 1)]

@@ -1,5 +1,8 @@
-"""States below λ = 0: of live loads along the weight of blocks, which at λ = -1 weigh nothing, so that any
-mechanism of theirs is exact; and of other self-stress than a scene has from rest."""
+"""Exact collapse states below λ = 0 are not reported as the load factor of a scene that is stable.
+
+Such states exist for two reasons. If the live load acts along the weight, blocks have no net load at λ = -1,
+so any mechanism is exact there. Other states have a self-stress that the scene does not have from rest.
+"""
 
 import re
 from math import inf
@@ -18,7 +21,7 @@ from masonry_opt.solution.reasons import Code
 
 @pytest.mark.parametrize("method", ["coulomb", "incremental"])
 def test_what_stands_and_jams_is_not_called_unstable(method):
-    """An arch with its weight as live load, on fixed abutments."""
+    """An arch on fixed abutments whose live load is its weight carries any load and is not unstable."""
     built = {"span": 3, "rise": 1, "thickness": 0.3, "voussoirs": 7, "skewbacks": 0.3}
     ring = mo.Arch(unit_weight=20, live_per_weight=(0, -1), **built)
     result = mo.solve(mo.Scene(joints={"friction": 0.7}, blocks=ring.blocks()), method)
@@ -27,11 +30,11 @@ def test_what_stands_and_jams_is_not_called_unstable(method):
 
 
 def near_the_least_friction(kind: str, seed: int, friction: float) -> mo.Scene:
-    """A random scene that stands with little more than the least friction that statics need."""
+    """Return a random scene whose friction is slightly above the least friction of its static program."""
     return random_scene(kind, seed).model_copy(update={"joints": mo.JointDefaults(friction=friction)})
 
 
-#: An arch with an exact state at λ = -0.1123 beside those at and above zero.
+#: An arch with an exact state at λ = -0.1123, and further exact states at and above zero.
 ARCH = near_the_least_friction("arch", 600032, 0.26197)
 
 
@@ -39,7 +42,10 @@ ARCH = near_the_least_friction("arch", 600032, 0.26197)
     "method", ["coulomb", *(pytest.param(method, marks=pytest.mark.slow) for method in ("global",))]
 )
 def test_a_state_below_zero_is_told_beside_the_load_at_which_a_scene_that_rests_collapses(method):
-    """Which is the associative one here. The MPEC ends in the state below zero."""
+    """The load factor is the associative one, and a reason reports the state below zero.
+
+    The MPEC ends in the state below zero, so its value is the reference, to 1e-6.
+    """
     below = values_of(mo.solve(ARCH, "mpec", incremental=False), Code.BELOW_ZERO)["load_factor"]
     result = mo.solve(ARCH, method)
     assert result.usable
@@ -53,7 +59,10 @@ def test_a_state_below_zero_is_told_beside_the_load_at_which_a_scene_that_rests_
 
 
 def test_a_state_without_load_gives_way_to_one_above_and_is_told():
-    """In space, of other self-stress, one block may turn about an edge that carries it: λ = 0 to 1e-9."""
+    """A state at λ ≈ 0 is reported as below zero, and the state at 0.099 remains the lowest.
+
+    The values 1.4e-9 and 0.099 stand for a block in space that turns about the edge on which it rests.
+    """
     none, above = (SimpleNamespace(load_factor=found, exact=False) for found in (1.4e-9, 0.099))
     assert lower_of(none, above) is lower_of(above, none) is above
     met = StateRecord()
@@ -67,7 +76,10 @@ def test_a_state_without_load_gives_way_to_one_above_and_is_told():
 
 @pytest.mark.slow
 def test_a_state_below_zero_alone_is_no_load_factor_of_a_scene_that_rests():
-    """It stands in contact dynamics, up to half of the associative load factor, its bound, and more."""
+    """A stable scene whose only exact state is below zero has no load factor.
+
+    In contact dynamics the scene carries at least half of the associative load factor.
+    """
     scene = near_the_least_friction("tessellation", 600015, 0.22651)
     result = mo.solve(scene)
     assert (result.status, result.load_factor) == (mo.Status.BELOW_ZERO, None)
@@ -79,7 +91,10 @@ def test_a_state_below_zero_alone_is_no_load_factor_of_a_scene_that_rests():
 
 @pytest.mark.slow
 def test_what_does_not_rest_is_unstable_with_one_explanation():
-    """In contact dynamics it falls under its weight, though statics would hold it by self-stress."""
+    """A scene that falls under its weight in contact dynamics is unstable, with the single reason "wedged".
+
+    The static program finds equilibrium by self-stress.
+    """
     result = mo.solve(near_the_least_friction("tessellation", 600002, 0.39672))
     assert (result.status, result.load_factor, result.incremental) == (mo.Status.UNSTABLE, None, None)
     assert [said.code for said in result.reasons] == [Code.WEDGED]

@@ -1,4 +1,4 @@
-"""Method "global": what its lower bound claims, and on which scenes the bracket closes."""
+"""The lower bound of method "global": its assumptions, and the scenes on which it reaches the load factor."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ from masonry_opt.solution.reasons import Code
 WEDGES = CASES / "livesley" / "wedges.toml"
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 
-#: What "exact" means: every part of the certificate; and how near a closed bracket's ends are.
+#: Largest residual of an exact state, and relative difference between the two ends of a closed bracket.
 EXACT, CLOSED = 1e-8, 1.1e-5
 
 
@@ -36,7 +36,7 @@ def test_small_scenes_are_proved_without_any_assumption(no_proof, path):
 
 
 def test_a_proof_of_the_default_needs_no_programs_of_products():
-    """The bond's least load factor is then proven without an assumption on rates."""
+    """For a running bond, the default's proof provides a bound that does not assume limits of rates."""
     result = solved(small_wall(4, 1), "global")
     assert result.status is mo.Status.OPTIMAL
     assert result.load_factor == pytest.approx(0.479263, abs=1e-6)
@@ -54,12 +54,15 @@ def test_the_bracket_of_a_running_bond_closes_below_the_rates_assumed(no_proof):
     said = values_of(result, Code.WITHIN_IMPOSED)
     assert not said["forces"]
     assert said["rates"] == pytest.approx(max(100.0, 10 * _sum_of_rates(result)))
-    # What assumes anything is no end of the range.
+    # A bound that assumes limits is not an end of the range.
     assert result.range == (None, result.load_factor)
 
 
 def test_limits_of_forces_that_are_assumed_leave_nothing_proven(no_proof, failing):
-    """As where HiGHS fails in programs of bounds, which alone have no limit of time."""
+    """If HiGHS fails in the programs of force bounds, the limits of forces are assumed and nothing is proven.
+
+    Only these programs have no time limit, which is how the fixture selects them.
+    """
     failing("highs", lambda _, seconds: seconds == np.inf)
     result = mo.solve(TWO_BLOCKS, "global")
     assert values_of(result, Code.WITHIN_IMPOSED)["forces"]
@@ -69,7 +72,10 @@ def test_limits_of_forces_that_are_assumed_leave_nothing_proven(no_proof, failin
 
 @pytest.mark.slow
 def test_a_wall_is_bracketed_in_the_time_given():
-    """Hardly a second a program: what is proven by then is below the state, its assumption is told."""
+    """After 2 s, method "global" reports a bound below its state, and the assumption on rates.
+
+    Each program takes a little less than a second.
+    """
     result = solved(WALLS[0], "global", time_limit=2)
     assert result.status is mo.Status.CONVERGED
     assert result.load_factor == pytest.approx(0.638982, abs=1e-6)
@@ -81,7 +87,7 @@ def test_a_wall_is_bracketed_in_the_time_given():
 
 
 def _sum_of_rates(result):
-    """Of slips and of openings of both edges of all joints that do not dilate."""
+    """Return the sum of all slips, and of the openings at both ends of all joints, without dilatancy."""
     problem = result.assembly.problem
     first, second, slip = (problem.B.T @ result.solution.d).reshape(3, -1)
     return np.abs(slip).sum() + first.sum() + second.sum()
@@ -89,7 +95,10 @@ def _sum_of_rates(result):
 
 @pytest.mark.slow
 def test_an_answer_that_exceeds_the_assumed_rates_is_not_bounded(no_proof):
-    """One-wide bonds can slide to and fro, so kinematics bound no rate; the answer's own is above 0.01."""
+    """An answer whose rates exceed the assumed limit of 0.01 has the bound 0.
+
+    Bonds of one block in width can slide to both sides, so kinematics do not limit the rates.
+    """
     result = mo.solve(small_wall(4, 1), "global", rate_bound=0.01, incremental=False)
     assert result.status is mo.Status.CONVERGED
     assert values_of(result, Code.TOUCHES_IMPOSED)["rates"] == 0.01
@@ -98,8 +107,11 @@ def test_an_answer_that_exceeds_the_assumed_rates_is_not_bounded(no_proof):
 
 @pytest.mark.slow
 def test_an_answer_that_exceeds_the_assumed_forces_is_not_bounded():
-    """A block clamped between two fixed ones: statics carry any clamping, and little friction needs much of
-    it to bear the weight."""
+    """An answer whose forces exceed the assumed limits has the bound 0.
+
+    A block is clamped between two fixed blocks. Statics allow any clamping force, and a small friction needs
+    a large clamping force to carry the weight.
+    """
     blocks = [
         mo.Block(name="left", vertices=[(-1, 0), (0, 0), (0, 1), (-1, 1)], fixed=True),
         mo.Block(name="right", vertices=[(1, 0), (2, 0), (2, 1), (1, 1)], fixed=True),
@@ -117,7 +129,7 @@ def test_an_answer_that_exceeds_the_assumed_forces_is_not_bounded():
 
 
 def test_a_search_that_is_interrupted_ends_the_bracket_too():
-    """Above 60 joints the bracket begins with a search."""
+    """An interrupt of the search, with which the bracket begins above 60 joints, also ends the bracket."""
 
     def interrupt(step):
         if isinstance(step, LowerState):
@@ -129,8 +141,11 @@ def test_a_search_that_is_interrupted_ends_the_bracket_too():
 
 @pytest.mark.slow
 def test_every_program_is_told_and_begins_where_the_last_ended():
-    """Forces with a joint's own blocks and the next leave a gap: above it forces have less room, and they
-    prove more."""
+    """Each program reports one step, and starts from the bound of the program before it.
+
+    Products of the forces and velocities of neighbouring blocks leave a gap. Above the last bound the forces
+    have tighter limits, so each program raises the bound.
+    """
     steps = []
     result = mo.solve(small_wall(3, 2, cohesion=0.05), "global", progress=steps.append)
     assert len(result.history) == sum(isinstance(step, BoundStep) for step in steps) > 0
@@ -145,7 +160,7 @@ def test_every_program_is_told_and_begins_where_the_last_ended():
 
 
 def test_no_bound_exceeds_a_known_state():
-    """The default ends in a state of its own, which the bracket has not seen."""
+    """The bound of "global" does not exceed the default's load factor, computed independently, to 1e-9."""
     scene = random_scene("stack", 1)
     known, result = solved(scene, "coulomb"), solved(scene, "global", time_limit=10.0)
     assert result.bound is not None
@@ -155,14 +170,14 @@ def test_no_bound_exceeds_a_known_state():
 
 @pytest.fixture
 def rough_start(monkeypatch):
-    """Of a bracket of the wedges: the loop's state, whose sliding contracts a little."""
+    """Let the bracket of the wedges start from the loop's state, whose sliding joints contract slightly."""
     loop = mo.solve(WEDGES, "nonassociative")
     assert loop.certificate.flow > 1e-5
     monkeypatch.setattr(bracket, "coulomb", lambda _: loop.solution)
 
 
 def test_a_start_that_is_not_exact_is_replaced_by_the_state_of_a_program(rough_start):
-    """It must not pass for the answer, nor cut one off."""
+    """A start that is not exact must neither become the answer nor exclude the exact state."""
     least = mo.load(WEDGES).reference["coulomb"].value
     result = mo.solve(WEDGES, "global")
     assert result.load_factor == pytest.approx(least, rel=1e-6)
@@ -173,7 +188,7 @@ def test_a_start_that_is_not_exact_is_replaced_by_the_state_of_a_program(rough_s
 
 @pytest.mark.slow
 def test_a_bound_without_a_state_is_no_answer(rough_start, failing):
-    failing("highs", lambda session, _: "q" in session.lp.columns)  # what makes states exact
+    failing("highs", lambda session, _: "q" in session.lp.columns)  # the programs that make states exact
     result = mo.solve(WEDGES, "global")
     assert result.load_factor is None
     assert result.reasons[0].code is Code.NO_EXACT_STATE
@@ -227,7 +242,10 @@ def test_rates_are_derived_where_kinematics_bound_them():
 
 
 def test_a_face_is_at_rest_only_where_a_ray_says_so(failing):
-    """HiGHS finds programs of the two blocks infeasible: its word alone proves nothing."""
+    """HiGHS finds programs of the two blocks infeasible, but its infeasibility certificate is too small.
+
+    Without a valid certificate the rates are not derived from kinematics.
+    """
     problem = assemble(two_blocks()).problem
     failing("ray")
     assert not bounds_of(problem, 0.2, 100.0, Effort()).rates_derived

@@ -1,8 +1,8 @@
-"""States that users bring: certified by hand-made numbers, and against the answers of the package.
+"""``certify`` on states from users, compared with calculations by hand and with answers of the package.
 
-A block one wide and two high, of weight 1, is pushed to the right at its centroid by λ times its weight. Its
-force unit is 1 and its unit of length half its joint, 0.5. The state at which it overturns about its right
-corner is known by hand: λ = 1/2, all of the weight in the right corner, friction 1/2 to the left.
+A block of width 1, height 2 and weight 1 is pushed to the right at its centroid by λ times its weight. The
+force unit is 1, and the length unit is half of its joint, 0.5. The state in which the block overturns about
+its right corner is known by hand: λ = 1/2, all of the weight in the right corner, friction 1/2 to the left.
 """
 
 from math import cos, radians, sin
@@ -23,13 +23,13 @@ ROUNDING = 1e-14
 #: Joint forces of the overturning block: n1 at its left corner, n2 at its right corner, s to the right.
 Q = [0.0, 1.0, -0.5]
 
-#: Velocities about the right corner, clockwise at speed 1 a unit of length: v = ω × r with r = (-1/2, 1) from
-#: corner to centroid, and ω times the unit of length.
+#: Velocities of a clockwise rotation at rate 1 about the right corner: v = ω × r with r = (-1/2, 1) from the
+#: corner to the centroid, and ω times the length unit.
 D = [1.0, 0.5, -0.5]
 
 
 def failing(check: mo.StateCheck) -> dict[str, str]:
-    """Place of each residual that exceeds its limit."""
+    """Return the place of each residual that exceeds its limit."""
     table = check.table[~check.table["passed"]]
     return dict(zip(table["residual"], table["largest_at"], strict=True))
 
@@ -60,11 +60,11 @@ def test_rows_columns_and_conditions_are_named():
         "omega[A]": -0.5,
     }
     assert columns["force"].to_dict() == {"n1[A|floor]": 0.0, "n2[A|floor]": 1.0, "s[A|floor]": -0.5}
-    # The left corner opens by ω times the width, 1; the joint does not slip.
+    # The left corner opens by ω times the width, which is 1. The joint does not slip.
     assert columns.set_index("of_motion")["motion"].to_dict() == pytest.approx(
         {"opening_1[A|floor]": 1.0, "opening_2[A|floor]": 0.0, "slip[A|floor]": 0.0}, abs=ROUNDING
     )
-    # Sliding to the right has a slack of 0.6 - 0.5, sliding to the left of 0.6 + 0.5; rocking is 2 n.
+    # The slack of sliding is 0.6 - 0.5 to the right and 0.6 + 0.5 to the left. The slack of rocking is 2 n.
     slacks = conditions["slack"].to_dict()
     slides = [slacks.pop(f"slide_{sense}[A|floor]") for sense in ("plus", "minus")]
     assert sorted(slides) == pytest.approx([0.1, 1.1])
@@ -73,8 +73,10 @@ def test_rows_columns_and_conditions_are_named():
 
 
 def test_equilibrium_that_is_missed():
-    """A load factor of 0.6 leaves 0.1 unbalanced, of a dead load of 1; its work at vx = 1 is 0.1 of a live
-    work of 1, over λ."""
+    """A load factor of 0.6 leaves an unbalanced force of 0.1, relative to a dead load of 1.
+
+    At vx = 1 the work of this force is 0.1, relative to λ times the work of the live load, 1.
+    """
     check = mo.certify(block_on_floor(), 0.6, Q, D)
     assert failing(check) == {"equilibrium": "fx[A]", "work": "fx[A]", "block": "A"}
     assert [value(check, name) for name in ("equilibrium", "work", "block")] == pytest.approx(
@@ -84,7 +86,7 @@ def test_equilibrium_that_is_missed():
 
 
 def test_yield_that_is_missed():
-    """At μ = 0.4 friction of 0.5 exceeds its limit by 0.1."""
+    """At μ = 0.4, a friction force of 0.5 exceeds its limit by 0.1."""
     check = mo.certify(block_on_floor(friction=0.4), 0.5, Q, D)
     assert set(failing(check)) == {"yield", "joint"}
     assert all(place.startswith("slide_") for place in failing(check).values())
@@ -92,15 +94,17 @@ def test_yield_that_is_missed():
 
 
 def test_a_flow_rule_that_is_missed():
-    """Downwards by 0.5 in place of upwards, the right corner enters the floor by 1, the left one stays."""
+    """If the centroid moves down instead of up by 0.5, the right corner enters the floor by 1."""
     check = mo.certify(block_on_floor(), 0.5, Q, [1.0, -0.5, -0.5])
     assert failing(check)["flow"] == "opening_2[A|floor]"
     assert value(check, "flow") == pytest.approx(1.0)
 
 
 def test_complementarity_that_is_missed():
-    """At λ = 0.4 moments about the right corner leave n = 0.5 - 0.4 = 0.1 in the left one, which opens by 1:
-    0.1 of a live work of 1, over λ."""
+    """At λ = 0.4, the left corner has n = 0.5 - 0.4 = 0.1, by moments about the right corner.
+
+    The left corner opens by 1. The work of n is 0.1, relative to λ times the work of the live load, 1.
+    """
     check = mo.certify(block_on_floor(), 0.4, [0.1, 0.9, -0.4], D)
     assert failing(check) == {"complementarity": "A|floor"}
     assert check.certificate.complementarity == pytest.approx(0.1)
@@ -108,7 +112,7 @@ def test_complementarity_that_is_missed():
 
 
 def test_a_motion_that_the_loads_do_not_drive():
-    """Blocks at rest, and a block that slides to the left on a push to the right."""
+    """A block at rest, or sliding to the left under a push to the right, fails: the loads do no work."""
     for d in ([0.0, 0.0, 0.0], [-1.0, 0.0, 0.0]):
         check = mo.certify(block_on_floor(), 0.5, Q, d)
         assert not check.exact
@@ -116,15 +120,17 @@ def test_a_motion_that_the_loads_do_not_drive():
 
 
 def test_a_motion_backwards_enters_the_floor():
-    """Turning counter-clockwise about the right corner at speed 1, the left corner sinks by 1."""
+    """If the block turns counter-clockwise about its right corner at speed 1, its left corner sinks by 1."""
     check = mo.certify(block_on_floor(), 0.5, Q, [-v for v in D])
     assert failing(check)["flow"] == "opening_1[A|floor]"
     assert value(check, "flow") == pytest.approx(1.0)
 
 
 def test_associative_flow():
-    """A block of height 1/2 slides at λ = μ = 0.6; with associative flow it lifts by 0.6 as it does. Its push
-    acts at 1/4, so that n = 1/2 ± 0.6/4."""
+    """A block of height 1/2 slides at λ = μ = 0.6; with associative flow it rises by 0.6 times its slip.
+
+    The push acts at height 1/4, so that n = 1/2 ± 0.6/4.
+    """
     scene = block_on_floor(height=0.5)
     q = [0.5 - 0.15, 0.5 + 0.15, -0.6]
     assert mo.certify(scene, 0.6, q, [1.0, 0.0, 0.0]).exact
@@ -134,9 +140,12 @@ def test_associative_flow():
 
 
 def pushed_box_by_hand(size, friction, angle):
-    """Forces of a box that slides askew, at λ = μ. The push at half its height moves the resultant by
-    μ h/2 (cos θ, sin θ) from the middle; corner forces that are linear in x and y have this resultant. Each
-    corner resists by μ n against the slip, along s = y and t = -x."""
+    """Return the state by hand of a box that slides at an angle, at λ = μ.
+
+    The push at half the height moves the resultant by μ h/2 (cos θ, sin θ) from the middle. Corner forces
+    that are linear in x and y have this resultant. The friction of each corner is μ n against the slip, with
+    s along y and t along -x.
+    """
     a, b, h = size
     scene = pushed_box(size, friction, angle)
     points = mo.assemble(scene).joints.point
@@ -160,7 +169,7 @@ def test_a_state_by_hand_in_space():
 
 
 def test_each_residual_in_space():
-    """The box of the test above, with one condition missed at a time."""
+    """A box that slides at 52° in space, with one condition violated at a time, fails that condition."""
     size, friction, angle = (1.0, 2.0, 3.0), 0.2, 52.0
     scene, q, d, _ = pushed_box_by_hand(size, friction, angle)
     larger = mo.certify(scene, 0.21, q, d)
@@ -175,13 +184,13 @@ def test_each_residual_in_space():
     rising = mo.certify(scene, friction, q, [*d[:2], 0.1, 0.0, 0.0, 0.0])
     assert failing(rising)["complementarity"].startswith("A|floor")
     assert rising.certificate.complementarity == pytest.approx(0.1)
-    # Slip at a right angle to the friction: each corner moves without its friction resisting.
+    # If the slip is at a right angle to the friction, friction does not resist the motion.
     aside = mo.certify(scene, friction, q, [d[0] - d[1], d[1] + d[0], 0.0, 0.0, 0.0, 0.0])
     assert set(failing(aside)) == {"complementarity"}
 
 
 def strong_column() -> mo.Scene:
-    """A block whose joint crushes before the block can turn about its corner."""
+    """Return a block whose joint crushes before the block can turn about its corner."""
     return block_on_floor().replace(strength=8.0)
 
 
@@ -200,7 +209,7 @@ ANSWERS = {
 
 @pytest.fixture(params=ANSWERS.values(), ids=ANSWERS)
 def answer(request):
-    """A scene, its result, and the options of ``certify``."""
+    """Return a scene, its result, and the options of ``certify``."""
     make, method, options = request.param
     scene = make()
     return scene, mo.solve(scene, method, incremental=False), options
@@ -217,8 +226,10 @@ def test_answers_of_the_package_have_their_own_certificates(answer):
 
 @pytest.mark.slow
 def test_answers_that_are_perturbed_are_not_exact(answer):
-    """Each of λ, q and d, and the friction, changed by a thousandth of its size: the residuals of the
-    condition that it enters fail, and no other can."""
+    """A change of λ, q or d by a thousandth of its size violates the conditions that contain it.
+
+    A change of λ or d violates no other condition.
+    """
     scene, result, options = answer
     load_factor, q, d = result.load_factor, result.q, result.d
     rng = np.random.default_rng(5)
@@ -236,7 +247,7 @@ def test_answers_that_are_perturbed_are_not_exact(answer):
 
 
 def test_a_state_in_which_the_live_load_does_no_work():
-    """A block of weight 10 is pushed by 2 at μ = 0.5 and lifted by λ: it slides once n = 10 - λ = 2/0.5."""
+    """A block of weight 10 is pushed by 2 at μ = 0.5 and lifted by λ; it slides at n = 10 - λ = 2/0.5."""
     scene = lifted(stone(push=2.0, live=(0.0, 1.0)))
     result = mo.solve(scene)
     assert result.load_factor == pytest.approx(6.0)
@@ -281,7 +292,7 @@ def test_laws_and_load_cases_of_another_name_are_refused():
 
 
 def test_slopes_and_motions_of_a_problem():
-    """One number is the number of every joint; C and D are transposed."""
+    """A single slope applies to every joint, and D is the transpose of C."""
     problem = mo.assemble(small_wall()).problem
     joints = len(problem.sliding)
     every = np.full(joints, 0.3)

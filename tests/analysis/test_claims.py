@@ -1,4 +1,4 @@
-"""Claims about the least load factor, on a scene whose least one is half of the one usually found."""
+"""Claims about the least load factor, on a scene whose least one is half of the associative one."""
 
 from pathlib import Path
 
@@ -6,8 +6,8 @@ import pytest
 
 import masonry_opt as mo
 
-#: A random wall of 13 joints. All three load factors of a few starts were 32.025. The least is 16.4710, by
-#: programs of products, whose certificate is computed from the matrices alone.
+#: A random wall with 13 joints. With few starts, all three load factors are 32.025. The least load factor is
+#: 16.4710: method "global" found this state, and its certificate is computed from the matrices alone.
 TWO_STATES = Path(__file__).parent / "low_states" / "wall_13_joints.toml"
 LOWER = 16.4710
 
@@ -30,7 +30,7 @@ def test_the_lowest_found_is_not_claimed_to_be_the_least(no_proof):
 
 @pytest.mark.slow
 def test_a_bound_that_assumes_something_names_its_assumption(no_proof):
-    """The bound closes for limited slips, so the state is not named the least without condition."""
+    """The bound is valid only for limited slips, so the summary does not say "least, proven"."""
     result = mo.solve(TWO_STATES, "global")
     assert result.load_factor == pytest.approx(LOWER, rel=1e-5)
     assert result.exact

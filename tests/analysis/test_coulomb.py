@@ -14,13 +14,13 @@ from masonry_opt.solution.acceptance import LIMITS, Kind
 from masonry_opt.solution.reasons import Code
 
 WEDGES, ARCH = CASES / "livesley" / "wedges.toml", CASES / "casapulla_lauro" / "arch.toml"
-#: What "exact" means: every part of the certificate.
+#: Largest residual of an exact state.
 EXACT = 1e-8
-#: What interior points leave of complementarity, over λ.
+#: Residual of complementarity of the interior-point programs, relative to λ.
 ALTERNATED = 1e-6
-#: Two linear programs, each solved to some 1e-9 of what is largest in it.
+#: Relative difference of two linear programs, each solved to about 1e-9 of its largest value.
 ASSOCIATIVE = 1e-8
-#: Programs are solved to some 1e-12 of λ on these scenes.
+#: Relative difference to a closed form. On these scenes, programs are solved to about 1e-12 of λ.
 CLOSED_FORM = 1e-9
 
 SCENES = {
@@ -32,7 +32,7 @@ SCENES = {
     "small wall": small_wall(),
     "cohesion": small_wall(cohesion=0.05),
 }
-#: Walls 2 to 6 are asked for the same in Table 1.
+#: Scenes of this file. Walls 2 to 6 are left out, because the tests of Table 1 check the same claims on them.
 ASKED = [name for name in SCENES if name not in [path.stem for path in WALLS[1:]]]
 
 
@@ -42,7 +42,7 @@ def scene_of(name):
 
 
 def dilating(scene, share):
-    """Every joint dilates by this share of its friction; what cannot slide needs no dilatancy."""
+    """Return the scene with the dilatancy of every joint equal to a share of the default friction."""
     return scene.replace(joints={"dilatancy": share * scene.joints.friction})
 
 
@@ -52,7 +52,7 @@ def codes(result):
 
 def assert_exact(result):
     assert result.status is mo.Status.CONVERGED
-    # On small scenes it may be proven that no state is lower.
+    # On small scenes the result may include a proof that no state is lower.
     assert codes(result) in ([Code.STATES_MET], [Code.STATES_MET, Code.PROVEN])
     assert result.exact
     assert result.solution.kind is Kind.EXACT
@@ -61,23 +61,26 @@ def assert_exact(result):
 
 @pytest.fixture
 def no_ray(certificates):
-    """No load history ends in an exact state."""
+    """Let no load history end in an exact state."""
     certificates(1.0)
 
 
 @pytest.fixture
 def no_simplex(failing):
-    """As on large scenes, where simplex would take long: it ends in nothing."""
+    """Let all HiGHS programs fail, so that interior-point programs are used, as on large scenes."""
     failing("highs")
 
 
-# What it ends in ------------------------------------------------------------------------------------------
+# The state at the end -------------------------------------------------------------------------------------
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ASKED)
 def test_a_state_that_meets_every_condition_at_or_below_the_associative(name):
-    """The load history of the incremental load factor is the method's own history."""
+    """The state is exact and at or below the associative load factor.
+
+    The method has the load history of method "incremental", which ends at most 2 % below its load factor.
+    """
     scene = scene_of(name)
     result, incremental = solved(scene), solved(scene, "incremental")
     assert_exact(result)
@@ -92,8 +95,11 @@ def test_a_state_that_meets_every_condition_at_or_below_the_associative(name):
     [(0.0, 0.15, CLOSED_FORM), (-0.5, 0.15, CLOSED_FORM), (1e-7, 0.25, 1e-5)],
 )
 def test_two_blocks_end_at_the_least_of_their_states(share, expected, near):
-    """Fig. 6d: without dilatancy B may press on A by 0.25 to 0.75, λ = μ (1 + 2 n). If joints dilate, however
-    little, B rises as A slides, and turns about the far end of its support: n = 0.75 alone."""
+    """Two blocks end at their least closed-form load factor λ = μ (1 + 2 n), Fig. 6d of the paper.
+
+    Without dilatancy, B may press on A with any n from 0.25 to 0.75. With any positive dilatancy, B rises as
+    A slides and turns about the far end of its support, so that n = 0.75.
+    """
     result, proven = (solved(dilating(two_blocks(), share), method) for method in ("coulomb", "global"))
     assert_exact(result)
     assert [result.load_factor, proven.load_factor] == pytest.approx([expected] * 2, rel=near)
@@ -101,14 +107,17 @@ def test_two_blocks_end_at_the_least_of_their_states(share, expected, near):
 
 @pytest.mark.parametrize("friction", [0.8, float("inf")])
 def test_a_step_to_the_boundary_divides_by_no_zero(friction):
-    """A column on its edge: the first edge's force vanishes in one step."""
+    """A tipping column has λ = 0.5 without a warning; the force at its first end vanishes in one step."""
     with warnings.catch_warnings():
         warnings.simplefilter("error", RuntimeWarning)
         assert mo.solve(block_on_floor(1, 2, friction)).load_factor == pytest.approx(0.5, rel=1e-8)
 
 
 def test_shears_that_nothing_determines_stall_no_pass():
-    """A block on two rough floors side by side: how they share its shear is open; λ = w/h by overturning."""
+    """A block on two rough floors side by side overturns at λ = w/h = 2, to 1e-9.
+
+    Equilibrium does not determine how the two floors share its shear.
+    """
     scene = mo.Scene(
         joints=mo.JointDefaults(friction=float("inf")),
         blocks=[
@@ -134,7 +143,10 @@ def test_dilatancy_equal_to_friction_is_the_associative_problem(name):
 
 @pytest.mark.parametrize("name", ["two blocks", pytest.param("wall_1", marks=pytest.mark.slow)])
 def test_dilatancy_between_has_load_factors_between(name):
-    """λ rises with dilatancy: no theorem, as one state of many is found, but so on these scenes."""
+    """On these scenes λ rises with the dilatancy, up to the associative load factor.
+
+    No theorem guarantees this rise, because the method finds one of several states.
+    """
     scene = scene_of(name)
     results = [solved(dilating(scene, share)) for share in (0.0, 0.25, 0.5, 1.0)]
     for result in results:
@@ -155,7 +167,7 @@ def test_dilatancy_that_falls_with_stress_is_for_the_loop():
     assert (result.model, result.solver) == (loop.model, loop.solver) == ("cvxpy", "clarabel")
 
 
-# The ways to a state --------------------------------------------------------------------------------------
+# Steps that lead to a state -------------------------------------------------------------------------------
 
 
 def test_where_no_load_history_ends_statics_lead_to_a_state(no_ray, no_simplex):
@@ -172,7 +184,7 @@ def test_further_starts_answer_on_small_scenes_where_no_load_history_ends(no_ray
 
 
 def test_the_first_state_will_do_if_asked_for():
-    """Two blocks: further starts are tried in vain; wall 1 has too many joints for any."""
+    """Without descent, two blocks have one candidate; the whole method tries further starts."""
     first, whole = solved(two_blocks(), descent=False), solved(two_blocks())
     assert values_of(first, Code.STATES_MET)["candidates"] == 1
     assert values_of(whole, Code.STATES_MET)["candidates"] > 1
@@ -181,8 +193,10 @@ def test_the_first_state_will_do_if_asked_for():
 
 @pytest.mark.parametrize("name", ["wedges", "irregular"])
 def test_interior_points_in_turn_end_near_where_simplex_does(name):
-    """Interior-point programs find a state from the last forces of a load history; it is exact except for its
-    complementarity."""
+    """Interior-point programs find a state from the last forces of a load history.
+
+    The state is exact except for its complementarity. Its load factor is that of simplex, to 1e-6.
+    """
     simplex, loaded = solved(scene_of(name)), solved(scene_of(name), "incremental")
     state = loaded.solution.answer
     found = Alternation(loaded.assembly.problem, Effort()).state_near(state.q, state.d)
@@ -202,7 +216,7 @@ def test_where_simplex_takes_long_programs_lead_lower_than_the_load_history(no_s
 
 @pytest.mark.slow
 def test_a_state_above_its_limits_is_no_answer(monkeypatch, no_simplex):
-    """A load history that claims to have ended is refuted by its certificate, and so is the loop after it."""
+    """States whose residuals exceed all limits are no answer, from the load history or from the loop."""
     never = dict.fromkeys(vars(LIMITS[Kind.NEARLY_COMPLEMENTARY]), -1.0)
     for kind in (Kind.NEARLY_COMPLEMENTARY, Kind.EXACT, Kind.LOOP, Kind.INCREMENTAL):
         monkeypatch.setitem(LIMITS, kind, type(LIMITS[kind])(**never))
@@ -215,7 +229,7 @@ def test_a_state_above_its_limits_is_no_answer(monkeypatch, no_simplex):
 
 @pytest.mark.slow
 def test_joints_that_press_ever_harder_carry_any_load():
-    """The response is linear while the load grows a thousandfold."""
+    """A wall whose response is linear while the load grows a thousandfold is jammed without a load factor."""
     result = solved(random_scene("wall", 70003), incremental=True)
     assert (result.status, result.load_factor, result.incremental) == (mo.Status.JAMMED, None, None)
     assert codes(result)[:2] == [Code.UNBOUNDED, Code.CARRIES_ANY]
@@ -223,7 +237,10 @@ def test_joints_that_press_ever_harder_carry_any_load():
 
 @pytest.mark.slow
 def test_the_loop_says_if_the_load_history_carries_more():
-    """The load history of this wall has no end, and the loop finds a state at a small share of its load."""
+    """The load history of this wall carries over 100 times the loop's load factor, and the message says so.
+
+    The load history ends without a collapse.
+    """
     result = solved(random_scene("wall", 700005))
     (why,) = (reason for reason in result.reasons if reason.code is Code.CARRIES_MORE)
     assert why.values["carried"] > 100 * result.load_factor

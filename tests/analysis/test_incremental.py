@@ -1,4 +1,4 @@
-"""The incremental load factor beside every Coulomb answer: computed once, counted apart, optional."""
+"""The incremental load factor that every Coulomb method adds to its answer, computed once and optional."""
 
 from importlib import import_module
 
@@ -31,7 +31,7 @@ TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 
 
 def column() -> mo.Scene:
-    """Three cubes, one on the other: it tips about the foot at λ = (3 · ½) / (½ + 1½ + 2½) = 1/3."""
+    """Return a column of three cubes, which tips about its foot at λ = (3 · ½) / (½ + 1½ + 2½) = 1/3."""
     push = {"weight": 1, "live": (1, 0)}
     drums = [mo.Block(name=f"drum {y}", vertices=rectangle(0, 1, y, y + 1), **push) for y in range(3)]
     return on_floor(*drums)
@@ -39,7 +39,10 @@ def column() -> mo.Scene:
 
 @pytest.fixture
 def asked(watched):
-    """The tasks that a load history was asked for, but the default's own, which is bound before."""
+    """Return the list of calls of the incremental method, except the default's own calls.
+
+    The default imports the function before it is replaced.
+    """
     import_module("masonry_opt.methods.coulomb.method")
     return watched(incremental_method, "incremental")
 
@@ -70,7 +73,10 @@ def test_on_a_wall_it_is_what_method_incremental_finds():
 
 @pytest.mark.slow
 def test_blocks_move_on_under_a_lower_load():
-    """The largest load is that of explicit dynamics to a hundredth (test_method.py)."""
+    """The largest load factor of a history that then falls to less than half of it is reported.
+
+    The value agrees with explicit dynamics to 1 % (tests/incremental/test_method.py).
+    """
     result = mo.solve(random_scene("tessellation", 910061))
     assert result.incremental == pytest.approx(0.320973, rel=3e-3)
     assert result.end < 0.5 * result.incremental < result.associative
@@ -84,10 +90,10 @@ def test_blocks_move_on_under_a_lower_load():
 
 @pytest.mark.slow
 def test_a_load_that_exceeds_the_weights_ten_thousandfold_stays_below_the_bound():
-    """Unbalanced forces within the tolerance, which is relative to the load, carry 5e-5 more than the bound.
+    """The incremental load factor is that of an independent linear program, to 1e-7.
 
-    The bound is that of another program of classical limit analysis. No slip occurs, so all load factors are
-    equal.
+    No slip occurs, so all load factors are equal. Unbalanced forces within the tolerance, which is relative
+    to the load, could carry 5e-5 more than this bound.
     """
     scene = random_of_any_kind(1_600_467)
     (most,) = {bounds(assemble(scene)).inside, bounds(assemble(scene)).outside}
@@ -107,10 +113,10 @@ def test_blocks_that_move_on_without_load_leave_the_largest_load():
 
 @pytest.mark.parametrize("method", ["coulomb", "nonassociative", "mpec", "global"])
 def test_every_coulomb_method_tells_it_and_its_answer_is_the_same(method, asked):
-    """It is asked for once, whatever methods are asked on the way.
+    """Each Coulomb method computes the incremental load factor once, and without it has the same answer.
 
-    Steps are the method's own. A method that begins with a load history takes that of the incremental load
-    factor.
+    Steps and solves are counted without the incremental analysis. Methods that begin with a load history
+    use the history of the incremental load factor.
     """
     steps, without = [], []
     result = mo.solve(two_blocks(), method, progress=steps.append)
@@ -138,7 +144,7 @@ def test_of_an_associative_answer_it_is_not_asked(method, asked):
 
 
 def comb(number: int) -> mo.Block:
-    """A block of 20 feet on a floor."""
+    """Return a block with 20 feet on a floor."""
     left = 41 * number
     feet = [(left + foot + x, y) for foot in range(0, 40, 2) for x, y in ((0, 0), (1, 0), (1, 0.5), (2, 0.5))]
     corners = [*feet[:-2], (left + 39, 1), (left, 1)]
@@ -163,9 +169,10 @@ def test_where_there_is_none_the_reason_says_why(asked):
 
 
 def test_an_associative_load_factor_that_is_none_is_looked_for_once(watched, certificates):
-    """No load history ends in an exact state.
+    """An associative load factor that does not exist is computed only once.
 
-    Statics of a block between floor and ceiling carry any multiple of its load.
+    A block between floor and ceiling carries any multiple of its load by statics. No load history ends in an
+    exact state here.
     """
     certificates(1.0)
     solved = watched(associative, "associative")
@@ -186,7 +193,7 @@ def test_the_command_tells_it_and_leaves_it_out(command, tmp_path):
 
 @pytest.mark.slow
 def test_the_command_draws_the_mechanism_of_either(command, tmp_path):
-    """Wall 1 comes to another mechanism as its load is raised from rest."""
+    """The option --mechanism draws the state of either load factor; wall 1 has two different mechanisms."""
     pages = {}
     for which in ("least", "incremental"):
         page = tmp_path / f"{which}.html"

@@ -16,7 +16,7 @@ from masonry_opt.solution.proof import Proof, StaticConflict
 
 
 def history_up_to(load_factor: float) -> LoadHistory:
-    """Return a load history of one step."""
+    """Return a load history with one step at the given load factor."""
     nothing, nowhere = np.zeros(1), np.zeros(1, dtype=bool)
     return LoadHistory((LoadStep(1, load_factor, 0.0, False, nowhere, nowhere, nothing, nothing),))
 
@@ -31,7 +31,7 @@ def test_the_associative_load_factor_or_the_load_history_ends_the_range(associat
 
 @pytest.fixture
 def without_state(monkeypatch):
-    """Let ``mo.prove_least`` start from a load history up to 0.15 alone: no state, no associative λ."""
+    """Let ``mo.prove_least`` start only from a load history up to 0.15, without a state or associative λ."""
     result = mo.solve(two_blocks(), incremental=False)
     history = history_up_to(0.15).steps
     solution = replace(result.solution, found=None, associative=None, proof=None, history=history)

@@ -1,4 +1,4 @@
-"""The default's lowest state on scenes where the states of a growing load are not the lowest.
+"""The default's lowest state on scenes where the load history does not lead to the lowest state.
 
 Expected values come from proofs or longer searches of this package, as each case names. The tolerance of
 1e-6 is that of the linear programs (1e-10) times the conditioning of random scenes.
@@ -22,11 +22,11 @@ from masonry_opt.solution.reasons import Code
 FOLDER = Path(__file__).parent / "low_states"
 TOLERANCE = 1e-6
 
-#: Scenes and the least load factors known of them; each file says how they are known.
+#: Scenes and their least load factors. The comment in each file says how the value is known.
 LEAST_KNOWN = {"wall_13_joints": 16.4710309, "stones_14_joints": 2.3410936}
 
-#: Seeds of random walls and the lowest load factors known, from searches by this package: not proven least.
-#: The first two seeds played no part in choosing the settings of the search, the last one did.
+#: Seeds of random walls and their lowest load factors from searches by this package, not proven least. The
+#: first two seeds were not used to choose the settings of the search; the last seed was.
 SEARCHED = {1_211_000: 3.63859270, 1_211_004: 0.62443956, 1_210_024: 0.56704015}
 
 
@@ -86,10 +86,10 @@ def test_a_random_wall_leads_there_in_other_orders_and_mirrored(seed):
 
 @pytest.mark.slow
 def test_a_rod_that_does_not_yield_leads_to_a_lower_state():
-    """A stronger rod must not hide the state in which the rod carries less than its strength.
+    """The default finds a state in which a strong rod carries less than its strength, at 0.3000 or lower.
 
-    The state at 0.3000 was recomputed by an independent program. Searches by this package have led to exact
-    states at 0.2500 and 0.1256 since, whose certificates leave residuals of 2e-11.
+    An independent program recomputed the state at 0.3000. Later searches by this package found exact states
+    at 0.2500 and 0.1256, with residuals of 2e-11.
     """
     result = solved(mo.load(FOLDER / "wall_with_a_rod.toml"))
     assert result.exact
@@ -111,14 +111,20 @@ def test_the_number_of_starts_in_space_depends_on_the_scene_alone(monkeypatch):
 
 @pytest.mark.slow
 def test_the_forces_of_the_lowest_state_lead_lower():
-    """A search of 10 s by an earlier version of this package found 1.324; the default then ended at 3.026."""
+    """The default ends at 1.3244646 or lower, the result of a 10 s search by an earlier version.
+
+    The default of that version ended at 3.026.
+    """
     result = solved(held("corner", 1_230_022, space=True))
     assert result.exact
     assert result.load_factor <= 1.3244646
 
 
 def test_agreement_after_one_start_is_reported():
-    """Without descent the only state is the one next to the incremental load factor, far above the least."""
+    """Without descent, the only state is near the incremental load factor, far above the least one.
+
+    The summary says that agreement of the three load factors after one start is weak evidence.
+    """
     result = mo.solve(mo.load(FOLDER / "wall_13_joints.toml"), descent=False)
     assert result.load_factor == pytest.approx(result.associative, rel=TOLERANCE)
     assert values_of(result, Code.FEW_STARTS) == {"candidates": 1}
@@ -132,7 +138,7 @@ def test_no_agreement_is_reported_where_the_lowest_is_below_the_associative():
 
 
 def test_no_agreement_is_reported_where_equilibrium_fixes_the_forces():
-    """A block that rests on one bed joint has three forces and three equations."""
+    """A block on one bed joint has three forces and three equations, so no message on few starts appears."""
     block = mo.Block(name="block", vertices=[(0, 0), (1, 0), (1, 4), (0, 4)], weight=1, live=(1, 0))
     base = mo.Block(name="base", vertices=[(-1, -1), (2, -1), (2, 0), (-1, 0)], fixed=True)
     scene = mo.Scene(joints=mo.JointDefaults(friction=0.7), blocks=[block, base])

@@ -1,6 +1,6 @@
-"""Scenes on which a method that knew the answer in part ended with "solver failed".
+"""Scenes on which an earlier version ended with "solver failed" although parts of the answer were known.
 
-What is known of each scene stands at the head of its file.
+The comment at the top of each case file says what is known of the scene.
 """
 
 from functools import partial
@@ -22,7 +22,10 @@ FOLDER = Path(__file__).parent / "missing_answers"
 
 
 def test_a_stack_that_the_live_load_lifts_and_a_fill_pushes_aside():
-    """Neither the live nor the dead load does work in it, but the active pressure of the fill."""
+    """A stack under a fill collapses at λ = 23.38086, the associative value of a linear program.
+
+    Neither the live load nor the dead load does work in the mechanism. The active pressure of the fill does.
+    """
     result = mo.solve(FOLDER / "lifted_stack_under_fill.toml", load_case="c")
     assert result.status is Status.CONVERGED
     assert values_of(result, Code.NO_WORK) is not None
@@ -31,16 +34,16 @@ def test_a_stack_that_the_live_load_lifts_and_a_fill_pushes_aside():
     problem = result.assembly.problem
     assert problem.unbalanced(result.load_factor, result.solution.q) == pytest.approx(0, abs=1e-8)
     assert problem.slacks(result.solution.q).min() >= -1e-8
-    # In this motion the live load does none of the work that the pressures do.
+    # The work of the live load vanishes against the work of the pressures.
     assert abs(problem.live @ result.solution.d) <= 1e-7 * abs(result.pressures["lengthens"]).max()
 
 
 @pytest.mark.slow
 def test_rubble_that_carries_any_multiple_by_statics(monkeypatch):
-    """The load history from rest has no end; the loop's load grows without end, which proves nothing more.
+    """Rubble that carries any multiple of its load by statics is jammed, without a proven infeasibility.
 
-    The history is given up after 40 increments instead of 656, at which it is undecided as well: its length
-    plays no part in the other steps.
+    Neither the load history nor the load factor of the loop has a limit. The history stops after 40
+    increments instead of 656, where it would be undecided as well. Its length does not affect other steps.
     """
     short = partial(IncrementalSettings, increments=40)
     monkeypatch.setattr("masonry_opt.methods.incremental.analysis.IncrementalSettings", short)
@@ -60,10 +63,10 @@ def test_rubble_that_carries_any_multiple_by_statics(monkeypatch):
     [pytest.param(1400437, 9.4690644611, marks=pytest.mark.slow), (1400488, 3.5184944221)],
 )
 def test_states_of_scenes_whose_statics_carry_any_multiple(seed, load_factor):
-    """The load history from rest has no limit, but the scene has exact states.
+    """The default finds the state of a scene whose load history has no limit, to 1e-9.
 
-    The load factors are those of a mixed-integer program (``claims.other_state``). Neither the load history
-    nor the associative load factor leads to a state, so the proof of the least finds it.
+    The expected load factors come from a mixed-integer program (``claims.other_state``). Neither the load
+    history nor the associative load factor leads to the state, so the proof of the least finds it.
     """
     result = mo.solve(random_of_any_kind(seed))
     assert result.at_incremental.reasons[0].code is Code.UNBOUNDED
@@ -79,7 +82,7 @@ def test_a_pier_that_settles_below_zero():
     assert found.least.associative == pytest.approx(reactions(scene, ["p1"], found.direction)[0], abs=1e-7)
     assert found.least.answered_by == "incremental"
     assert found.least.associative < found.least.reaction < found.at_rest
-    # The pier is released in one direction, under its reaction: nothing moves before the load acts.
+    # The pier is released in one direction and carries its reaction, so the scene is in equilibrium at λ = 0.
     problem = found.least.result.assembly.problem
     assert np.abs(problem.unbalanced(0.0, problem.settled)).max() < 1e-9
     assert exact_load_factors(found.least.result.assembly.problem, 1e-5, 10.0) is None
@@ -92,7 +95,10 @@ def test_a_pier_that_settles_below_zero():
 
 @pytest.mark.slow
 def test_a_pier_whose_load_history_ends_nearer_to_rest():
-    """Pulled sideways: the state found lies at -1.016, the load history ends at -0.671 already."""
+    """A warning says that the load history of a pier pulled sideways ends nearer to rest than the state.
+
+    The state is at -1.016, and the load history ends at -0.671.
+    """
     found = mo.settle(FOLDER / "beam_on_three_piers.toml", "p0", (1, 0))
     codes = [warning["code"] for warning in found.as_dict()["warnings"]]
     assert codes == ["history ends nearer", "state across rest"]

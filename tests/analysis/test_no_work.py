@@ -1,7 +1,7 @@
-"""Collapse in which the live load does no work: it lifts, and the dead load pushes aside what it has lifted.
+"""Collapse in which the live load does no work, but reduces normal forces until blocks are pushed aside.
 
-Each load factor is by hand: a push P slides what carries n once n ≤ P / μ (with cohesion C, (P - C) / μ), and
-the live load takes λ off n.
+The load factors are calculated by hand. A push P slides a block with the normal force n if n ≤ P / μ, or
+n ≤ (P - C) / μ with the cohesion C. The live load reduces n by λ.
 """
 
 import re
@@ -41,12 +41,12 @@ def stone(
     push: float = 0.0,
     live: tuple[float, float] = (0, 0),
 ) -> mo.Block:
-    """A rectangle, pushed along the ground."""
+    """Return a rectangular block with a dead push along the ground and a live load."""
     return mo.Block(name=name, vertices=rectangle(*x, *y), weight=weight, dead=(push, 0), live=live)
 
 
 def sloping(flat: mo.Scene) -> mo.Scene:
-    """All but its weights turned by an angle."""
+    """Return the scene turned by an angle, with vertical gravity."""
     turn = turned(SLOPE)
     return mapped(flat, turn, turn).replace(gravity=flat.gravity)
 
@@ -70,16 +70,16 @@ BY_HAND = {
     "pushed": (PUSHED, 10 - 2 / 0.5),
     "cohesion": (scene(stone(push=2, live=UP), cohesion=0.3), 10 - (2 - 0.3) / 0.5),
     "strength": (scene(stone(x=(0, 3), push=2, live=UP), strength=30), 10 - 2 / 0.5),
-    # 2 - λ / 10 pushes.
+    # The push is 2 - λ / 10.
     "against the live load": (scene(stone(push=2, live=(-0.1, 1))), (0.5 * 10 - 2) / (0.5 - 0.1)),
-    # The sum of weight and friction along the slope, its part across it less λ.
+    # Friction resists the part of the weight along the slope; n is the part across the slope less λ.
     "slope": (sloping(scene(stone(live=UP))), 10 * cos(SLOPE) - 10 * sin(SLOPE) / 0.5),
     "upper of two": (scene(stone("A"), stone("B", y=(1, 1.5), weight=5, push=1, live=UP)), 5 - 1 / 0.5),
     "lower of two": (
         scene(stone("A", (0, 3), live=UP), stone("B", (0, 3), (1, 1.5), weight=5, push=2)),
         15 - 2 / 0.5,
     ),
-    # Whatever they exchange, both slide at once.
+    # Both blocks slide together, for any force between them.
     "two in a row": (
         scene(stone("A", push=2.5, weight=4), stone("B", x=(1, 2), weight=6, live=UP)),
         10 - 2.5 / 0.5,
@@ -89,20 +89,20 @@ BY_HAND = {
         scene(solid("A", (0, 1), 10, (0, 0), lifted=True), solid("B", (1, 1.5), 5, (1, 1), lifted=False)),
         15 - sqrt(2) / 0.5,
     ),
-    # The lintel bears on the inner edge of the left pier and the outer one of the right: 9 / 3 there, which
-    # friction above and below holds: 4 = .5 (6 + 3 - λ) + .5 · 3.
+    # The lintel rests on the inner edge of the left pier and the outer edge of the right pier, whose force is
+    # 9 / 3. Friction above and below the right pier resists its push: 4 = 0.5 (6 + 3 - λ) + 0.5 · 3.
     "lintel": (LINTEL, 6 + 2 * 9 / 3 - 4 / 0.5),
 }
 
 
 def pulled_by_a_rod(prestress: float, dead: float = 0.0) -> mo.Scene:
-    """A stone that the live load lifts, and a prestressed rod pulls along the ground."""
+    """Return a stone that the live load lifts and a prestressed rod pulls along the ground."""
     rod = mo.Tie(between=("A", "ground"), at=((0.5, 0.5), (5.0, 0.5)), prestress=prestress, strength=9.0)
     return scene(stone(push=dead, live=UP)).replace(ties=[rod])
 
 
 def pushed_by_a_fill(height: float) -> mo.Scene:
-    """A stone 2 high that the live load lifts, beside a fill up to some height on its left."""
+    """Return a stone of height 2 that the live load lifts, with a fill up to a height on its left."""
     fill = mo.Fill(road=[(-5, height), (0, height)], unit_weight=1.5, friction_angle=30, mobilised=0.9)
     return scene(stone(y=(0, 2), live=UP)).replace(fills=[fill])
 
@@ -114,15 +114,18 @@ def pushed_by_a_fill(height: float) -> mo.Scene:
         (pulled_by_a_rod(2.0), 2.0, "coulomb"),
         (pulled_by_a_rod(2.0), 2.0, "nonassociative"),
         (pulled_by_a_rod(2.0, dead=-0.5), 1.5, "coulomb"),
-        # K_a γ h²/2, with K_a = 1/3 of 30°.
+        # The push is K_a γ h²/2, with K_a = 1/3 for a friction angle of 30°.
         (pushed_by_a_fill(2.0), 1.5 / 3 * 2.0**2 / 2, "coulomb"),
         (pushed_by_a_fill(2.0), 1.5 / 3 * 2.0**2 / 2, "nonassociative"),
-        # A sub-problem of the loop has no state here.
+        # Only the default is tested, because a sub-problem of the loop has no state here.
         (pushed_by_a_fill(1.2), 1.5 / 3 * 1.2**2 / 2, "coulomb"),
     ],
 )
 def test_prestress_and_earth_pressure_drive_the_mechanism(given: mo.Scene, push: float, method: str) -> None:
-    """The dead load does no work either: n = 10 - λ falls to P / μ."""
+    """A stone slides when n = 10 - λ falls to P / μ, where P is a prestress or an earth pressure.
+
+    Neither the live nor the dead load does work.
+    """
     result = mo.solve(given, method, incremental=False)
     assert values_of(result, Code.NO_WORK) is not None
     assert result.load_factor == pytest.approx(10 - push / FRICTION, rel=1e-6)
@@ -132,7 +135,7 @@ def test_prestress_and_earth_pressure_drive_the_mechanism(given: mo.Scene, push:
 
 
 def random_stack(seed: int) -> mo.Scene:
-    """Up to six stones on each other beside a fill of random height, lifted, and held by a tie."""
+    """Return a random stack of up to six stones next to a fill, lifted by the live load, with a tie."""
     rng = np.random.default_rng([20, seed])
     width, top, stones = float(rng.uniform(0.6, 1.4)), 0.0, []
     for number in range(rng.integers(1, 7)):
@@ -160,7 +163,7 @@ def random_stack(seed: int) -> mo.Scene:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_random_stacks_under_a_fill_that_the_live_load_lifts(seed: int) -> None:
-    """The default decides each of them by an exact state, never above an independent linear program."""
+    """The default finds an exact state for each random stack, at or below an independent linear program."""
     given = random_stack(seed)
     most = bounds(assemble(given)).outside
     result = mo.solve(given, incremental=False)
@@ -171,7 +174,7 @@ def test_random_stacks_under_a_fill_that_the_live_load_lifts(seed: int) -> None:
 
 @pytest.mark.parametrize("name", BY_HAND)
 def test_load_factor_by_hand(name: str) -> None:
-    """By the loop, whose programs end at 1e-9."""
+    """The loop reproduces each load factor by hand, to 1e-6; its programs are solved to 1e-9."""
     given, by_hand = BY_HAND[name]
     result = mo.solve(given, "nonassociative", incremental=False)
     assert result.status is mo.Status.CONVERGED
@@ -187,8 +190,13 @@ def test_load_factor_by_hand(name: str) -> None:
 @pytest.mark.parametrize("method", COULOMB)
 @pytest.mark.parametrize("name", ["cohesion", "against the live load", "slope", "two in space", "lintel"])
 def test_every_coulomb_method_gives_it(name: str, method: str) -> None:
-    """IPOPT ends at ε = 3e-9 of each product; in space contacts that give are by sides of the cone, up to
-    .86 % inside it, which shares P / μ. Contacts alike share the lintel's weight in another way."""
+    """Every Coulomb method reproduces the load factor by hand, to 1e-6 in the plane.
+
+    - IPOPT ends at ε = 3e-9 for each product.
+    - In space, "incremental" and "mpec" are compared to 1e-2. Their friction polygon lies up to 0.86 % inside
+      the cone, which changes P / μ.
+    - Elastic contacts of equal stiffness share the weight of the lintel evenly, so "incremental" differs.
+    """
     given, by_hand = BY_HAND[name]
     if method == "global" and given.dimension == 3:
         pytest.skip("the bracket knows no solids")
@@ -202,7 +210,10 @@ def test_every_coulomb_method_gives_it(name: str, method: str) -> None:
 
 @pytest.mark.parametrize("name", ["pushed", "against the live load", "cohesion"])
 def test_default_is_an_exact_state_and_so_is_its_certificate(name: str) -> None:
-    """Every condition but the work of the live load, from the matrices, and nothing on standard error."""
+    """The default's state satisfies all conditions, recomputed from the matrices, to 1e-8.
+
+    The live load does no work in the mechanism. The analysis gives no warning.
+    """
     given, by_hand = BY_HAND[name]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -225,8 +236,11 @@ def test_default_is_an_exact_state_and_so_is_its_certificate(name: str) -> None:
 
 
 def test_what_indeterminate_forces_allow_is_told_apart() -> None:
-    """Equal contacts share the lintel's weight evenly, 9 / 2 for 9 / 3. The least differs from the
-    incremental and the associative load factor, and nothing is said to be fixed."""
+    """If forces are indeterminate, the least and the incremental load factor differ.
+
+    Equal elastic contacts share the weight of the lintel evenly, so that 9 / 2 replaces 9 / 3. The reason
+    does not claim that equilibrium fixes the forces.
+    """
     result, by_hand = mo.solve(LINTEL), BY_HAND["lintel"][1]
     assert result.load_factor == pytest.approx(by_hand, rel=1e-8)
     assert result.incremental == pytest.approx(by_hand + 2 * (9 / 2 - 9 / 3), rel=1e-6)
@@ -243,21 +257,27 @@ def test_joints_that_open_as_they_slide_let_the_load_work(dilatancy: float) -> N
 
 
 def test_nothing_is_claimed_where_the_live_load_works() -> None:
-    """A loop that is stopped has no load factor, and the associative one is no answer."""
+    """A loop that is stopped early has no load factor, and the summary still states the associative one."""
     result = mo.solve(WALLS[0], "nonassociative", max_iterations=2, remedies="none")
     assert (result.load_factor, values_of(result, Code.NO_WORK)) == (None, None)
     assert re.search(r"^  associative +0\.642859 ", result.summary, re.MULTILINE)
 
 
 def test_what_barely_stands_is_not_wedged() -> None:
-    """P is 2e-4 below μ W. Contacts that give hardly carry that, but statics fix the forces."""
+    """A block whose push is 2e-4 below its limit μ W is stable and has the load factor by hand, to 1e-8.
+
+    Elastic contacts barely carry this push, but equilibrium fixes the forces.
+    """
     result = mo.solve(scene(stone(push=4.999, live=UP)), "incremental")
     assert result.status is mo.Status.CONVERGED
     assert result.load_factor == pytest.approx(10 - 4.999 / 0.5, abs=1e-8)
 
 
 def test_a_state_below_zero_of_loads_that_vanish_is_no_number() -> None:
-    """At λ = −1 the loads that grow by half of the dead load from λ = 1 on are zero: no λ of the scene."""
+    """A state in which the loads vanish has no load factor of the scene, so ``below_zero`` is ``inf``.
+
+    The loads grow by half of the dead load from λ = 1 on, so that they are zero at λ = -1.
+    """
     result = mo.solve(block_on_floor(), incremental=False)
     told = reason(Code.BELOW_ZERO, load_factor=0.0)
     below = replace(result.solution, reasons=(told,), below_zero=-1.0)

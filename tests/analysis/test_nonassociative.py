@@ -1,4 +1,4 @@
-"""The loop: when it runs, what it ends in, and how little its end depends on its parameters."""
+"""The loop of linear programs: when it runs, its final state, and its dependence on parameters."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from masonry_opt.solution.reasons import Code
 
 WALL_3, WALL_6 = WALLS[2], WALLS[5]
 
-#: The paper's loop and nothing else: no exact state at the end, no second run.
+#: Options for the loop of the paper alone, without an exact state at the end or a second run.
 RAW = {"preset": "paper", "remedies": "none"}
 
 
@@ -29,7 +29,10 @@ def test_it_does_not_run_where_nothing_slides():
 
 
 def test_a_lower_state_elsewhere_is_found_if_asked_for():
-    """Fig. 6 beside a slender block that overturns at 0.2: the loop finds 0.15, the early exit not."""
+    """With ``always``, the loop finds the state of Fig. 6 of the paper at λ = 0.15.
+
+    A slender block in the same scene overturns at 0.2 without sliding, so the loop otherwise ends at 0.2.
+    """
     fig_6 = two_blocks()
     slender = mo.Block(name="C", vertices=[(7, 0), (8, 0), (8, 5), (7, 5)], weight=1, live=(1, 0))
     joints = [*fig_6.exceptions, mo.Joint(between=("C", "floor"), friction=float("inf"))]
@@ -42,14 +45,17 @@ def test_it_runs_where_something_slides():
     result = solved(two_blocks(), "nonassociative")
     assert result.flow_rule_matters
     assert (result.reasons, result.solution.exact_end) == ((), True)
-    # One more program than sub-problems: the exact state at the end.
+    # The exact state at the end takes one program more than the sub-problems.
     assert result.lp_solves == len(result.history) + 1 > 2
     raw = mo.solve(two_blocks(), "nonassociative", **RAW)
     assert raw.lp_solves == len(raw.history) > 1
 
 
 def test_history_accounts_for_the_energy():
-    """Fig. 12: raising and sliding add up to λ; associative flow spends all of it in raising."""
+    """The energies of raising and sliding add up to λ, as in Fig. 12 of the paper, to 1e-6.
+
+    With associative flow, which is the first step, sliding takes no energy.
+    """
     history = solved(WALLS[0], "nonassociative").history
     np.testing.assert_allclose(history["raising"] + history["sliding"], history["load_factor"], rtol=1e-6)
     assert history["sliding"].iloc[0] == pytest.approx(0, abs=1e-9)
@@ -58,19 +64,26 @@ def test_history_accounts_for_the_energy():
 
 
 def test_sliding_hardly_contracts_at_the_end():
-    """The loop does not stop while its slope is large: flow departs by no more than α_min μ."""
+    """The loop ends only once its slope is at most α_min μ, so the residual of the flow rule is below 1.1e-3.
+
+    With α_min = 0.001, the remaining slope hardly violates the flow rule.
+    """
     scene = block_on_floor(4, 2, 0.65)
     assert solved(scene, "nonassociative").certificate.flow < 1.1e-3
 
 
 def test_a_cohesive_start_ends_where_the_associative_start_does():
-    """Section 6.3: "relatively insensitive to the starting conditions"; wall 6 alone moves, by 8e-4."""
+    """A cohesive start gives the load factor of the associative start on wall 4, to 1e-3.
+
+    Section 6.3 of the paper: "relatively insensitive to the starting conditions". Of the six walls only
+    wall 6 changes, by 8e-4.
+    """
     cohesive = mo.solve(WALLS[3], "nonassociative", start="cohesive")
     associative = solved(WALLS[3], "nonassociative")
     assert cohesive.load_factor == pytest.approx(associative.load_factor, rel=1e-3)
 
 
-#: No joint of these scenes carries shear beyond this multiple of its normal force.
+#: Friction that acts as unlimited: no joint of these scenes carries a larger ratio of shear to normal force.
 AS_GOOD_AS_UNLIMITED = 1e4
 
 
@@ -101,7 +114,8 @@ def test_joint_between_fixed_blocks_is_none():
 
 
 FACADE = CASES / "gilbert" / "facade_1x3.toml"
-#: One program more, solved to 1e-9 like every other; energy is a sum over joints.
+#: Largest residual of complementarity of an exact end. Programs are solved to 1e-9, and the residual is a sum
+#: over joints.
 EXACT = 1e-7 * 10
 
 
@@ -119,7 +133,7 @@ def test_a_wall_ends_in_an_exact_state_near_the_loops_own_load_factor():
     assert codes(result) == codes(raw) == []
     assert result.solution.exact_end
     assert not raw.solution.exact_end
-    # The series before it is the same.
+    # The sub-problems before the exact state are the same.
     np.testing.assert_array_equal(result.history["load_factor"], raw.history["load_factor"])
 
 
@@ -128,9 +142,9 @@ def test_a_wall_ends_in_an_exact_state_near_the_loops_own_load_factor():
 def test_rough_sub_problems_take_fewer_iterations_to_an_exact_state(path):
     rough, accurate = (solved(path, "nonassociative", sub_problems=asked) for asked in ("rough", "accurate"))
     assert rough.status is mo.Status.CONVERGED
-    # Solved to 1e-9 in units of the load, here some hundred of the certificate's block weights.
+    # Programs are solved to 1e-9 of the load, which is about a hundred block weights, the certificate's unit.
     assert max(rough.certificate.equilibrium, rough.certificate.yield_) < 5e-7
-    # The mechanism is of the true flow rule, and what it leaves is what no forces near it avoid.
+    # The mechanism obeys the true flow rule. No forces near it have a smaller residual of complementarity.
     assert rough.certificate.flow < 1e-7
     assert rough.certificate.complementarity < MOST_ENERGY * rough.load_factor
     assert rough.load_factor <= solved(path, "static", solver="highs-ipm").load_factor
@@ -139,8 +153,11 @@ def test_rough_sub_problems_take_fewer_iterations_to_an_exact_state(path):
 
 @pytest.mark.slow
 def test_a_neighbour_that_stands_apart_does_not_matter():
-    """A slab 100 blocks long: units are medians, the small cohesion is that of each part. (From 100
-    block weights on, the solver's relative accuracy does choose the other end of wall 6.)"""
+    """A separate slab, 100 blocks long, changes the load factor of wall 6 by at most 5e-4.
+
+    Units are medians over all blocks, and the small cohesion is chosen for each connected component. With a
+    slab of 100 block weights or more, the relative accuracy of the solver leads to another end of wall 6.
+    """
     wall = mo.load(WALL_6)
     slab = mo.Block(name="slab", vertices=[(100, 0), (500, 0), (500, 1), (100, 1)], weight=10)
     floor = mo.Block(name="floor", vertices=[(99, -1), (501, -1), (501, 0), (99, 0)], fixed=True)

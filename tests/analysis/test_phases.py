@@ -1,4 +1,4 @@
-"""What an analysis tells of its phases as they begin, before and between its steps."""
+"""The phases that an analysis reports through ``phases`` as they begin, and that a terminal shows."""
 
 from contextlib import contextmanager, redirect_stderr
 from importlib import import_module
@@ -22,7 +22,7 @@ def phases_of(scene, method, **options):
 
 
 def test_each_sub_problem_is_told_before_it_is_solved():
-    """And those that its exact forces take, where it ends in them."""
+    """Each sub-problem is reported before it is solved, and the last phase is the one of the exact forces."""
     order = []
     mo.solve(
         WALLS[0], "nonassociative", phases=order.append, progress=lambda step: order.append(step.iteration)
@@ -62,7 +62,10 @@ def test_phases_are_a_function():
 
 
 def test_a_terminal_shows_phases_and_steps_and_output_stays_clean(watched, command, terminal):
-    """It is waited for at each of them, which :class:`~rich.progress.Progress` is given in turn."""
+    """A terminal shows each phase and each step, and standard output does not change.
+
+    At each update of :class:`~rich.progress.Progress` the test waits until the terminal shows the text.
+    """
     screen, shown = Screen(terminal=True), []
     asked = ("solve", TWO_BLOCKS, "--method", "nonassociative")
     before = command(*asked)
@@ -93,7 +96,7 @@ def test_nothing_is_shown_in_a_pipe_or_quietly(command, how):
 
 
 ONE_PAIR = ("--models", "cvxpy", "--solvers", "highs", "--tolerances", "1e-9")
-#: Arguments of commands that may take long, and a part of a line that they show.
+#: Arguments of commands that may take long, and a part of a line that each command shows.
 LONG = {
     "capacity": (("case.toml",), "incremental analysis: load step 1"),
     "check": (("case.toml",), "comparing the static with the kinematic formulation"),
@@ -109,7 +112,7 @@ LONG = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", LONG)
 def test_commands_that_take_long_say_what_they_do(command, monkeypatch, tmp_path, name):
-    """On the one line that a terminal shows, which is here a list."""
+    """Commands that may take long show their phases on the changing line of a terminal, here a list."""
     monkeypatch.chdir(tmp_path)
     mo.save(block_on_floor(), "case.toml")
     mo.save(axles_on_a_beam(0.6), "axles.toml")
@@ -128,7 +131,7 @@ def test_commands_that_take_long_say_what_they_do(command, monkeypatch, tmp_path
 
 
 def test_further_starts_are_counted():
-    """The search for lower states of two blocks takes many starts, and names each as it begins."""
+    """The search for lower states of two blocks takes several starts, and reports each start as it begins."""
     told = phases_of(TWO_BLOCKS, "coulomb")[1]
     assert any("lower states, start 1" in phase for phase in told)
     assert any("further starts: lower states, start 2" in phase for phase in told)

@@ -1,7 +1,7 @@
-"""The least load factor, proven by conflict learning.
+"""Proofs of the least load factor by conflict learning.
 
-Expected values come from an enumeration that shares no code with the search, from files whose comments say
-how their values are known, and from closed forms.
+Expected values come from an enumeration that shares no code with the search, from closed forms, and from
+case files whose comments say how the values are known.
 """
 
 from dataclasses import replace
@@ -25,7 +25,7 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem
 from masonry_opt.proof_check import check
 
-#: Scenes and their least load factors; each file says how they are known.
+#: Scenes and their least load factors. The comment in each file says how the value is known.
 LEAST = {"wall_13_joints": 16.4710309, "stones_14_joints": 2.3410936}
 
 #: Relative tolerance of load factors: tolerances of the linear programs (1e-10) times their conditioning.
@@ -33,11 +33,11 @@ TOLERANCE = 1e-6
 
 
 def least_by_enumeration(problem: Problem) -> float:
-    """Return the least λ ≥ 0 of all collapse states, by all choices of what moves.
+    """Return the least λ ≥ 0 of all collapse states, by enumeration of the conditions with a positive rate.
 
-    Every choice of a subset of the conditions that may move is a pair of linear programs. Choices are made
-    joint by joint, and left out as soon as one of the programs is infeasible, or the least λ of statics is
-    not below the least that is already known: further choices only add equations. This needs no multipliers.
+    Every subset of conditions that may have a rate defines a pair of linear programs. The enumeration decides
+    one condition after the other. It leaves a branch if a program is infeasible, or if the least λ of statics
+    is not below the least known λ, because further decisions only add equations. It needs no multipliers.
     """
     faces, (height, width) = problem.faces, problem.B.shape
     balance = np.hstack([problem.B.toarray(), problem.live[:, None]])
@@ -105,14 +105,14 @@ def test_orders_and_mirror_images_lead_to_the_same_least_load_factor(name):
 
 
 def test_a_closed_form_is_proven():
-    """Two blocks of Fig. 6 of the paper: λ = 0.15 by hand."""
+    """The least load factor of the two blocks of Fig. 6 of the paper is proven: λ = 0.15 by hand."""
     best, proof = found_from_above(two_blocks())
     assert best.load_factor == pytest.approx(0.15, rel=1e-9)
     assert 0.15 * (1 - 2 * SETTINGS.gap) <= proof.bound < 0.15
 
 
-#: Scenes of 5 and 6 joints, of seeds that chose no setting. On those after the second the Coulomb load factor
-#: is 2 to 78 % below the associative one. An enumeration of a scene takes up to some ten seconds.
+#: Scenes with 5 and 6 joints, from seeds that were not used to choose settings. From the third scene on, the
+#: Coulomb load factor is 2 to 78 % below the associative one. An enumeration takes up to about ten seconds.
 ENUMERATED = [
     ("stack", 1_590_001),
     ("tessellation", 1_590_909),
@@ -130,7 +130,7 @@ def test_enumeration_of_all_choices_agrees(kind, seed):
 
 
 def test_enumeration_agrees_where_the_flow_rule_matters():
-    """The associative load factor of the two blocks is 0.25, the Coulomb one 0.15."""
+    """The enumeration finds 0.15 for the two blocks, whose associative load factor is 0.25, to 1e-6."""
     problem = assemble(two_blocks()).problem
     assert least_by_enumeration(problem) == pytest.approx(0.15, rel=1e-6)
 
@@ -150,7 +150,7 @@ def test_dilatancy_and_cohesion_are_proven(properties):
 
 
 def test_ties_are_proven():
-    """A wall with a rod and props: the default and the search end in one state."""
+    """On a wall with a rod and props, the proof's search ends at the default's load factor, to 1e-6."""
     scene = held("wall", 1_480_103, space=False)
     best, proof = found_from_above(scene)
     assert best.load_factor == pytest.approx(mo.solve(scene).required(), rel=TOLERANCE)
@@ -264,7 +264,7 @@ def test_users_read_why_there_is_no_proof(no_proof):
 @pytest.mark.slow
 @pytest.mark.parametrize(("courses", "least"), [(4, 0.479263), (6, 0.338028)])
 def test_running_bonds_are_proven_where_global_closes_under_assumed_rates(courses, least):
-    """Load factors that method "global" brackets, in benchmarks/README.md."""
+    """The least load factors of two running bonds are those of method "global" in benchmarks/README.md."""
     best, proof = found_from_above(small_wall(courses, 1))
     assert best.load_factor == pytest.approx(least, abs=1e-6)
     assert proof.bound == pytest.approx(least, rel=2e-5)

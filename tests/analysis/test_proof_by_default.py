@@ -1,6 +1,6 @@
-"""The proof that no state is lower, as a step of the default and in turn with its search.
+"""The proof of the least load factor as a step of the default method, and in turns with its search.
 
-Expected load factors are those of files whose comments say how they are known.
+The comments in the case files say how the expected load factors are known.
 """
 
 from dataclasses import replace
@@ -27,7 +27,7 @@ from masonry_opt.solution.reasons import Code
 FOLDER = Path(__file__).parent / "low_states"
 WALL, STONES = FOLDER / "wall_13_joints.toml", FOLDER / "stones_14_joints.toml"
 
-#: Least load factors, see the files.
+#: Least load factors of the scenes. The comment in each file says how the value is known.
 LEAST = {WALL: 16.4710309, STONES: 2.3410936}
 
 #: Relative tolerance of load factors: tolerances of the linear programs (1e-10) times their conditioning.
@@ -75,7 +75,7 @@ def test_blocks_with_other_names_end_at_the_least(tmp_path):
 
 
 def test_the_proof_finds_a_state_that_no_start_led_to(monkeypatch):
-    """Without further starts the wall ends at 32.025."""
+    """The proof finds the least state of a wall that ends at 32.025 without further starts."""
     monkeypatch.setattr(
         method, "STEPS", (Incremental(), ExactFrom("incremental"), LeastProven(full_budget=True))
     )
@@ -108,7 +108,10 @@ def test_larger_scenes_have_a_share_of_the_programs_before():
 
 
 def test_an_arch_has_the_full_budget_with_any_number_of_joints():
-    """The arch of 28 joints has 84 unknown forces and 81 equations of equilibrium."""
+    """An arch of 28 joints has the full budget, because only 3 of its 84 forces are redundant.
+
+    It has 81 equations of equilibrium.
+    """
     problem = assemble(mo.load(CASES / "casapulla_lauro" / "arch.toml")).problem
     assert problem.joints > BUDGET.few_joints
     assert BUDGET.is_full_for(problem)
@@ -117,7 +120,7 @@ def test_an_arch_has_the_full_budget_with_any_number_of_joints():
 
 @pytest.mark.slow
 def test_a_search_takes_turns_with_the_proof(monkeypatch):
-    """The search, which would go on for ten minutes, ends as soon as the least load factor is proven."""
+    """A search with a limit of ten minutes ends as soon as the least load factor is proven."""
     monkeypatch.setattr(method, "STEPS", (Incremental(), ExactFrom("incremental")))
     budget = replace(BUDGET, first_turn=100)
     result = mo.solve(STONES, incremental=False, search=600.0, budget=budget)
@@ -126,7 +129,7 @@ def test_a_search_takes_turns_with_the_proof(monkeypatch):
 
 
 def test_a_search_goes_on_from_a_state_of_the_proof(monkeypatch):
-    """All starts are the first one again, which ends at 32.025."""
+    """A search whose starts all lead to 32.025 takes over the lower state that the proof finds."""
 
     def first_again(starts, best, _):
         while True:
@@ -147,7 +150,7 @@ def test_a_search_after_a_proof_ends_at_once():
 
 @pytest.mark.slow
 def test_a_proof_that_is_interrupted_goes_on_with_its_clauses():
-    """Turns of 100 programs prove in at most twice the programs of a single run."""
+    """A proof in turns of 100 programs needs at most twice as many programs as a proof in a single run."""
     problem, known = assemble(mo.load(STONES)).problem, solved(STONES).solution.answer
     at_once, in_turns = (LeastProof(Task(problem), known, None) for _ in range(2))
     assert at_once.run(60.0, 100_000)
@@ -161,7 +164,7 @@ def test_a_proof_that_is_interrupted_goes_on_with_its_clauses():
 
 
 def test_a_proof_for_another_load_factor_is_not_attached():
-    """Only the solution whose load factor the proof's search started from is called the least."""
+    """A proof is attached only to the solution from whose load factor its search started."""
     solution = solved(STONES).solution
     own, other = solution.proof, solved(WALL).solution.proof
     assert own is not None
@@ -174,7 +177,7 @@ def test_a_proof_for_another_load_factor_is_not_attached():
 
 @pytest.mark.slow
 def test_a_start_after_the_proof_may_lead_lower():
-    """A proof whose budget is spent leaves a state, below which further starts may find another."""
+    """A start after a proof without result may lead to a state below the lowest state so far."""
     high, low = (mo.solve(STONES, **how).solution.answer for how in ({"descent": False}, {}))
     assert high.load_factor > low.load_factor + 0.1
     task = Task(assemble(mo.load(STONES)).problem)
@@ -187,7 +190,7 @@ def test_a_start_after_the_proof_may_lead_lower():
 
 @pytest.mark.slow
 def test_the_budget_does_not_depend_on_runs_before():
-    """A study counts the programs of all its runs together; the answer to a scene is its own."""
+    """The programs of earlier runs in a study, which are counted together, do not reduce the budget."""
     problem = assemble(random_scene("wall", 2_830_000)).problem
     ends = []
     for solved_before in (0, 100_000):

@@ -1,4 +1,4 @@
-"""The checker accepts a proof of the least load factor, and refuses it once it is corrupted or damaged."""
+"""The checker accepts a proof of the least load factor, and refuses corrupted proofs and damaged files."""
 
 import json
 from collections.abc import Callable
@@ -187,7 +187,7 @@ def test_what_is_no_file_of_a_proof_is_an_error_that_names_it(tmp_path):
 
 
 def test_another_solver_finds_the_exported_clauses_unsatisfiable(proven):
-    """The exported text is read by the rules of DIMACS."""
+    """MiniSat, an independent solver, finds the exported clauses in DIMACS format unsatisfiable."""
     _, proof = proven
     lines = [line for line in proof.to_dimacs().splitlines() if not line.startswith("c")]
     kind, form, variables, count = lines[0].split()
@@ -199,9 +199,9 @@ def test_another_solver_finds_the_exported_clauses_unsatisfiable(proven):
 
 
 def test_the_least_state_violates_only_clauses_that_need_the_bound(proven):
-    """Each violated clause contradicts nothing at the load factor of the state.
+    """Each clause that the least state violates is no contradiction at the load factor of this state.
 
-    The least state lies above the bound, so that it violates clauses.
+    The least state is above the proven bound, so that it violates some clauses.
     """
     problem, proof = proven
     assert proof.bound < proof.load_factor

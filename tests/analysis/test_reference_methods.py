@@ -1,4 +1,4 @@
-"""MPEC and refinement: relations between them, and what they say when they fail."""
+"""Method "mpec" and the search of the default: relations between their answers, and their failures."""
 
 import math
 
@@ -13,7 +13,7 @@ from masonry_opt.solution.reasons import Code
 WEDGES = CASES / "livesley" / "wedges.toml"
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 
-#: What "exact" means: every part of the certificate.
+#: Largest residual of an exact state.
 EXACT = 1e-8
 
 
@@ -43,7 +43,10 @@ def test_a_search_from_a_result_handed_in_counts_only_its_own_solves():
 
 @pytest.mark.slow
 def test_mpec_reaches_the_published_value_and_refinement_goes_no_higher():
-    """1e-4 relative of Ferris & Tin-Loi's value, in the case file; walls 2 to 6: Table 1."""
+    """The MPEC reproduces the value of Ferris & Tin-Loi for wall 1, in the case file, to 1e-4.
+
+    A search from its state ends no higher. Walls 2 to 6 are compared in the tests of Table 1.
+    """
     scene = mo.load(WALLS[0])
     mpec = solved(scene, "mpec")
     assert mpec.load_factor == pytest.approx(scene.reference["mpec"].value, rel=1e-4)
@@ -59,7 +62,7 @@ def test_mpec_reaches_the_published_value_and_refinement_goes_no_higher():
 
 @pytest.mark.slow
 def test_a_relaxation_that_cannot_be_followed_is_a_status_and_what_is_kept_is_called_what_it_is():
-    """Wall 5 from nothing: IPOPT reaches its iteration limit."""
+    """From a cold start on wall 5, IPOPT reaches its iteration limit: the result has a status, no answer."""
     result = mo.solve(WALLS[4], "mpec", start="cold")
     assert result.status is mo.Status.HOMOTOPY
     assert result.load_factor is None
@@ -71,7 +74,7 @@ def test_a_relaxation_that_cannot_be_followed_is_a_status_and_what_is_kept_is_ca
 
 @pytest.mark.parametrize("path", [TWO_BLOCKS, WEDGES], ids=lambda path: path.stem)
 def test_the_mpec_ends_at_closed_forms_of_coulomb_friction(path):
-    """Two blocks 1.5 μ; Livesley 1 + (t9 - t1) / (t9 + t19): to 1e-6."""
+    """The MPEC ends at closed forms, to 1e-6: 1.5 μ (two blocks), 1 + (t9 - t1) / (t9 + t19) (Livesley)."""
     scene = mo.load(path)
     result = solved(scene, "mpec")
     assert result.load_factor == pytest.approx(scene.reference["coulomb"].value, abs=1e-6)
@@ -95,7 +98,7 @@ def test_where_simplex_finds_no_state_the_default_s_answer_comes_back_as_such(fa
     ids=["cohesion", "dilatant", "no sliding"],
 )
 def test_joints_of_every_kind(friction, joints, method):
-    """The answer meets its own flow rule, and lies at or below the associative bound."""
+    """The answer obeys its flow rule, and is at or below the associative load factor, to 1e-6."""
     scene = small_wall(3, 2, friction, **joints)
     result = solved(scene, method)
     assert result.certificate.worst < (EXACT if method == "coulomb" else 1e-6)
@@ -103,7 +106,10 @@ def test_joints_of_every_kind(friction, joints, method):
 
 
 def test_a_state_with_residuals_is_not_called_exact():
-    """Joints that contract may sink into each other in both senses at once: no such state is given."""
+    """A search that starts from a state with residuals and finds no exact state returns the start, not exact.
+
+    Joints that contract could slide in both senses at once, which no exact state allows.
+    """
     scene = small_wall(4, 3, 0.3, dilatancy=-0.2)
     rough = solved(scene, "nonassociative", finish=False)
     assert rough.certificate.worst > 1e-3
@@ -115,7 +121,10 @@ def test_a_state_with_residuals_is_not_called_exact():
 
 @pytest.mark.slow
 def test_an_exact_end_of_the_loop_is_refined_where_a_rough_one_is_not():
-    """The bottom course slides at λ = μ without opening: where it moves as a whole, no joint contracts."""
+    """A wall with negative dilatancy has an exact state at λ = μ = 0.3, to 1e-9.
+
+    The bottom course slides as a whole, so that no joint contracts.
+    """
     result = solved(small_wall(4, 3, 0.3, dilatancy=-0.05), "coulomb")
     assert result.exact
     assert result.kind is Kind.EXACT
@@ -132,10 +141,13 @@ def searched_from_more_friction(number, more):
 
 @pytest.mark.slow
 def test_a_start_without_exact_statics_is_repaired(watched):
-    """The loop's state on wall 2 with 20 % more friction has none on wall 2 itself."""
+    """A start that violates the statics of wall 2 is repaired, and the search ends at an exact state.
+
+    The start is the loop's state with 20 % more friction.
+    """
     asked = watched(Refiner, "_forces_at")
     result = searched_from_more_friction(2, 1.2)
-    # Those of least energy with no face held at yield.
+    # A call with three arguments asks for the forces of least energy with no face fixed at yield.
     assert any(len(given) == 3 for given in asked)
     assert result.certificate.worst < EXACT
     assert result.load_factor < 0.557417
@@ -143,7 +155,7 @@ def test_a_start_without_exact_statics_is_repaired(watched):
 
 @pytest.mark.slow
 def test_what_a_failed_series_keeps_is_called_what_it_is(failing):
-    """IPOPT that gives up below ε = 1e-4: the series begins again with less, then ends."""
+    """If IPOPT gives up below ε = 1e-4, the result has no load factor, and the history ends at ε = 3e-4."""
     failing("ipopt", lambda _, epsilon: epsilon < 1e-4)
     result = mo.solve(WALLS[0], "mpec")
     assert result.status is mo.Status.HOMOTOPY

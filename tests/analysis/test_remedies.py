@@ -1,4 +1,4 @@
-"""Scenes on which the loop fails at first: which remedy helps, and what is said of it."""
+"""Scenes on which the loop fails at first, the remedies that help, and the reasons that report them."""
 
 import pytest
 from atlas.entries import STEPPED, TWO_PATHS
@@ -10,7 +10,7 @@ from masonry_opt.solution.reasons import Code, Status
 
 WALL_2, WALL_3, WALL_6 = WALLS[1], WALLS[2], WALLS[5]
 
-#: The shear limits follow the last normal forces alone.
+#: Options with which the shear limits follow only the last normal forces, so that the loop oscillates.
 SWINGING = {"alpha": 0.0, "alpha_min": 0.0, "beta": 1.0}
 
 
@@ -37,8 +37,10 @@ def test_what_was_tried_in_vain_is_said_and_each_entry_is_tried_once():
 
 @pytest.mark.slow
 def test_a_load_factor_without_an_exact_state_says_so(failing):
-    """Where λ of accurate programs stands still without an exact state, by another solver too, the first is
-    given, with what its certificate leaves."""
+    """If no solver reaches an exact state, the loop's first converged load factor is the answer.
+
+    The reason lists the solver that was tried in vain, and the certificate has the remaining residuals.
+    """
     failing("cvxpy", lambda engine: engine._purpose == "exact end")
     result = mo.solve(WALL_2, "nonassociative", tol=3e-4)
     assert result.status is Status.CONVERGED
@@ -63,7 +65,10 @@ def test_a_cycle_without_an_exact_state_says_what_of_it_is_certified():
 
 @pytest.mark.slow
 def test_the_lowest_certified_load_factor_of_a_loop_without_end_is_said():
-    """Wall 3 comes to its load factor, but a tolerance beyond the solver's is never met."""
+    """A loop that reaches its iteration limit reports its lowest certified load factor.
+
+    Wall 3 reaches its load factor, but a tolerance of 1e-14 is beyond the accuracy of the solver.
+    """
     result = solved(WALL_3, "nonassociative", tol=1e-14, max_iterations=25, finish=False, remedies="none")
     assert result.status is Status.ITERATION_LIMIT
     assert result.load_factor is None
@@ -73,5 +78,5 @@ def test_the_lowest_certified_load_factor_of_a_loop_without_end_is_said():
     assert values_of(result, Code.STILL_CHANGES) == changes
     least = values_of(result, Code.LEAST_BORNE_OUT)["load_factor"]
     assert least in set(met)
-    # Published MPEC; certified to 1e-3.
+    # 0.355817 is the published value of the MPEC; the loop's states are certified to 1e-3.
     assert least == pytest.approx(0.355817, rel=1e-3)

@@ -1,4 +1,4 @@
-"""The search for lower exact states: how far it comes, that it repeats itself, and that it can be stopped."""
+"""The search for lower exact states: where it ends, that it is repeatable, and that it can be stopped."""
 
 from itertools import islice
 
@@ -14,21 +14,23 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.reasons import Code
 
-#: What "exact" means: every part of the certificate.
+#: Largest residual of an exact state.
 EXACT = 1e-8
 
 WALL_5 = WALLS[4]
 
 
 def visited(result):
-    """The states that lowered λ: candidate, what led to it, and λ."""
+    """Return the states that lowered λ: number of the candidate, its origin, and λ."""
     return list(result.history[["candidate", "origin", "load_factor"]].itertuples(index=False, name=None))
 
 
 @pytest.mark.slow
 def test_a_search_ends_where_it_was_to_come():
-    """Wall 5's first state is at 0.20863, its second below 0.208: the search looks no further than the first
-    that will do, however long it might."""
+    """A search ends at the first state at or below ``until``, although its time limit is ten minutes.
+
+    The first state of wall 5 is at 0.20863, and the second state is below 0.208.
+    """
     first = mo.solve(WALL_5, "coulomb", search=600.0, until=0.209)
     second = mo.solve(WALL_5, "coulomb", search=600.0, until=0.208)
     assert len(first.history) == 1
@@ -53,7 +55,7 @@ def test_a_search_stopped_at_any_time_has_a_whole_answer():
     assert result.status is mo.Status.CONVERGED
     assert result.kind in (Kind.EXACT, Kind.NEARLY_COMPLEMENTARY)
     assert result.certificate.worst < (EXACT if result.kind is Kind.EXACT else 1e-6)
-    # The load history, models, and the program in hand when time was up.
+    # Not counted: the load history, the models, and the program that runs when the time is over.
     assert sum(result.seconds.values()) < seconds + 5
 
 
@@ -63,7 +65,7 @@ def test_a_search_stopped_at_any_time_has_a_whole_answer():
     ids=["cohesion", "dilatancy"],
 )
 def test_every_kind_of_candidate_suits_joints_of_every_kind(joints):
-    """Two rounds of the search: what is tried leads to exact states, of each kind at least once."""
+    """In the first 24 candidates of a search, each kind of candidate leads to at least one exact state."""
     problem = assemble(small_wall(3, 2, **{"friction": 0.5} | joints)).problem
     search = Search(Refiner(problem, Effort()), IncrementalAnalysis(problem), StateRecord())
     tried = list(islice(search.endless(None, 0), 24))
@@ -72,7 +74,7 @@ def test_every_kind_of_candidate_suits_joints_of_every_kind(joints):
 
 
 def test_a_start_is_repeated_if_the_solver_left_programs_undecided(monkeypatch):
-    """The first attempt leaves a program undecided, and the second attempt decides all programs."""
+    """A start whose first attempt leaves a program undecided is repeated, and its state is then stored."""
     problem = assemble(two_blocks()).problem
     refiner, q = Refiner(problem, Effort()), mo.solve(two_blocks(), "static").solution.q
     lowest_from, attempts = refiner._lowest_from, []

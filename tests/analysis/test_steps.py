@@ -1,4 +1,4 @@
-"""The default method as a list of steps: which run, what they report, and their order."""
+"""The default method as a list of steps: the steps that run, their order, and their log."""
 
 from pathlib import Path
 
@@ -57,7 +57,10 @@ def test_a_scene_that_falls_needs_no_step():
 
 
 def test_the_log_follows_the_load_factor():
-    """Two blocks: from .188 as the load grows to the least, .15 (Gilbert et al. 2006)."""
+    """The log of the two blocks begins at 0.188 of the load history and ends at the least λ, 0.15.
+
+    The least value is that of Gilbert et al. (2006).
+    """
     log = solved(two_blocks()).solution.log
     np.testing.assert_allclose(
         [entry.load_factor for entry in log], [0.18843976, 0.15, 0.15, 0.15], rtol=1e-6
@@ -84,7 +87,7 @@ def test_the_technical_summary_lists_the_steps():
     ids=["load history alone", "loop alone"],
 )
 def test_the_list_decides_what_is_done(monkeypatch, steps, load_factor):
-    """A block of width 1 and height 2 tips at 0.5."""
+    """Only the listed steps run; a block of width 1 and height 2 tips at λ = 0.5 with each list."""
     monkeypatch.setattr(method, "STEPS", steps)
     result = mo.solve(block_on_floor(), incremental=False)
     assert result.load_factor == pytest.approx(load_factor, rel=1e-4)
@@ -97,7 +100,7 @@ def test_the_steps_are_in_the_order_of_the_guide():
 
 
 def test_settings_of_the_search_can_be_passed():
-    """Without a proof, the log has the step of further starts, which are at least as many as asked for."""
+    """With six starts in vain instead of one, a search without a proof takes at least five starts more."""
     path, no_proof = LOW_STATES / "stones_14_joints.toml", ProofBudget(most_joints=0)
     counts = []
     for number in (1, 6):

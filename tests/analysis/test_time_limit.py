@@ -1,4 +1,4 @@
-"""The time limit of an analysis: the lowest state by then, or the load carried by then, and why it ended."""
+"""The time limit of an analysis: when methods end, and the answer and messages that they then return."""
 
 import subprocess
 import sys
@@ -34,7 +34,7 @@ unit_weight = 18
 live_per_weight = [1, 0]
 """.format(courses=", ".join(str(row) for row in ([1] * 60, [0.5] + [1] * 59 + [0.5])))
 
-#: Methods that stop at the same checks as the default; each test takes the seconds of its limit.
+#: Methods that check the time limit at the same places as the default.
 METHODS = ("coulomb", "static", "kinematic", "nonassociative", "incremental")
 
 
@@ -62,7 +62,10 @@ def test_after_the_limit_the_next_phase_does_not_begin():
     METHODS,
 )
 def test_every_method_ends_soon_after_its_limit(method, tmp_path):
-    """The wall has 4,860 blocks; parts without a check, such as compiling, may take some seconds longer."""
+    """Every method ends within a minute with a time limit of 4 s on a wall of 4,860 blocks.
+
+    Parts of a method that do not check the time, such as compiling, may take some seconds longer.
+    """
     path = tmp_path / "large.toml"
     path.write_text(LARGE)
     began = time.perf_counter()
@@ -76,7 +79,10 @@ def test_every_method_ends_soon_after_its_limit(method, tmp_path):
 
 
 def test_the_lowest_state_by_then_is_the_answer(monkeypatch):
-    """The search is stopped in its fifth start, as if the time were over; Table 1 has 0.64285."""
+    """A search that the time limit stops in its fifth start returns the lowest exact state so far.
+
+    The load factor is below that of the complementarity problem in Table 1 of the paper, 0.64285.
+    """
     start = Search.start
 
     def stopped(search, q):
@@ -108,7 +114,7 @@ def test_a_wrong_limit_is_refused(limit):
 
 @pytest.mark.slow
 def test_a_limit_that_is_over_at_once_is_an_error_of_the_package():
-    """Whatever ends first: a user never sees the KeyboardInterrupt by which the limit ends loops."""
+    """A time limit that is over at once raises TimeLimitError; users never see a KeyboardInterrupt."""
     with pytest.raises(TimeLimitError, match="use a longer time limit"):
         mo.solve(WALL, time_limit=1e-9)
 
@@ -126,7 +132,10 @@ def test_the_command_reports_progress_and_ends_with_exit_code_1(tmp_path):
 
 
 def test_a_long_analysis_is_announced_before_it_begins(monkeypatch):
-    """Methods of classical limit analysis, and analyses with a time limit, are not announced."""
+    """A warning announces that the default will take many minutes on a scene with many joints.
+
+    Methods of classical limit analysis, and analyses with a time limit, give no warning.
+    """
     monkeypatch.setattr("masonry_opt.methods.running._MOST_JOINTS_IN_MINUTES", 80)
 
     with pytest.warns(LongAnalysisWarning, match="83 joints.*'coulomb' will take many minutes.*'static'"):
@@ -140,7 +149,10 @@ def test_a_long_analysis_is_announced_before_it_begins(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize(("method", "phase"), [("nonassociative", "sub-problem 3"), ("mpec", "relaxation")])
 def test_a_step_is_not_the_answer_if_the_time_is_over(method, phase):
-    """The third step of the loop or of the relaxation ends as if the time were over."""
+    """If the time is over after the third step of the loop or of the relaxation, the step is no answer.
+
+    The message states the load factor of this step.
+    """
     record = RelaxationStep if method == "mpec" else Iteration
     steps = []
 
@@ -158,7 +170,10 @@ def test_a_step_is_not_the_answer_if_the_time_is_over(method, phase):
 
 
 def test_ipopt_ends_at_the_time_limit():
-    """IPOPT refuses a limit of zero, so a solver that is compiled after the limit has a little time."""
+    """An IPOPT solver that is compiled after the time limit ends with TimeLimitReached.
+
+    IPOPT refuses a time limit of zero, so the solver receives a small positive limit.
+    """
     model = PyomoRelaxed(PyomoMpec(assemble(block_on_floor()).problem))
     with limited(1e-9):
         ipopt = CasadiIpopt(model)
@@ -167,7 +182,7 @@ def test_ipopt_ends_at_the_time_limit():
 
 
 def test_a_bracket_has_no_answer_if_no_state_is_known_by_then(monkeypatch):
-    """The first start of the search in method "global" takes longer than the time limit."""
+    """Method "global" has no answer if its first start of the search takes longer than the time limit."""
 
     def waits(*_):
         time.sleep(1.0)

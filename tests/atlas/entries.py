@@ -1,5 +1,7 @@
-"""The failure atlas: small scenes, each built so that a named method fails, and what every method and
-solver must answer. Adding a failure is one entry."""
+"""The failure atlas: small scenes on which a method or solver may fail, with the expected answers.
+
+Each scene is built to provoke one failure. To add a failure, add an entry to ``ATLAS``.
+"""
 
 from atlas import small_scenes as small
 from atlas.entry import Entry, Expectation, entry
@@ -28,12 +30,12 @@ from atlas.expectations import (
 
 from masonry_opt.solution.reasons import Code, Reason, Status, reason
 
-#: Two paths to the base, round an opening, whose load factors lie near each other.
+#: A wall with two load paths around an opening, whose load factors are nearly equal.
 TWO_PATHS = small.bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, 1, 1, 0.5]], (4, 1), 0.8)
-#: Others on which the small cohesion decides, or a vertex.
+#: Walls on which the answer of the loop depends on the small cohesion c₀.
 STUCK = small.bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, 1, -1, 0.5], [1, 1, 1]], (4, 1), 0.8)
 PENETRATING = small.bonded([[0.5, 1, 1, 1, 0.5], [1, -1, 1, 1], [0.5, 1, 1, 1, 0.5]], (4, 1), 0.8)
-#: The lowest exact state known of wall 6, to 1 % above the paper's.
+#: Interval for wall 6: from the lowest exact state known to 1 % above the paper's value.
 NEAR_WALL_6, LOWEST = (0.291780, 0.29649 * 1.01), "lowest exact state known, to 1 % above the paper's"
 ON_THE_CYCLE = "a state on the mechanism of the cycle: the paper's to the highest of the swing"
 UP_TO_ASSOCIATIVE = "published MPEC to associative: 0.307 was seen, 16 % above the MPEC"
@@ -45,7 +47,7 @@ SOLID: list[list[float]] = [[0.5, 1, 1, 0.5], [1, 1, 1], [0.5, 1, 1, 0.5], [1, 1
 
 
 def cycles(*solvers: str | None, why: Reason | None = None, **options: float) -> tuple[Expectation, ...]:
-    """Bare loops that swing between states."""
+    """Return the expectations that the loop of the paper cycles between states with the given solvers."""
     swinging, why = SWINGING | options | RAW, why or reason(Code.REPEATS)
     return loops(solvers=solvers, expected=Status.CYCLING, options=swinging, why=why)
 
@@ -244,8 +246,8 @@ ATLAS: tuple[Entry, ...] = (
         *associative(20 / 10.5, "w / h", ("highs", "highs-ipm"), tolerance=COARSE),
         *loops(20 / 10.5, "w / h", ("highs-ipm",)),
         *no_state("highs"),
-        # A corner that bears nothing slides along in an exact state: no friction is at work in it. The lowest
-        # of these states that are known is at 24/35.
+        # In an exact state, a corner without normal force may slide without friction. The lowest known state
+        # of this kind is at 24/35.
         Expectation("coulomb", (24 / 35, 20 / 10.5), "a state at 24/35, or w / h", exact=True),
     ),
     entry(

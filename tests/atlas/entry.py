@@ -1,4 +1,4 @@
-"""What an entry of the failure atlas is made of, and how a run is held against its expectation."""
+"""Entries of the failure atlas, and the comparison of a run with its expectation."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -13,19 +13,19 @@ from masonry_opt.solution.reasons import Reason, Status
 
 @dataclass(frozen=True)
 class Expectation:
-    """One method and solver on an entry's scene, and what must come of it.
+    """The expected outcome of one method and solver on the scene of an entry.
 
     Attributes
     ----------
-    method, model, solver, options: as ``solve`` takes them.
-    load_factor: λ, or the interval it lies in; None if nothing is said about it.
-    source: of λ: a closed form, another formulation, or what is wrong with it.
-    expected: the status, or CaseError where the scene must be refused.
-    tolerance: relative, of λ (absolute where λ is 0).
-    why: a reason that must be given, such as the remedy that was taken: its code, and of its values what the
-        text of the value must contain.
-    exact: whether it must be an exact state; of the loop, whether it must end with exact forces.
-    names: what the error must name, where the scene must be refused.
+    method, model, solver, options: arguments of ``solve``.
+    load_factor: expected λ, or an interval that must contain it; None if λ is not checked.
+    source: source of λ, such as a closed form or another formulation, or the error of λ.
+    expected: expected status, or CaseError if the scene must be refused.
+    tolerance: relative tolerance of λ (absolute if λ is 0).
+    why: a reason that the result must have, such as the remedy that was used. Each value of the reason must
+        appear in the text of the result's value.
+    exact: True if the result must be an exact state or, with the loop, end with exact forces.
+    names: text that the error must contain if the scene must be refused.
     """
 
     method: str = "nonassociative"
@@ -42,14 +42,14 @@ class Expectation:
 
     @property
     def name(self) -> str:
-        """Method, model, solver and options in words."""
+        """Method, model, solver and options, separated by spaces."""
         words = [self.method, self.model, self.solver]
         own = [f"{name}={value}" for name, value in self.options.items()]
         return " ".join([*(word for word in words if word), *own])
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """The smallest and largest λ that are as expected."""
+        """Smallest and largest λ that agree with the expectation."""
         if self.load_factor is None:
             return None
         if isinstance(self.load_factor, tuple):
@@ -60,14 +60,14 @@ class Expectation:
 
 @dataclass(frozen=True)
 class Entry:
-    """A scene that one method or another fails on.
+    """A scene on which some method fails.
 
     Attributes
     ----------
-    name: short.
-    fails: what fails, and why, in a sentence.
-    scene: builds the scene; given the folder of the case files.
-    runs: what each method and solver must answer.
+    name: short name.
+    fails: a sentence that says which method or solver fails, and why.
+    scene: function that builds the scene from the folder of the case files.
+    runs: expected outcome of each method and solver.
     """
 
     name: str
@@ -81,7 +81,7 @@ def entry(name: str, fails: str, scene: Callable[[Path], Scene], *runs: Expectat
 
 
 def difference(of: Entry, run: Expectation, cases: Path) -> str:
-    """What is not as expected of one method and solver on an entry's scene; "" if all is."""
+    """Solve the scene of an entry, and return a description of the first difference; "" if there is none."""
     expected = getattr(run.expected, "__name__", run.expected)
     try:
         result = solve(of.scene(cases), run.method, model=run.model, solver=run.solver, **run.options)

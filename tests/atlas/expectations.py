@@ -1,4 +1,4 @@
-"""Runs that many entries of the atlas share: the same answer of every method, or of every solver."""
+"""Expectations that many entries of the atlas share, such as one answer for every method or solver."""
 
 from typing import Any
 
@@ -8,26 +8,26 @@ from masonry_opt.errors import CaseError
 from masonry_opt.solution.reasons import Code, Reason, Status, reason
 from masonry_opt.solution.thresholds import ZERO
 
-#: The loop stops at a relative change of λ of 1e-5 and leaves the small cohesion's trace.
+#: Relative tolerance of the loop, which stops at a change of λ of 1e-5 and depends on the small cohesion.
 LOOP = 2e-5
 
-#: HiGHS and Clarabel solve to 1e-9; friction in the hundred thousands costs digits.
+#: Relative tolerance with a friction of 1e5, which costs digits. HiGHS and Clarabel solve to 1e-9.
 COARSE = 1e-5
 
-#: IPOPT's last relaxation, ε = 3e-9.
+#: Relative tolerance of the MPEC, whose last relaxation in IPOPT is ε = 3e-9.
 MPEC = 1e-7
 
-#: The default ends in an exact state, near the least of them: so far above at most.
+#: Largest relative excess of the default's exact state over the least load factor.
 PASS = 1e-2
 
-#: Digits to which least load factors are given here.
+#: Relative accuracy with which the least load factors are stated here.
 LEAST = 1e-6
 
-#: Seconds of a search that ends earlier, at the least load factor.
+#: Time limit of a search in seconds; a search ends earlier at the least load factor.
 SEARCH = 20.0
 
 WITHOUT_HALVING = {"alpha": 0.0, "alpha_min": 0.0}
-#: The paper's loop without so much as less slope where it fails.
+#: Options of the paper's loop without any remedy, not even a smaller slope, if it fails.
 RAW: dict[str, Any] = {"preset": "paper", "remedies": "none"}
 AGAIN = reason(Code.BEGAN_AGAIN, remedies="alpha=")
 LOCKS = reason(Code.BEGAN_AGAIN, first=Status.LOCKED, remedies="start=cohesive")
@@ -47,7 +47,7 @@ def associative(
     expected: Status | type[CaseError] = Status.OPTIMAL,
     **keys: Any,
 ) -> tuple[Expectation, ...]:
-    """The static program in some solvers, and the kinematic one in Pyomo."""
+    """Return expectations of the static program with each solver, and of the kinematic program in Pyomo."""
     static = [Expectation("static", load_factor, source, expected, solver=name, **keys) for name in solvers]
     return *static, Expectation("kinematic", load_factor, source, expected, "pyomo", **keys)
 
@@ -60,7 +60,7 @@ def loops(
     tolerance: float = LOOP,
     **keys: Any,
 ) -> tuple[Expectation, ...]:
-    """The loop in CVXPY, in some solvers."""
+    """Return expectations of the loop in CVXPY with each solver."""
     given = {"load_factor": load_factor, "source": source, "expected": expected, "tolerance": tolerance}
     return tuple(Expectation(solver=name, **given, **keys) for name in solvers)
 
@@ -74,18 +74,18 @@ def by_solver(name: str) -> Reason:
 
 
 def no_state(*solvers: str | None, **options: Any) -> tuple[Expectation, ...]:
-    """Loops of which a sub-problem has no state."""
+    """Return expectations of loops that end because a sub-problem has no state."""
     why = reason(Code.SUB_PROBLEM_EMPTY)
     return loops(solvers=solvers, expected=Status.NO_STATE, why=why, options=options)
 
 
 def default(load_factor: float | tuple[float, float], source: str, only: bool = False) -> Expectation:
-    """The default.
+    """Return the expectation of the default method.
 
     Parameters
     ----------
-    load_factor: the least of any Coulomb state; or an interval.
-    only: whether there is no other.
+    load_factor: the least load factor of all Coulomb states, or an interval.
+    only: True if all Coulomb states have this load factor.
     """
     if not (only or isinstance(load_factor, tuple)):
         load_factor = load_factor * (1 - LEAST), load_factor * (1 + PASS)
@@ -94,13 +94,16 @@ def default(load_factor: float | tuple[float, float], source: str, only: bool = 
 
 
 def searching(load_factor: float, source: str) -> Expectation:
-    """Return the run of the default with a search, which must find the least load factor."""
+    """Return the expectation of the default with a search, which must find the least load factor."""
     until = round(load_factor * (1 + LEAST) + ZERO, 9)
     return Expectation("coulomb", load_factor, source, options={"search": SEARCH, "until": until})
 
 
 def references(load_factor: float, source: str, proven: bool | None = None) -> tuple[Expectation, ...]:
-    """Return a search, the MPEC warm and cold, and the bracket (``proven`` or not; None: not asked)."""
+    """Return expectations of a search, of the MPEC with a warm and a cold start, and of method "global".
+
+    Method "global" must prove its load factor if ``proven`` is True. If ``proven`` is None, it does not run.
+    """
     runs = [
         searching(load_factor, source),
         Expectation("mpec", load_factor, source, tolerance=MPEC),
@@ -115,7 +118,10 @@ def references(load_factor: float, source: str, proven: bool | None = None) -> t
 def one_answer(
     load_factor: float, source: str, proven: bool | None = None, **of_loop: Any
 ) -> tuple[Expectation, ...]:
-    """The only load factor, with any flow rule: of every method (``proven`` as ``references`` takes it)."""
+    """Return expectations of every method on a scene with a single load factor under any flow rule.
+
+    The argument ``proven`` is that of ``references``.
+    """
     return (
         *associative(load_factor, source),
         *loops(load_factor, source, **of_loop),
@@ -125,7 +131,7 @@ def one_answer(
 
 
 def every_method(expected: Status, why: Reason | None = None) -> tuple[Expectation, ...]:
-    """A status that every method must give."""
+    """Return the expectations that every method ends with the given status."""
     told: dict[str, Any] = {"expected": expected, "why": why}
     cohesive, cold = {"start": "cohesive"}, {"start": "cold"}
     return (

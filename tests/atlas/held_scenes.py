@@ -1,4 +1,4 @@
-"""Random scenes under fill, and held by ties and props, each from its seed."""
+"""Random scenes under fill, and random scenes with ties and props, generated from seeds."""
 
 import itertools
 import math
@@ -16,7 +16,10 @@ from masonry_opt.scene.scene import Scene
 
 
 def filled(seed: int) -> Scene:
-    """Two to six stacks side by side, half of them with sloping tops, below a road that bends."""
+    """Return two to six stacks next to each other, under a fill with a road that bends.
+
+    Half of the stacks have sloping tops.
+    """
     rng = np.random.default_rng(seed)
     x = np.append(0, np.cumsum(rng.uniform(0.4, 1.5, rng.integers(2, 7))))
     blocks = []
@@ -40,9 +43,11 @@ def filled(seed: int) -> Scene:
 
 
 def held(kind: str, seed: int, space: bool = False) -> Scene:
-    """A random scene (of kind "filled" one under fill) with one to four ties and props between the middles of
-    blocks, or a block and a point of the ground; of strengths about the mean weight, some of them stressed or
-    without limit."""
+    """Return a random scene with one to four ties and props; kind "filled" is a scene under fill.
+
+    Ties and props connect the middles of two blocks, or a block and a point of the ground. Their strengths
+    are about the mean weight. Some ties have a prestress, and some have no limit.
+    """
     if kind == "filled":
         scene = filled(seed)
     else:

@@ -1,7 +1,7 @@
-"""Large random scenes, of 20 to 2,000 stones: rubble walls, walls with openings, arches on piers.
+"""Large random scenes with 20 to 2,000 stones: rubble walls, walls with openings, arches on piers.
 
-Each comes from its number of stones, which it has to within 10 %, and its seed. They are made to stand under
-their own weight; of some thousands that were checked all do.
+A scene depends on its number of stones, which it has to within 10 %, and on its seed. The scenes are designed
+to be stable under their own weight. Some thousands of scenes were checked, and all are stable.
 """
 
 import math
@@ -19,45 +19,46 @@ from masonry_opt.scene.scene import Scene
 Rng = np.random.Generator
 Points = list[tuple[float, float]]
 
-#: Left, right and course of a stone; left, right, bottom and top of an opening: in half blocks and courses.
+#: ``Piece`` is left end, right end and course of a stone; ``Opening`` is left, right, bottom and top of an
+#: opening. Units are half blocks and courses.
 Piece = tuple[int, int, int]
 Opening = tuple[int, int, int, int]
 
 _FRICTION = 0.6
 
-#: Fewer stones leave no room for an opening.
+#: Smallest number of stones; a smaller wall is too small for an opening.
 _FEWEST = 20
 
-#: Coordinates are rounded to so many digits, far below what joints are found with, so that cells that meet
-#: have the same corners.
+#: Decimal places of rounded coordinates, so that adjacent cells share their corners. The rounding is far
+#: smaller than the tolerance with which joints are found.
 _DIGITS = 9
 
 
 def large_scene(family: str, stones: int, seed: int) -> Scene:
-    """The scene of a family (a key of ``LARGE``), of so many stones, and a seed.
+    """Return the scene of a family (a key of ``LARGE``) with a number of stones and a seed.
 
     Raises
     ------
     OptionError
-        If there are to be fewer than 20 stones.
+        If ``stones`` is less than 20.
     """
     return LARGE[family](stones, seed)
 
 
 def rubble(stones: int, seed: int) -> Scene:
-    """A wall of irregular convex stones, longer than high: Voronoi cells of scattered points."""
+    """Return a wall, longer than high, of irregular convex stones: Voronoi cells of random points."""
     rng = _rng("rubble", stones, seed)
     aspect, squash = float(rng.uniform(1, 1.5)), float(rng.uniform(1.4, 2))
     height = math.sqrt(stones / aspect)
     width = stones / height
-    # Cells are drawn in a wall higher by the squash, and flattened with it.
+    # Cells are drawn in a wall that is higher by the factor ``squash``, and then flattened by this factor.
     box = shapely.box(0, 0, width, squash * height)
     points = rng.uniform([0, 0], [width, squash * height], size=(stones, 2))
     cells = _cells(points, box)
     steps = int(rng.integers(4, 12))
-    # Nothing but friction holds a stone at a side of the wall: it must not lie too steep.
+    # Only friction retains a stone at a side of the wall, so its bed must not be too steep.
     while steps > 0 or _steepest_at_sides(cells, width) > 0.95 * _FRICTION * squash:
-        # Lloyd's step: cells become more alike in size, rounder, and perpendicular to the sides.
+        # Lloyd's step makes cells more equal in size and rounder, and their edges perpendicular to the sides.
         cells = _cells(shapely.get_coordinates(shapely.centroid(cells)), box)
         steps -= 1
     outlines = [_corners(shapely.get_coordinates(cell)[:-1] / [1, squash]) for cell in cells]
@@ -65,10 +66,10 @@ def rubble(stones: int, seed: int) -> Scene:
 
 
 def openings(stones: int, seed: int) -> Scene:
-    """A wall in running bond with windows and doors, each under a lintel.
+    """Return a wall in running bond with windows and doors, each under a lintel.
 
-    All stones lie on others, or the base, with their whole length, but lintels, which lie on both ends:
-    what is above goes straight down.
+    Lintels rest on their two ends, and all other stones rest on their whole length. The weight above is
+    therefore carried straight down.
     """
     rng = _rng("openings", stones, seed)
     ratio = float(rng.uniform(1.8, 3))
@@ -85,13 +86,13 @@ def openings(stones: int, seed: int) -> Scene:
 
 
 def piers(stones: int, seed: int) -> Scene:
-    """An arch of inner radius 1, semicircular or segmental, on two piers in running bond."""
+    """Return an arch of inner radius 1, semicircular or segmental, on two piers in running bond."""
     rng = _rng("piers", stones, seed)
     half_angle = math.pi / 2 if rng.random() < 0.5 else float(rng.uniform(1.15, 1.5))
     thickness, height = float(rng.uniform(0.2, 0.3)), float(rng.uniform(0.8, 1.6))
-    # Wide enough for the arch's thrust and its springing.
+    # The piers are wide enough for the thrust of the arch and for its springing.
     width = float(rng.uniform(0.4, 0.6)) * math.sqrt(height)
-    # Voussoirs two to four times as deep as wide; of few stones not all.
+    # Voussoirs are two to four times as deep as wide. At most 20 to 35 % of the stones are voussoirs.
     depths = 2 * half_angle * (1 + thickness / 2) / thickness
     voussoirs = round(min(rng.uniform(2, 4) * depths, rng.uniform(0.2, 0.35) * stones))
     courses, length = _courses(rng, (stones - voussoirs - 2) / 2, width / height)
@@ -107,7 +108,7 @@ def piers(stones: int, seed: int) -> Scene:
     ring = np.column_stack([np.cos(angles), np.sin(angles)])
     centre = [0, height + course - math.cos(half_angle)]
     soffit, back = (ring + centre).tolist(), ((1 + thickness) * ring + centre).tolist()
-    # On each pier lies a springer of its length.
+    # Each pier has a springer on top, which is as long as the pier.
     side.append([(inner, height), (outer, height), (outer, back[0][1]), back[0], soffit[0]])
     outlines = [
         *(np.array(outline) * [way, 1] for way in (-1, 1) for outline in side),
@@ -127,7 +128,7 @@ def _rng(family: str, stones: int, seed: int) -> Rng:
 
 
 def _scene(title: str, outlines: list[Points], base: Points) -> Scene:
-    """Blocks of unit weight per area on a base, all pushed to the right by their weights."""
+    """Return blocks with a weight of 1 per area on a base, all pushed to the right by their weights."""
     areas = shapely.area([shapely.Polygon(outline) for outline in outlines]).tolist()
     blocks = [
         Block(name=f"b{index}", vertices=outline, weight=area, live=(area, 0.0))
@@ -150,7 +151,7 @@ def _cells(points: np.ndarray, box: shapely.Polygon) -> np.ndarray:
 
 
 def _steepest_at_sides(cells: np.ndarray, width: float) -> float:
-    """The steepest slope, down and outwards, of the edges that end at either side of a wall."""
+    """Return the steepest slope, down and outwards, of the edges that end at a side of the wall."""
     corners, owner = shapely.get_coordinates(cells, return_index=True)
     edges = np.stack([corners[:-1], corners[1:]], axis=1)[owner[:-1] == owner[1:]]
     edges = np.concatenate([edges, edges[:, ::-1]])
@@ -160,31 +161,37 @@ def _steepest_at_sides(cells: np.ndarray, width: float) -> float:
 
 
 def _bond(length: int, course: int) -> list[int]:
-    """Where the blocks of a course end, in half blocks: every other course is shifted by one."""
+    """Return the ends of the blocks of a course, in half blocks; every other course is shifted by one."""
     return sorted({0, *range(course % 2, length, 2), length})
 
 
 def _length(stones: float, courses: int) -> int:
-    """How many half blocks long a wall of so many stones is, whose courses have a stone more or less."""
+    """Return the length, in half blocks, of a wall in running bond with about the given number of stones."""
     return max(2, round(2 * stones / courses) - 1)
 
 
 def _courses(rng: Rng, stones: float, aspect: float) -> tuple[int, int]:
-    """Courses of a pier of so many stones, and how many half blocks long it is: a block at least."""
+    """Return the number of courses of a pier with about the given number of stones, and its length.
+
+    The length is in half blocks, at least one block.
+    """
     wanted = round(math.sqrt(rng.uniform(1.8, 3) * stones / aspect))
     wanted = min(wanted, int(stones / 1.5))
-    # A course more or less may come nearer to the number of stones.
+    # One course more or less may give a number of stones nearer to the wanted number.
     near = [(courses, _length(stones, courses)) for courses in range(max(2, wanted - 1), wanted + 2)]
     return min(near, key=lambda pier: abs(pier[0] * (pier[1] + 1) // 2 - stones))
 
 
 def _cut(rng: Rng, stones: int, length: int, courses: int) -> list[Opening]:
-    """Openings at random places of a wall, until no more stones are left than wanted, or no room."""
+    """Return openings at random places of a wall, until the wall has at most the wanted number of stones.
+
+    The function gives up after ten attempts for each stone.
+    """
     cut: list[Opening] = []
     for _ in range(10 * stones):
         across, upwards = rng.integers(2, 9, size=2).tolist()
-        # At either end of the wall a block is left, between openings half a block more, and above each
-        # lintel a course.
+        # A block remains at each end of the wall, one and a half blocks remain between openings, and a course
+        # remains above each lintel.
         if across > length - 4 or upwards > courses - 2:
             continue
         left = int(rng.integers(2, length - across - 1))
@@ -202,7 +209,7 @@ def _cut(rng: Rng, stones: int, length: int, courses: int) -> list[Opening]:
 
 
 def _pieces(length: int, courses: int, cut: list[Opening]) -> list[Piece]:
-    """The stones of a wall with openings; lintels bear half a block on either side."""
+    """Return the stones of a wall with openings; a lintel rests on half a block at each end."""
     pieces: list[Piece] = []
     for row in range(courses):
         gaps = [(left, right) for left, right, bottom, top in cut if bottom <= row < top]

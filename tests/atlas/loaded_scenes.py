@@ -1,4 +1,4 @@
-"""Random loads of every kind on random scenes, each from its seed."""
+"""Random loads of every kind on random scenes, generated from seeds."""
 
 import math
 
@@ -9,15 +9,15 @@ from masonry_opt.problem.assembly import assemble
 
 Rng = np.random.Generator
 
-#: Kinds of loads that act in place of the live loads of a scene, the first of them as often as all others.
+#: Kinds of live loads. "live" keeps the live loads of the scene, and occurs in half of the scenes.
 INSTEAD = ("live", "tilt", "earthquake", "load case", "earthquake in a load case")
 
 
 def loaded(scene: mo.Scene, seed: int) -> mo.Scene:
     """Return a scene with further loads and, in one case of five, with joints that dilate.
 
-    Dead forces, moments and loads along edges are added one independently of another. In half of the scenes
-    tilt, an earthquake or a load case takes the place of the live load.
+    Dead forces, moments and loads along edges are added independently of each other. In half of the scenes,
+    tilt, an earthquake or a load case replaces the live load.
     """
     rng = np.random.default_rng([13, seed])
     if rng.random() < 0.2 and not scene.joints.strength:
@@ -62,7 +62,10 @@ def _without_live(scene: mo.Scene) -> mo.Scene:
 
 
 def _tilted(rng: Rng, scene: mo.Scene) -> mo.Scene:
-    """Return a scene of blocks and friction alone on ground that tilts."""
+    """Return the scene on ground that tilts, with no joint properties other than friction and dilatancy.
+
+    Ties, props and fills are removed.
+    """
     towards = str(rng.choice(["left", "right"]))
     tilt = towards if scene.dimension == 2 else (*_vector(rng, scene, 1.0)[:2], 0.0)
     joints = mo.JointDefaults(friction=scene.joints.friction, dilatancy=scene.joints.dilatancy)
@@ -77,7 +80,7 @@ def _dead_forces(rng: Rng, scene: mo.Scene, weight: float) -> list[mo.Load]:
 
 
 def _moments(rng: Rng, scene: mo.Scene, weight: float) -> list[mo.Load]:
-    """Return live forces off the centroid, in space with a dead moment too."""
+    """Return a live force at a distance from the centroid, and in space a dead moment too."""
     if rng.random() < 0.7:
         return []
     name = str(rng.choice(_free(scene)))
@@ -89,9 +92,9 @@ def _moments(rng: Rng, scene: mo.Scene, weight: float) -> list[mo.Load]:
 
 
 def _edge_loads(rng: Rng, scene: mo.Scene, weight: float) -> list[mo.EdgeLoad]:
-    """Return a load along the highest edge of the highest block, or of any block, in the plane.
+    """Return a load along the highest edge of the highest or of a random block; no load in space.
 
-    An edge of any block may not be free; assembly then refuses the scene.
+    The edge of a random block may be covered by another block. Assembly then refuses the scene.
     """
     if scene.dimension == 3 or rng.random() < 0.6:
         return []

@@ -1,6 +1,6 @@
-"""Scenes of a comparison that come with no case file: the failure atlas, and random ones, small and large.
+"""Case files for comparisons from the failure atlas, and from small and large random scenes.
 
-They are written as case files, so that each run reads its scene in its own process, as it does any other.
+The scenes are written as case files, so that each run can read its scene in its own process.
 """
 
 import re
@@ -22,9 +22,9 @@ from masonry_opt.studies.runner import REFUSED
 
 
 def write_atlas(folder: Path, cases: Path) -> dict[Path, dict[str, str]]:
-    """Write the atlas's scenes, each once; by case file, what the atlas says of it (see ``right_claims``).
+    """Write each scene of the atlas once, and return the right claims for each case file.
 
-    ``cases``: folder of the case files that entries build on.
+    See ``right_claims``. The argument ``cases`` is the folder of the case files from which entries are built.
     """
     first: dict[str, Path] = {}
     found: dict[Path, dict[str, str]] = {}
@@ -39,7 +39,7 @@ def write_atlas(folder: Path, cases: Path) -> dict[Path, dict[str, str]]:
 
 
 def write_random(folder: Path, count: int) -> list[Path]:
-    """Write the first ``count`` random scenes, of each kind in turn, by seed from 0; their case files."""
+    """Write ``count`` random scenes, of each kind in turn, with seeds from 0, and return their case files."""
     paths = []
     for number in range(count):
         seed, kind = divmod(number, len(KINDS))
@@ -50,7 +50,10 @@ def write_random(folder: Path, count: int) -> list[Path]:
 
 
 def write_large(folder: Path, stones: Sequence[int], seeds: int) -> list[Path]:
-    """Write large random scenes of each family, of so many stones each, by seed from 0; their case files."""
+    """Write large random scenes of each family for each number of stones, and return their case files.
+
+    Seeds begin with 0.
+    """
     paths = []
     for count in stones:
         for family in LARGE:
@@ -61,10 +64,11 @@ def write_large(folder: Path, stones: Sequence[int], seeds: int) -> list[Path]:
 
 
 def right_claims(entry: Entry) -> dict[str, str]:
-    """By question, the claim (see ``judge.CLAIMS``; or a refusal) that is right for an entry's scene.
+    """Return the right claim on the scene of an entry for each question.
 
-    A load factor if any run must find one, whatever others are known to fail at. Questions on which the
-    entry's runs say nothing of the scene are left out.
+    A claim is one of ``judge.CLAIMS``, a refusal or an answer. The right claim is an answer if any run must
+    find a load factor, even if other runs are known to fail. Questions without a single right claim are left
+    out.
     """
     found: dict[str, set[str]] = {}
     for run in entry.runs:
@@ -74,8 +78,11 @@ def right_claims(entry: Entry) -> dict[str, str]:
 
 
 def judged_by_hand(summary: pd.DataFrame, expected: Mapping[str, Mapping[str, str]]) -> pd.DataFrame:
-    """The summary of a comparison, in which the right claim, where one is known by scene name and question,
-    decides: other claims are wrong, and it is the right reason why there is no load factor."""
+    """Return the summary of a comparison with verdicts by the known right claims.
+
+    ``expected`` has right claims by name of the scene and by question. Other claims are wrong. If the right
+    claim is that no load factor exists, a result with this claim names the right reason.
+    """
     judged = summary.copy()
     for at, row in summary.iterrows():
         right, claim = expected.get(row["scene"], {}).get(row["question"]), claim_of(row)
@@ -98,4 +105,4 @@ def _claims(run: Expectation) -> Iterator[str]:
 
 def _write(scene: Scene, path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    save(scene, path, force=True)  # the folder is the comparison's own
+    save(scene, path, force=True)  # the folder belongs to the comparison

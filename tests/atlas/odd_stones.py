@@ -1,4 +1,4 @@
-"""Random scenes of odd stones: notched ones, some that stand on corners, joints that crush."""
+"""Random scenes with unusual stones: notched stones, stones that touch at a corner, joints that crush."""
 
 import numpy as np
 import shapely
@@ -7,13 +7,16 @@ from atlas.random_scenes import Points, Rng, assembled
 from masonry_opt.scene.blocks import rectangle
 from masonry_opt.scene.scene import Scene
 
-#: Strengths, as multiples of the mean pressure below all stones.
+#: Least and greatest strength, as multiples of the mean pressure below all stones.
 _WEAKEST, _STRONGEST = 4.0, 100.0
 
 
 def odd_scene(seed: int) -> Scene:
-    """The scene of a seed, the same in every release: a slab on stones of which some bear it with a corner,
-    and on it cells of a tessellation, some of them grown together. Two in three can be crushed."""
+    """Return the scene of a seed, which is the same in every release.
+
+    A slab rests on stones, some of which support it with a corner. Cells of a tessellation lie on the slab,
+    and some cells are united. The joints of two scenes in three have a strength.
+    """
     rng = np.random.default_rng([7, seed])
     feet, width, height = _feet(rng)
     slab = float(rng.uniform(0.2, 0.5))
@@ -28,7 +31,7 @@ def odd_scene(seed: int) -> Scene:
 
 
 def _feet(rng: Rng) -> tuple[list[Points], float, float]:
-    """Stones of one height, pointed or flat, the width that they take, and the height."""
+    """Return stones of equal height, pointed or flat, with their total width and their height."""
     height, x = float(rng.uniform(0.6, 1.5)), 0.0
     outlines: list[Points] = []
     for number in range(int(rng.integers(3, 7))):
@@ -43,7 +46,7 @@ def _feet(rng: Rng) -> tuple[list[Points], float, float]:
 
 
 def _stones(rng: Rng, box: shapely.Polygon) -> list[Points]:
-    """Cells of a tessellation of the box, a third of them united with a neighbour."""
+    """Return the cells of a tessellation of the box, with up to a third of them united with a neighbour."""
     left, low, right, high = box.bounds
     points = rng.uniform([left, low], [right, high], size=(int(rng.integers(5, 18)), 2))
     cells = shapely.get_parts(shapely.voronoi_polygons(shapely.MultiPoint(points), extend_to=box))

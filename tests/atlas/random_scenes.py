@@ -1,4 +1,4 @@
-"""Random scenes: walls, arches, stacks and irregular convex tessellations, each from its seed."""
+"""Random scenes in the plane, generated from seeds: walls, arches, stacks and convex tessellations."""
 
 import math
 from collections.abc import Callable
@@ -16,15 +16,18 @@ Points = list[tuple[float, float]]
 
 
 def random_scene(kind: str, seed: int) -> Scene:
-    """The scene of a kind (a key of ``KINDS``) and a seed: the same in every release."""
+    """Return the scene of a kind (a key of ``KINDS``) and a seed, which is the same in every release."""
     rng = np.random.default_rng([list(KINDS).index(kind), seed])
     scene = KINDS[kind](rng)
     return scene.model_copy(update={"title": f"{kind} {seed}"})
 
 
 def assembled(rng: Rng, outlines: list[Points], fixed: dict[str, Points]) -> Scene:
-    """Blocks of unit weight per area on supports. The live load pushes all sideways in proportion
-    to their weights, or a few in any direction but upwards."""
+    """Return blocks with a weight of 1 per area on supports, with a random live load.
+
+    The live load pushes all blocks sideways in proportion to their weights, or a few blocks in any direction
+    except upwards.
+    """
     areas = [shapely.Polygon(outline).area for outline in outlines]
     live = np.zeros((len(outlines), 2))
     if rng.random() < 0.5:
@@ -51,7 +54,7 @@ def assembled(rng: Rng, outlines: list[Points], fixed: dict[str, Points]) -> Sce
 
 
 def wall(rng: Rng) -> Scene:
-    """Courses of one length, cut at random, of random heights, some with an opening."""
+    """Return a wall of courses of equal length, with random heights and random head joints."""
     length, bottom = float(rng.uniform(4, 8)), 0.0
     outlines: list[Points] = []
     for _ in range(rng.integers(2, 6)):
@@ -64,7 +67,7 @@ def wall(rng: Rng) -> Scene:
 
 
 def stack(rng: Rng) -> Scene:
-    """Trapezia one on another, their joints tilted by up to 6°, their sides leaning."""
+    """Return a stack of trapezia with inclined sides, whose joints are tilted by up to 6°."""
     width, outlines = float(rng.uniform(0.8, 2)), []
     low_left, low_right = (0.0, 0.0), (width, 0.0)
     for _ in range(rng.integers(2, 8)):
@@ -79,7 +82,7 @@ def stack(rng: Rng) -> Scene:
 
 
 def arch(rng: Rng) -> Scene:
-    """Voussoirs of a ring of random rise and thickness, of unequal lengths, between skewbacks."""
+    """Return an arch of random rise and thickness between skewbacks, with voussoirs of unequal length."""
     count, half = int(rng.integers(4, 12)), float(rng.uniform(0.7, math.pi / 2))
     thickness = float(rng.uniform(0.16, 0.4))
     parts = np.concatenate([[0], np.cumsum(rng.uniform(0.7, 1.3, count))])
@@ -95,11 +98,11 @@ def arch(rng: Rng) -> Scene:
 
 
 def tessellation(rng: Rng) -> Scene:
-    """Voronoi cells of a random or flattened set of points, clipped to a box that stands on a base."""
+    """Return Voronoi cells of random points, flattened by a random factor and clipped to a box on a base."""
     width, height = float(rng.uniform(2, 4)), float(rng.uniform(1, 2.5))
     box = shapely.box(0, 0, width, height)
     points = rng.uniform([0, 0], [width, height], size=(rng.integers(4, 22), 2))
-    squash = float(rng.uniform(1, 3))  # cells longer than high, as stones are laid
+    squash = float(rng.uniform(1, 3))  # makes cells longer than high, as masons lay stones
     cells = shapely.get_parts(shapely.voronoi_polygons(shapely.MultiPoint(points * [1, squash])))
     cells = shapely.transform(cells, lambda corners: corners / [1, squash])
     outlines = [

@@ -1,4 +1,4 @@
-"""Random scenes in space: leaves of boxes, rings of wedges, corners and piers, each from its seed."""
+"""Random scenes in space, generated from seeds: leaves of boxes, rings of wedges, corners and piers."""
 
 import math
 from collections.abc import Callable
@@ -13,20 +13,27 @@ from masonry_opt.scene.solids import Solid
 Rng = np.random.Generator
 Vertices = np.ndarray
 
-#: Faces of eight corners, those of the bottom first, each ring counter-clockwise seen from above.
+#: Faces of a solid with eight corners. The corners of the bottom come first, and both rings of corners are
+#: counter-clockwise as seen from above.
 _FACES = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
 
 
 def random_scene_in_space(kind: str, seed: int) -> Scene:
-    """The scene of a kind (a key of ``KINDS``) and a seed, of up to 60 blocks: the same in every release."""
+    """Return the scene of a kind (a key of ``KINDS``) and a seed, with up to 60 blocks.
+
+    The scene is the same in every release.
+    """
     rng = np.random.default_rng([list(KINDS).index(kind), seed])
     scene = KINDS[kind](rng)
     return scene.model_copy(update={"title": f"{kind} {seed}"})
 
 
 def assembled(rng: Rng, shapes: list[Vertices], fixed: list[Vertices]) -> Scene:
-    """Blocks of unit weight per volume on supports. The live load pushes all in one horizontal direction in
-    proportion to their weights, or a few in any direction but upwards, some of them turning too."""
+    """Return blocks with a weight of 1 per volume on supports, with a random live load.
+
+    The live load pushes all blocks in one horizontal direction in proportion to their weights, or a few
+    blocks in any direction except upwards. Some of these blocks have a live moment too.
+    """
     live, moment = np.zeros((2, len(shapes), 3))
     everywhere = rng.random() < 0.5
     if everywhere:
@@ -64,7 +71,10 @@ def _box(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float])
 
 
 def _volume(shape: Vertices) -> float:
-    """Of the box with these edges at its first corner: for a load that is about a block's weight."""
+    """Return an estimate of the volume: that of the parallelepiped spanned by the edges at the first corner.
+
+    The estimate is used to scale loads to about the weight of a block.
+    """
     return abs(float(np.linalg.det(shape[[1, 3, 4]] - shape[0])))
 
 
@@ -74,7 +84,10 @@ def _cuts(rng: Rng, length: float, parts: int) -> list[tuple[float, float]]:
 
 
 def boxes(rng: Rng) -> Scene:
-    """A wall of one or two leaves, some with headers through both, courses cut at random."""
+    """Return a wall whose courses have one or two leaves and random head joints.
+
+    A course of one leaf ties two leaves together, as headers do.
+    """
     length, depth, bottom = float(rng.uniform(3, 6)), float(rng.uniform(0.5, 1.5)), 0.0
     shapes = []
     for _ in range(rng.integers(2, 7)):
@@ -86,7 +99,7 @@ def boxes(rng: Rng) -> Scene:
 
 
 def wedges(rng: Rng) -> Scene:
-    """Voussoirs of one to three rings side by side, cut at random, between skewbacks."""
+    """Return one to three arch rings next to each other, between skewbacks, with random voussoirs."""
     half, thickness = float(rng.uniform(0.7, math.pi / 2)), float(rng.uniform(0.2, 0.5))
 
     def voussoir(start: float, end: float, y: tuple[float, float]) -> Vertices:
@@ -106,14 +119,14 @@ def wedges(rng: Rng) -> Scene:
 
 
 def corner(rng: Rng) -> Scene:
-    """Two walls that meet in a toothed corner, courses of random heights, cut at random beyond it."""
+    """Return two walls that meet in a toothed corner, with random course heights and head joints."""
     thickness, lengths = float(rng.uniform(0.5, 1.2)), rng.uniform(2.5, 6, 2).tolist()
     shapes, bottom = [], 0.0
     for course in range(rng.integers(2, 7)):
         z = (bottom, bottom + float(rng.uniform(0.5, 1.0)))
         bottom = z[1]
         for leg, length in enumerate(lengths):
-            # Through the corner goes one leg in one course, the other in the next.
+            # The two walls run through the corner in alternate courses.
             start = thickness if leg == course % 2 else 0.0
             for one, other in _cuts(rng, length - start, int(rng.integers(2, 5))):
                 sides = ((start + one, start + other), (0.0, thickness))
@@ -123,8 +136,10 @@ def corner(rng: Rng) -> Scene:
 
 
 def piers(rng: Rng) -> Scene:
-    """One to three piers of stones turned about the vertical, with beds inclined by up to 3°; where there are
-    several, a lintel from each to the next, and one stone on each lintel's end."""
+    """Return one to three piers of stones that are turned about the vertical, with beds inclined by up to 3°.
+
+    A lintel connects each pier to the next, and a stone lies on one end of each lintel.
+    """
     count, height = int(rng.integers(1, 4)), int(rng.integers(2, 7))
     shapes: list[Vertices] = []
     for pier in range(count):

@@ -15,7 +15,7 @@ Builder = Callable[[Path], Scene]
 
 
 def rectangle(name: str, left: float, bottom: float, right: float, top: float, **keys: Any) -> Block:
-    """A rectangular block; a support if it is given no weight."""
+    """Return a rectangular block, which is a support if no weight is passed."""
     corners = [(left, bottom), (right, bottom), (right, top), (left, top)]
     fixed = "weight" not in keys and "unit_weight" not in keys
     return Block(name=name, vertices=corners, fixed=fixed, **keys)
@@ -27,7 +27,7 @@ def of_blocks(title: str, blocks: list[Block], friction: float, **keys: Any) -> 
 
 
 def ferris_tinloi(number: int, friction: float | None = None) -> Builder:
-    """One of the walls of Table 1, with another friction if one is given."""
+    """Return a wall of Table 1 of the paper, with another friction if ``friction`` is not None."""
 
     def build(cases: Path) -> Scene:
         scene = load(cases / "ferris_tinloi" / f"wall_{number}.toml")
@@ -41,7 +41,10 @@ def ferris_tinloi(number: int, friction: float | None = None) -> Builder:
 def bonded(
     courses: list[list[float]], block: tuple[float, float], friction: float, shift: float = 0.0
 ) -> Builder:
-    """A small wall, live load = weight to the right; gaps are negative; moved by (shift, -shift)."""
+    """Return a small wall pushed to the right by its weight, moved by (shift, -shift).
+
+    Negative lengths in a course are gaps.
+    """
     wall = Wall(block=block, weight=1, live=(1, 0), courses=courses)
     moved = [
         built.model_copy(update={"vertices": [(x + shift, y - shift) for x, y in built.rings[0]]})
@@ -51,7 +54,7 @@ def bonded(
 
 
 def block(width: float, height: float, friction: float, **keys: Any) -> Builder:
-    """One block of weight 1 on a floor, pushed to the right by its weight."""
+    """Return a block of weight 1 on a floor, pushed to the right by its weight."""
     loads = {"weight": 1.0, "live": (1.0, 0.0)} | keys
     return of_blocks(
         "block on a floor",
@@ -61,7 +64,7 @@ def block(width: float, height: float, friction: float, **keys: Any) -> Builder:
 
 
 def confined(friction: float) -> Builder:
-    """A block of weight 1 between a fixed floor and a fixed ceiling, pushed along them."""
+    """Return a block of weight 1 between a fixed floor and a fixed ceiling, pushed along them."""
     blocks = [
         rectangle("A", 0, 0, 4, 1, weight=1, live=(1, 0)),
         rectangle("floor", -2, -1, 6, 0),
@@ -71,8 +74,11 @@ def confined(friction: float) -> Builder:
 
 
 def clamped_h(friction: float, clamp: float) -> Builder:
-    """An H: a web of weight 1 held up by friction alone between two flanges, which dead forces clamp
-    against it and fixed walls keep from spreading; the web is pushed down."""
+    """Return an H of three blocks: a web of weight 1 that only friction supports between two flanges.
+
+    Dead forces clamp the flanges against the web, and fixed walls prevent them from spreading. The live load
+    pushes the web down.
+    """
     sides = {
         "left": (rectangle, -1, 0, (clamp, 0), (-3, -1), -0.5),
         "right": (rectangle, 4, 5, (-clamp, 0), (5, 7), 4.5),
@@ -89,7 +95,7 @@ def clamped_h(friction: float, clamp: float) -> Builder:
 
 
 def two_blocks(friction: float) -> Builder:
-    """Fig. 6 of the paper: A is pushed out from under B, which also rests on a rough support."""
+    """Return Fig. 6 of the paper: A is pushed out from under B, which also rests on a rough support."""
     blocks = [
         rectangle("A", 2, 0, 5, 1, weight=1, live=(1, 0)),
         rectangle("B", 0, 1, 3, 2, weight=1),
@@ -101,7 +107,7 @@ def two_blocks(friction: float) -> Builder:
 
 
 def overhanging() -> Builder:
-    """B lies on A with its centroid beyond the edge."""
+    """Return a block B on a block A; the centroid of B is beyond the edge of A."""
     blocks = [
         rectangle("A", 0, 0, 2, 1, weight=1, live=(1, 0)),
         rectangle("B", 1.5, 1, 4.5, 2, weight=1),
@@ -111,7 +117,7 @@ def overhanging() -> Builder:
 
 
 def chute() -> Builder:
-    """A block that can move up only, between smooth walls, pushed sideways."""
+    """Return a block between smooth walls that can only move up, pushed sideways."""
     blocks = [
         rectangle("A", 0, 0, 1, 1, weight=1, live=(1, 0)),
         rectangle("floor", 0, -1, 1, 0),
@@ -122,7 +128,7 @@ def chute() -> Builder:
 
 
 def groove() -> Builder:
-    """A square on its corner in a smooth V of fixed blocks, pushed to the right."""
+    """Return a square on its corner in a smooth V of fixed blocks, pushed to the right."""
     blocks = [
         Block(name="A", vertices=[(0, 0), (1, 1), (0, 2), (-1, 1)], weight=1, live=(1, 0)),
         Block(name="right", vertices=[(0, 0), (2, 2), (2, 0)], fixed=True),
@@ -132,7 +138,7 @@ def groove() -> Builder:
 
 
 def short_bearing(length: float, tolerance: float | None) -> Builder:
-    """A slab 4 long that bears on a support at its left and on ``length`` of another at its right."""
+    """Return a slab of length 4 on two supports; the right bearing has the given length."""
     blocks = [
         rectangle("slab", 0, 0, 4, 1, weight=1, live=(1, 0)),
         rectangle("left", 0, -1, 1, 0),
@@ -142,7 +148,10 @@ def short_bearing(length: float, tolerance: float | None) -> Builder:
 
 
 def pebble(side: float, push_both: bool) -> Builder:
-    """A cube of side 1 on one of that side, of the same unit weight; live load = weight."""
+    """Return a square of side 1 on a square of the given side, with equal unit weights.
+
+    The live load of the pebble, and of the boulder with ``push_both``, is its weight to the right.
+    """
     weight = side * side
     blocks = [
         rectangle("boulder", 0, 0, side, side, weight=weight, live=(weight if push_both else 0, 0)),
@@ -153,7 +162,7 @@ def pebble(side: float, push_both: bool) -> Builder:
 
 
 def apart(gap: float, tolerance: float) -> Builder:
-    """Two flat blocks one above the other with a gap (or overlap, below 0) between them."""
+    """Return two flat blocks, one above the other, with a gap between them (an overlap if negative)."""
     blocks = [
         rectangle("A", 0, 0, 4, 1, weight=1, live=(1, 0)),
         rectangle("B", 0, 1 + gap, 4, 2 + gap, weight=1, live=(1, 0)),
@@ -163,13 +172,13 @@ def apart(gap: float, tolerance: float) -> Builder:
 
 
 def four_in_a_point(friction: float) -> Builder:
-    """Two columns of two unit cubes, side by side: four corners meet."""
+    """Return two adjacent columns of two unit squares each, whose four inner corners meet in a point."""
     corners = {"A": (0, 0), "B": (1, 0), "C": (0, 1), "D": (1, 1)}
     cubes = [rectangle(name, x, y, x + 1, y + 1, weight=1, live=(1, 0)) for name, (x, y) in corners.items()]
     return of_blocks("four in a point", [*cubes, rectangle("floor", -1, -1, 3, 0)], friction)
 
 
 def slabs(count: int, friction: float) -> Builder:
-    """A low pile of equal slabs, each pushed by its weight."""
+    """Return a low pile of equal slabs, each pushed to the right by its weight."""
     pile = [rectangle(f"{n + 1}", 0, n / 5, 4, (n + 1) / 5, weight=1, live=(1, 0)) for n in range(count)]
     return of_blocks("pile of slabs", [*pile, rectangle("floor", -4, -1, 8, 0)], friction)

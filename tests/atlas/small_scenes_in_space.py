@@ -1,4 +1,4 @@
-"""Small random scenes in space that stand or fall, some of them hardly: each from its seed."""
+"""Small random scenes in space, stable or unstable under dead load, many near the limit of stability."""
 
 import math
 from collections.abc import Callable
@@ -12,13 +12,16 @@ from masonry_opt.scene.solids import Solid, box, prism
 
 Rng = np.random.Generator
 
-#: Of each block that can move.
+#: Unit weight and live load of each movable block.
 WEIGHT: dict[str, Any] = {"unit_weight": 1.0, "live": (1, 0, 0)}
 
 
 def small_scene_in_space(seed: int) -> Scene:
-    """The scene of a seed, of one to six blocks on a floor: the same in every release. Of every second one
-    the slope, the overhang or the tilt of gravity is near what its friction, 0.2 to 1.2, holds just so."""
+    """Return the scene of a seed, with one to six blocks on a floor; it is the same in every release.
+
+    Friction is between 0.2 and 1.2. In every second scene the slope, the overhang or the tilt of gravity is
+    near the limit of stability.
+    """
     rng = np.random.default_rng([39, seed])
     kinds = list(KINDS)
     kind, friction = kinds[seed % len(kinds)], float(rng.uniform(0.2, 1.2))
@@ -36,7 +39,11 @@ def small_scene_in_space(seed: int) -> Scene:
 
 
 def _share(rng: Rng) -> float:
-    """Of what holds just so: anything, all of it, or nearly so, from a billionth to a hundredth off."""
+    """Return a random fraction of the limit of stability.
+
+    The fraction is 1 (10 % of calls), differs from 1 by a billionth to a hundredth (40 %), or lies anywhere
+    between 0.2 and 1.4 (50 %).
+    """
     near = 1 + float(rng.choice([-1, 1]) * 10 ** rng.uniform(-9, -2))
     return float(rng.choice([rng.uniform(0.2, 1.4), near, 1.0], p=[0.5, 0.4, 0.1]))
 
@@ -50,7 +57,7 @@ def _block(name: str, x: list[float], y: list[float], z: list[float]) -> Solid:
 
 
 def fallen(rng: Rng, friction: float) -> list[Solid]:
-    """Boxes that fell one after the other as deep as they can, near the edge of a floor."""
+    """Return boxes that are dropped one after another onto the boxes and the floor below, near its edge."""
     low, high, blocks = np.empty((0, 3)), np.empty((0, 3)), []
     for number in range(rng.integers(1, 7)):
         size, corner = rng.uniform(0.4, 2.0, 3), rng.uniform(-1.5, 0.8, 2)
@@ -62,7 +69,7 @@ def fallen(rng: Rng, friction: float) -> list[Solid]:
 
 
 def table(rng: Rng, friction: float) -> list[Solid]:
-    """A slab on three or four legs, some with a box on it."""
+    """Return a slab on three or four legs, with or without a box on it."""
     length, depth, height = rng.uniform([2, 1.5, 0.5], [4, 3, 2]).tolist()
     blocks = []
     for corner in rng.permutation(4)[: rng.integers(3, 5)].tolist():
@@ -79,7 +86,7 @@ def table(rng: Rng, friction: float) -> list[Solid]:
 
 
 def slope(rng: Rng, friction: float) -> list[Solid]:
-    """One or two stones with inclined beds on a wedge, which is fixed or stands on a floor."""
+    """Return one or two stones with inclined beds on a wedge, which is fixed or rests on a floor."""
     angle, steep = float(rng.uniform(-math.pi, math.pi)), friction * _share(rng)
     inclined = steep * np.array([math.cos(angle), math.sin(angle)])
     blocks, level, bed = [], 0.0, np.zeros(2)
@@ -100,7 +107,7 @@ def slope(rng: Rng, friction: float) -> list[Solid]:
 
 
 def plug(rng: Rng, friction: float) -> list[Solid]:
-    """A wedge between two fixed stones, or two that stand on a floor, with a box on it or none."""
+    """Return a wedge between two stones, which are fixed or rest on a floor, with or without a box on it."""
     lean, height = float(rng.choice([1, -1])) * friction * _share(rng), float(rng.uniform(0.5, 1.5))
     other = float(rng.choice([lean, -0.1, rng.uniform(0, 1.0)]))
     foot, depth, wide = float(rng.choice([0.0, 0.3])), *rng.uniform(0.4, 2.0, 2).tolist()
@@ -127,7 +134,7 @@ def plug(rng: Rng, friction: float) -> list[Solid]:
 
 
 def overhang(rng: Rng, friction: float) -> list[Solid]:
-    """Boxes of one size, each beyond the edge of the one below by a share of what just balances."""
+    """Return boxes of equal size, each of which overhangs the box below by a fraction of the limit."""
     count, reach = int(rng.integers(1, 6)), 0.0
     length, depth, height = rng.uniform(0.3, 2, 3).tolist()
     share, blocks = _share(rng), []
@@ -135,7 +142,7 @@ def overhang(rng: Rng, friction: float) -> list[Solid]:
         x = reach - length
         z = [number * height, (number + 1) * height]
         blocks.append(_block(f"b{number}", [x, x + length], [0, depth], z))
-        # From the top the n-th overhangs by 1 / 2n of its length.
+        # At the limit, the n-th box from the top overhangs by 1 / (2 n) of its length.
         reach += share * length / 2 / (count - 1 - number) if number < count - 1 else 0.0
     return [*blocks, _floor(float(rng.choice([0.0, -0.3 * length])))]
 

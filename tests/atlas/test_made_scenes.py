@@ -1,4 +1,4 @@
-"""The atlas and the random scenes as case files of a comparison, with the answers known to be right."""
+"""The atlas and random scenes as case files of a comparison, and verdicts by their known answers."""
 
 import importlib.util
 
@@ -46,7 +46,7 @@ def test_what_the_atlas_says_of_a_scene_decides_what_is_right(known, method, cla
 
 @pytest.mark.slow
 def test_verdicts_on_random_scenes_and_large_ones(tmp_path):
-    """The benchmark's command, on scenes of any kind but the atlas's; no answer is wrong."""
+    """The benchmark command gives no wrong verdict on random and large scenes."""
     spec = importlib.util.spec_from_file_location("verdicts", CASES.parent / "benchmarks" / "verdicts.py")
     benchmark = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(benchmark)
@@ -55,5 +55,5 @@ def test_verdicts_on_random_scenes_and_large_ones(tmp_path):
     large = {f"large/{family}_20_0" for family in LARGE}
     assert set(comparison.results["scene"]) == {"random/wall_0", *large}
     assert set(comparison.summary["verdict"]) <= {CERTIFIED, REASON_NAMED}
-    assert "random/wall_0" in comparison.best  # of the registry beside the atlas
+    assert "random/wall_0" in comparison.best  # from the file best_known.toml of the atlas
     assert (tmp_path / "time_error_coulomb.png").stat().st_size > 1000

@@ -1,4 +1,4 @@
-"""A browser without a window, where there is one."""
+"""Fixtures for a browser without a window; tests are skipped if Chromium is not installed."""
 
 import shutil
 
@@ -7,7 +7,8 @@ from pages import WIDTHS, show
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 
-#: No window, no sandbox (which needs rights that containers lack), nothing that calls home.
+#: Switches for a browser without a window, without background requests, and without a sandbox. A sandbox
+#: needs rights that containers do not have.
 _SWITCHES = [
     *("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
@@ -17,7 +18,7 @@ _SWITCHES = [
 
 @pytest.fixture(scope="module")
 def chromium(tmp_path_factory):
-    """Chromium, with a new and empty profile, that logs what a page says and asks for."""
+    """Start Chromium with an empty profile, and log the messages and requests of pages."""
     program, driver = shutil.which("chromium"), shutil.which("chromedriver")
     if program is None or driver is None:
         pytest.skip("needs the programs chromium and chromedriver")
@@ -33,7 +34,7 @@ def chromium(tmp_path_factory):
 
 @pytest.fixture
 def browser(chromium):
-    """The browser, called with the width of its page in pixels."""
+    """Return a function that sets the width of the page in pixels and returns the browser."""
 
     def of_width(width):
         size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
@@ -45,17 +46,17 @@ def browser(chromium):
 
 @pytest.fixture(params=WIDTHS)
 def width(request):
-    """Of a desk, and of a telephone."""
+    """Return the width of a page in pixels, for a desktop screen and for a telephone."""
     return request.param
 
 
 @pytest.fixture
 def result(wall):
-    """That of the module's wall."""
+    """Return the result of the wall of the test module."""
     return wall[0]
 
 
 @pytest.fixture
 def page(browser, wall, width):
-    """The page of the module's wall, opened."""
+    """Open the page of the wall of the test module, and return the browser."""
     return show(browser, wall[1], width)

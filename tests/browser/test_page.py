@@ -1,4 +1,4 @@
-"""The page of a result in a browser: what fits, what moves, and what a joint tells."""
+"""The page of a result in the plane, in a browser: layout, motion of blocks, and the panel of a joint."""
 
 import re
 
@@ -23,12 +23,15 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def wall(tmp_path_factory):
-    """A wall's result and the file of its page."""
+    """Return the result of wall 1 and the file of its page."""
     return written(mo.solve(WALLS[0]), tmp_path_factory)
 
 
 def transform(page, block):
-    """The matrix by which a block is drawn, as 2 × 3 numbers; the browser inverts one for it, and rounds."""
+    """Return the matrix with which a block is drawn, as 2 × 3 numbers.
+
+    The browser inverts a matrix to compute it, with rounding errors.
+    """
     a, b, c, d, e, f = page.execute_script(
         "const block = document.querySelectorAll('.blocks path')[arguments[0]];"
         "const svg = block.ownerSVGElement;"
@@ -44,12 +47,12 @@ def test_everything_fits_and_the_answer_comes_first(page, result):
     factor = found(page, ".load-factor")
     assert f"{result.load_factor:.5g}" in factor.text
     assert factor.rect["y"] + factor.rect["height"] < 400
-    # Without a step of scrolling some of the picture is there.
+    # A part of the picture is visible without scrolling.
     assert found(page, "svg.picture").rect["y"] < 700
 
 
 def fastest_block(result):
-    """Which of the scene's blocks has the fastest centroid."""
+    """Return the index in the scene of the block whose centroid is fastest."""
     speed = np.hypot(result.blocks["vx"], result.blocks["vy"])
     return result.assembly.movable[speed.idxmax()]
 
@@ -58,7 +61,7 @@ def test_the_slider_moves_blocks_as_the_mechanism_does(page, result):
     elements, frame = result_elements(result), result.blocks
     canvas = Canvas(elements, elements.all_marks)
     speed = np.hypot(frame["vx"], frame["vy"])
-    # At 1 the fastest corner moves by a tenth of the scene's size: 20 long, 10.5 high.
+    # At 1, the fastest corner moves by a tenth of the size of the scene, which is 20 long and 10.5 high.
     full = 2.0 / fastest(result.assembly, result.solution.d)
     middle = canvas.at(frame[["x", "y"]].to_numpy() - result.assembly.geometry.origin)
     for share in (1.0, 0.35, 0.0):
@@ -71,7 +74,10 @@ def test_the_slider_moves_blocks_as_the_mechanism_does(page, result):
 
 
 def test_keys_move_along_the_load_history_and_the_mechanism_comes_back(page, result):
-    """Blocks are drawn as at each keyframe; joints that have slid or are open, and the curve, are marked."""
+    """Keys move the blocks to the keyframes of the load history, and a click returns to the mechanism.
+
+    The page marks joints that have slid or are open, and the point on the load–displacement curve.
+    """
     tall = page.execute_script("return document.documentElement.scrollHeight")
     elements, frames = result_elements(result), keyframes_of(result)
     canvas = Canvas(elements, elements.all_marks)
@@ -138,7 +144,7 @@ def test_pointing_at_a_joint_picks_it(page, result, kind):
     elements, joints = result_elements(result), result.assembly.joints
     canvas = Canvas(elements, elements.all_marks)
     page.execute_script("document.querySelector('svg.picture').scrollIntoView()")
-    # The joint that moves most, where it then is: midway between its blocks.
+    # The joint that moves most is drawn at its displaced position, midway between its blocks.
     motion = canvas.motions(elements.motion[joints.first] + elements.motion[joints.second]) / 2
     middle = canvas.at(joints.middle)
     moves = moved(middle, motion) - middle
@@ -170,7 +176,7 @@ def test_forces_are_shown_at_rest_and_the_mechanism_comes_back(page, result):
         assert found(page, "#moved").is_enabled() is (kind == "mechanism")
         assert page.execute_script("return document.documentElement.scrollHeight") == tall
         if kind != "mechanism":
-            # The identity to rounding, its shifts over the picture's side.
+            # The matrix is the identity up to rounding. Translations are divided by the side of the picture.
             assert np.abs((transform(page, moving) - np.eye(2, 3)) / [1, 1, SIDE]).max() <= 1e-13
     assert transform(page, moving) == pytest.approx(before)
 

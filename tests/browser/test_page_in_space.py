@@ -1,4 +1,4 @@
-"""The page of a result in space in a browser: it turns, moves, tells what is pointed at, and is light."""
+"""The page of a result in space, in a browser: rotation, motion, the block at the pointer, and speed."""
 
 import json
 import re
@@ -25,7 +25,7 @@ VIEW = (-60.0, 22.0)
 
 @pytest.fixture(scope="module")
 def wall(tmp_path_factory):
-    """A corner wall's result and the file of its page."""
+    """Return the result of a corner wall and the file of its page."""
     return written(mo.solve(corner_wall(3, 2, 4), "static"), tmp_path_factory, view=VIEW)
 
 
@@ -39,7 +39,7 @@ def test_everything_fits_and_the_figure_is_seen(page, result):
 
 
 def colours(page):
-    """Colours of the figure's pixels."""
+    """Return the colours of the pixels of the figure."""
     return page.execute_script(
         "const from = document.querySelector('.solids canvas'), to = document.createElement('canvas');"
         "[to.width, to.height] = [from.width, from.height];"
@@ -51,7 +51,7 @@ def colours(page):
 
 
 def image(page):
-    """The figure at rest, once it is drawn finely: with two pixels a pixel of the window."""
+    """Return the figure once it is drawn in fine resolution, with two pixels for each pixel of the window."""
     canvas = "const drawn = document.querySelector('.solids canvas'); return "
     fine = f"{canvas} drawn.width === 2 * drawn.clientWidth"
     WebDriverWait(page, 10).until(lambda page: page.execute_script(fine))
@@ -59,8 +59,10 @@ def image(page):
 
 
 def point_at(page, result, points, view):
-    """Where points in the case's coordinates are in the window, shape (points, 2): seen from far away, the
-    middle of what the figure shows in its own middle."""
+    """Return the positions in the window of points in the coordinates of the case, shape (points, 2).
+
+    The view is a parallel projection. The middle of the drawn blocks lies in the middle of the figure.
+    """
     data = json.loads(re.search(r'id="data">(.*?)</script>', page.page_source, re.DOTALL)[1])["figure"]
     size = 6.0
     half = float(found(page, ".solids").get_attribute("data-half")) * size / data["size"]
@@ -73,7 +75,7 @@ def point_at(page, result, points, view):
 
 
 def pointed_at(page, at):
-    """The block that the page names where the pointer is."""
+    """Move the pointer to a position, and return the name of the block that the page shows."""
     page.execute_script(
         "document.querySelector('.solids canvas').dispatchEvent(new PointerEvent('pointermove',"
         "{clientX: arguments[0], clientY: arguments[1], bubbles: true}))",
@@ -83,7 +85,10 @@ def pointed_at(page, at):
 
 
 def assert_pointed_at_after(page, result, motions, shares):
-    """Each block of the wall in front, at shares of its length and its height, after motions of all."""
+    """Assert that the page names each block of the front wall at its displaced position.
+
+    The pointer is at the given fractions of the length and the height of each block.
+    """
     origin = result.assembly.geometry.origin
     for index, motion in zip(result.assembly.movable, motions, strict=True):
         block = result.assembly.scene.blocks[index]
@@ -103,13 +108,13 @@ def test_the_slider_moves_blocks_as_the_mechanism_does(page, result):
 
 @pytest.fixture(scope="module")
 def loaded(tmp_path_factory):
-    """Return a corner wall's result by the default method, and the file of its page."""
+    """Return the result of a corner wall by the default method, and the file of its page."""
     return written(mo.solve(corner_wall(3, 2, 4)), tmp_path_factory, view=VIEW)
 
 
 @pytest.mark.parametrize("width", WIDTHS[:1])
 def test_keys_move_along_the_load_history(browser, loaded, width):
-    """Blocks are drawn as at each keyframe."""
+    """Keys move the blocks to the keyframes of the load history, and a click returns to the mechanism."""
     result, path = loaded
     page = show(browser, path, width)
     height = "return document.documentElement.scrollHeight"
@@ -128,7 +133,7 @@ def test_keys_move_along_the_load_history(browser, loaded, width):
         assert_pointed_at_after(page, result, motions[at], (0.5,))
         assert sticking_out(page) == []
     assert len(told) == 2
-    assert "0,114,178" in colours(page)  # what slides
+    assert "0,114,178" in colours(page)  # the colour of joints that slide
     mechanism = found(page, 'input[value="mechanism"]')
     mechanism.click()
     before = image(page)
@@ -151,7 +156,7 @@ def test_a_joint_tells_its_forces_and_moves_nothing_else(page, result):
     assert (found(page, "#first").text, found(page, "#second").text) == (row["first"], row["second"])
     assert page.execute_script(height) == tall
     assert image(page) != before
-    # Pointed at: the bed joint in front, midway along it.
+    # The pointer is at the middle of a bed joint in the front wall.
     move_to(page, 0.0)
     (at,) = point_at(page, result, np.array([[1.2, 0.0, 1.05]]), VIEW)
     pointed_at(page, at)
@@ -175,7 +180,7 @@ def test_it_turns_by_keys_buttons_and_pointer_and_comes_back(browser, wall):
         drawn = image(page)
         assert drawn not in seen
         seen.add(drawn)
-    # Seen from above, and again from the start, blocks are where the views have them.
+    # In the view from above, and in the first view, the page names the block at the pointer.
     move_to(page, 0.0)
     for button, point, view in (
         (buttons[-1], (3.5, 0.5, 4.0), (-90.0, 90.0)),
@@ -202,8 +207,8 @@ def test_without_webgl_a_picture_stands_in(browser, wall):
         page.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", added)
 
 
-#: The shortest time in milliseconds in which the page shows the blocks at another place of the slider. Other
-#: work on the machine lengthens the mean of these times, not the shortest.
+#: Script that returns the shortest time, in milliseconds, to draw the blocks at another value of the slider.
+#: Other work on the machine increases the mean of these times, but not the shortest.
 SHORTEST_FRAME = """
     const slider = document.getElementById('moved'), pixel = new Uint8Array(4), took = [];
     const drawn = document.querySelector('.solids canvas').getContext('webgl2');
@@ -218,7 +223,10 @@ SHORTEST_FRAME = """
 
 
 def test_500_blocks_are_light_and_move_a_tenth_as_quickly_as_12(browser, tmp_path_factory):
-    """Times are compared in one run, drawn by software where there is no graphics card."""
+    """The page of 490 blocks is below 6 MB, and a frame takes less than ten times the time of 12 blocks.
+
+    Both times are measured in one run. Without a graphics card, software draws the figure.
+    """
     few, small = written(mo.solve(corner_wall(3, 3, 2), "static"), tmp_path_factory)
     quick = show(browser, small, 1280).execute_script(SHORTEST_FRAME)
     result, path = written(mo.solve(corner_wall(26, 23, 10), "static"), tmp_path_factory)

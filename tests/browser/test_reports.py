@@ -1,4 +1,4 @@
-"""The pages of `compare` and `report` as a browser lays them out: on a desk, and on a telephone."""
+"""The layout of the pages of `compare` and `report` in a browser, on a desktop screen and a telephone."""
 
 import itertools
 
@@ -12,7 +12,7 @@ from selenium.webdriver.support.wait import WebDriverWait
 import masonry_opt as mo
 from masonry_opt.studies.compare.page import charts, page
 
-#: Boxes, in pixels of the page: left, top, right, bottom of every element that a selector finds.
+#: Script that returns left, top, right and bottom of each element that a selector finds, in pixels.
 _BOXES = """return [...document.querySelectorAll(arguments[0])].map(element => {
   const box = element.getBoundingClientRect();
   return [box.left, box.top + scrollY, box.right, box.bottom + scrollY];
@@ -21,7 +21,7 @@ _BOXES = """return [...document.querySelectorAll(arguments[0])].map(element => {
 
 @pytest.fixture(scope="module")
 def comparison_page(tmp_path_factory):
-    """What the page says beside its charts."""
+    """Return the file of the page of a comparison without charts."""
     path = tmp_path_factory.mktemp("compare") / "report.html"
     with pytest.MonkeyPatch.context() as patched:
         type_command(patched, "compare", f"--out={'a_long_path/' * 20}")
@@ -38,14 +38,14 @@ def charts_page(tmp_path_factory):
 
 
 def overflow(browser):
-    """By how many pixels the page is wider than the window."""
+    """Return the number of pixels by which the page is wider than the window."""
     return browser.execute_script(
         "const {scrollWidth, clientWidth} = document.documentElement;return scrollWidth - clientWidth"
     )
 
 
 def test_the_comparison(browser, comparison_page, width):
-    """No sideways scrolling, not even of the first table; λ on the first screen."""
+    """The page and its first table need no sideways scrolling, and λ is on the first screen."""
     chromium = browser(width)
     chromium.get(comparison_page.as_uri())
     assert overflow(chromium) <= 0
@@ -63,7 +63,10 @@ def test_the_comparison(browser, comparison_page, width):
 
 
 def test_no_table_moves_sideways_on_a_telephone(browser, comparison_page):
-    """Every cell within its table's box and told what it is; headings that sort stay; empty cells go."""
+    """On a telephone, every cell fits and has a label, and empty cells are hidden.
+
+    The headings still sort the table.
+    """
     chromium = browser(400)
     chromium.get(comparison_page.as_uri())
     wider = (
@@ -84,14 +87,14 @@ def test_no_table_moves_sideways_on_a_telephone(browser, comparison_page):
     first = "return document.querySelector('#runs tbody td:nth-child(2)').innerText"
     before = chromium.execute_script(first)
     heading = chromium.find_element("css selector", "#runs th:nth-child(2)")
-    for _ in range(2):  # up, then down
+    for _ in range(2):  # sorts upwards, then downwards
         heading.click()
     assert chromium.execute_script(first) != before
 
 
 @pytest.mark.slow
 def test_charts_are_drawn_whole(browser, charts_page, width):
-    """Each as wide as the page, its legend inside it, the labels of its ticks apart."""
+    """Each chart is as wide as the page, contains its legend, and has tick labels that do not overlap."""
     chromium = browser(width)
     chromium.get(charts_page.as_uri())
     missing = "return document.querySelectorAll('.chart:not(:has(.role-axis-label text))').length"
@@ -122,7 +125,7 @@ def test_nothing_of_a_report_moves_sideways(browser, tmp_path, width):
 
 @pytest.fixture
 def on_paper(browser):
-    """Lays a page out as a printer would, on A4 upright or across."""
+    """Return a function that lays a page out for print, on A4 in portrait or landscape format."""
     chromium = browser(1280)
 
     def laid(path, across=False):
@@ -139,7 +142,7 @@ def on_paper(browser):
 
 @pytest.mark.slow
 def test_pages_print_whole(on_paper, comparison_page, tmp_path):
-    """No table is cut or rolled, no control printed."""
+    """In print, no table is cut off or scrolls, and no control is visible."""
     mo.report(mo.solve(block_on_floor(), "static"), tmp_path / "report.html")
     scene, _ = OVERHANG, mo.settle(OVERHANG, "support -0.5", (0, -1)).save(tmp_path / "settle.html")
     mo.crossing(scene, axles(3.0), method="static").save(tmp_path / "crossing.html")

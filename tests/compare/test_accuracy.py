@@ -1,4 +1,4 @@
-"""Certified bounds hold closed forms between them, closely."""
+"""Certified bounds of the associative load factor enclose closed forms and published values, closely."""
 
 import dataclasses
 
@@ -14,10 +14,10 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.studies.compare.accuracy import CLOSE, certified_bounds
 
-#: What arithmetic of double precision may take from a bound.
+#: Relative rounding error of a bound in double precision.
 _ROUNDING = 1e-12
 
-#: Width, height and friction.
+#: Width, height and friction of blocks.
 BLOCKS = [(1, 2, 0.6), (1, 2, 0.4), (3, 1, 0.7), (1, 4, 0.1)]
 NINE, ONE = np.tan(np.radians([9, 1]))
 
@@ -25,16 +25,17 @@ NINE, ONE = np.tan(np.radians([9, 1]))
 @pytest.mark.parametrize(
     ("scene", "load_factor", "rounding"),
     [
-        # A block overturns or slides: min(w / h, μ); with cohesion μ + c L / W, L = 3, W = 1.
+        # A block overturns or slides at min(w / h, μ); with cohesion, at μ + c L / W with L = 3 and W = 1.
         *((block_on_floor(w, h, mu), min(w / h, mu), _ROUNDING) for w, h, mu in BLOCKS),
         (block_on_floor(3, 0.2, 0.3).replace(cohesion=0.05), 0.3 + 0.05 * 3, _ROUNDING),
-        # 2.5 μ, Fig. 6 of the paper; one joint cannot slide.
+        # The load factor is 2.5 μ by Fig. 6 of the paper; one joint cannot slide.
         (two_blocks(0.1), 0.25, _ROUNDING),
-        # 1 + (t9 − t1) / (t9 + t1) with t(x) = tan x°, Fig. 8; the case file's corners have 12 digits.
+        # The load factor is 1 + (t9 − t1) / (t9 + t1) with t(x) = tan x°, Fig. 8 of the paper. The corners in
+        # the case file have 12 digits.
         (mo.load(CASES / "livesley" / "wedges.toml"), 1 + (NINE - ONE) / (NINE + ONE), 1e-10),
-        # Published (Table 1), to its last digit.
+        # The load factor is that of Table 1 of the paper, to its last digit.
         (mo.load(CASES / "ferris_tinloi" / "wall_1.toml"), 0.64286, 5e-6 / 0.64286),
-        # In space a box slides at λ = μ, whatever the direction.
+        # In space a box slides at λ = μ in any direction.
         *((pushed_box((4.0, 4.0, 1.0), 0.3, angle), 0.3, _ROUNDING) for angle in (0.0, 20.0)),
     ],
 )
@@ -47,7 +48,7 @@ def test_bounds_hold_what_is_known(scene, load_factor, rounding):
 
 @pytest.mark.parametrize("scene", [small_wall(), corner_wall(2, 2, 2)])
 def test_bounds_hold_whatever_the_solver_says(monkeypatch, scene):
-    """From answers that are off by 1e-3 come wider bounds, and still bounds."""
+    """With errors of 1e-3 in the answers of the solver, bounds are wider but still valid."""
     problem = assemble(scene).problem
     sharp = certified_bounds(problem)
     solve, rng = Driver.solve, np.random.default_rng(0)
@@ -73,7 +74,7 @@ def test_bounds_hold_whatever_the_solver_says(monkeypatch, scene):
 
 @pytest.mark.slow
 def test_a_facade_is_certified_at_default_settings():
-    """Associative λ of 2 × 6 openings, default tolerance: ± 2e-7 relative."""
+    """The associative λ of a façade with 2 × 6 openings is certified to 2e-7 at the default tolerance."""
     path = CASES / "gilbert" / "facade_2x6.toml"
     bounds = certified_bounds(assemble(mo.load(path)).problem)
     assert bounds.width < 2e-7
@@ -86,10 +87,10 @@ def test_a_facade_is_certified_at_default_settings():
     ("scene", "falls"),
     [
         (overhanging()(CASES), True),
-        # Locked by dilatancy between fixed faces; no work done; pressed on the ground.
+        # The blocks are locked by dilatancy, loaded without work, and pressed on the ground.
         *((made(CASES), False) for made in (confined(0.5), chute(), block(1, 1, 0.5, live=(0.0, -1.0)))),
         (box_on_floor((1.0, 1.0, 1.0), 0.3, live=(0, 0, -1)), False),
-        # Pulled along as on a ramp of 45°.
+        # A dead force equal to the weight acts along the floor, as on a ramp of 45°.
         (box_on_floor((1.0, 1.0, 1.0), 0.3, dead=(1, 0, 0)), True),
     ],
 )
@@ -108,7 +109,7 @@ WALLS_IN_SPACE = [
 
 @pytest.mark.parametrize("scene", WALLS_IN_SPACE)
 def test_bounds_in_space_are_close(scene):
-    """An answer that is right lies between them, or as near as its own digits."""
+    """Bounds in space are closer than 1e-8 and enclose the associative load factor, to 1e-7."""
     bounds = certified_bounds(assemble(scene).problem)
     assert bounds.width <= 1e-8
     found = mo.solve(scene, "static").load_factor

@@ -1,4 +1,4 @@
-"""What charts and the page of a comparison hold: every point, the frames' numbers and reasons, in order."""
+"""Charts and the page of a comparison: their points, load factors, reasons and order."""
 
 from dataclasses import replace
 
@@ -15,8 +15,8 @@ from masonry_opt.studies.compare.judge import BestKnown, Comparison, answers
 from masonry_opt.studies.compare.judge import summary as summary_of
 from masonry_opt.studies.compare.page import charts, load_factors, page
 
-#: One scene: Clarabel at two tolerances in 1 s and 2 s; Pyomo with HiGHS certified, and killed after 60 s.
-#: Then Coulomb states, above and below the best exact one of 0.8.
+#: Runs of one scene: Clarabel at two tolerances in 1 s and 2 s, and Pyomo with HiGHS, certified or stopped
+#: after 60 s. Two Coulomb states follow, above and below the best exact state at 0.8.
 ROWS = [
     line(scene="a", tolerance=1e-4, wall=1.0, load_factor=1.00005),
     line(scene="a", tolerance=1e-8, wall=2.0, load_factor=1.0000001),
@@ -36,7 +36,7 @@ def drawn() -> dict[str, NamedChart]:
 
 
 def encodings(drawing, channel):
-    """What each layer of a drawing says of a channel by which it places or codes a column."""
+    """Return the encodings of a channel, in all layers of a drawing, that have a scale."""
     found = (layer["encoding"].get(channel, {}) for layer in drawing.on_page()["layer"])
     return [encoding for encoding in found if "scale" in encoding]
 
@@ -64,7 +64,10 @@ def test_time_against_error(drawn):
 
 
 def test_a_state_below_the_best_is_marked(drawn):
-    """Its gap of 5 % is above the floor, of which nothing is told."""
+    """A Coulomb state below the best exact state is marked as below.
+
+    Its gap of 5 % is above the smallest drawn gap, so that no note on this gap appears.
+    """
     marks = drawn["time_error_coulomb"].chart.data
     assert marks["time"][marks["below"]].tolist() == [5.0]
     assert marks["method"].nunique() == 2
@@ -72,7 +75,7 @@ def test_a_state_below_the_best_is_marked(drawn):
 
 
 def test_without_a_yardstick_there_is_no_chart_of_accuracy():
-    """None of a question of which no scene has one, and no panel of a scene that has none."""
+    """Without a reference value there is no chart, and a scene without one has no panel."""
     rows = [line(scene=scene, method="coulomb", load_factor=0.8) for scene in "ab"]
     assert charts(summary_of(rows, {}, {})) == []
     (drawing,) = charts(summary_of(rows, {}, {"a": BestKnown(0.8, "coulomb")}))
@@ -109,7 +112,7 @@ def comparison() -> Comparison:
 
 
 def cells(comparison: Comparison) -> dict[tuple[str, str], str]:
-    """By scene and column."""
+    """Return the cells of the table of load factors, by scene and column."""
     shown = load_factors(comparison)
     return {
         (row[0], column): cell
@@ -128,7 +131,7 @@ def test_load_factors_are_those_of_the_frames(comparison):
         said, _, _ = shown[scene, f"{question} λ, {method}"].partition(";")
         assert float(said) == pytest.approx(load_factor, rel=5e-5)
     assert shown[BLOCKS, "lowest exact Coulomb λ"] == "0.15000, by hand"
-    # 0.153 is 2 % above 0.15, in Clarabel's 2.5 s.
+    # The load factor 0.153 is 2 % above 0.15; Clarabel took 2.5 s.
     assert shown[BLOCKS, "Coulomb λ, nonassociative"] == "0.15300; gap +2 %; 2.5 s"
     assert shown[BLOCKS, "Coulomb λ, coulomb"] == "0.15000; gap 0 %; 0.5 s"
 
@@ -157,7 +160,7 @@ def test_without_an_associative_method_the_bounds_tell(comparison):
 
 
 def test_answers_of_repeated_solvers():
-    """Of two certified Coulomb runs the lower; of two alike the quicker; any certified before any other."""
+    """The page shows one run of each method: certified if possible, then the lowest λ, then the fastest."""
     kept = answers(made_up().summary).set_index(["scene", "method"])
     assert kept.loc[(BLOCKS, "nonassociative"), "solver"] == "clarabel"
     assert kept.loc[(BLOCKS, "static"), "time"] == 1.5
@@ -182,7 +185,7 @@ def test_the_page_opens_with_the_table_and_ends_with_definitions(comparison):
 
 @pytest.mark.slow
 def test_a_scene_in_space_has_numbers(tmp_path):
-    """A box slides at friction, which feasible points of the cone say from both sides."""
+    """Certified bounds of a box that slides in space are closer than 1e-8, at λ = μ = 0.5."""
     case = tmp_path / "slides.toml"
     mo.save(pushed_box((2.0, 2.0, 1.0), 0.5, 7.5), case)
     found = mo.compare([case], methods=["static"], solvers=["clarabel"], repeats=1, out=tmp_path)

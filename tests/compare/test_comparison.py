@@ -1,4 +1,4 @@
-"""A comparison from the command line to its report: resumed, interrupted, escaped, offline."""
+"""A comparison from the command line to its report: interruption, continuation, limits and the page."""
 
 import re
 from functools import partial
@@ -31,14 +31,14 @@ VALUE = {
     "joints": 3,
     **dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), 0.0),
 }
-#: Modules that draw.
+#: Modules that draw charts.
 CHARTING = ("studies.charts", "studies.compare.page")
 
 BOUNDS = TaskEnd(FINISHED, value={"lower": 0.25, "upper": 0.25})
 
 
 class Machine:
-    """Stands for the processes: counts the runs, and stops everything before number ``stop``."""
+    """Replaces the processes of runs: records the runs, and raises an interrupt before run ``stop``."""
 
     def __init__(self, stop: int | None = None, end: TaskEnd | None = None) -> None:
         self.runs, self.stop = [], stop
@@ -55,7 +55,7 @@ class Machine:
 
 @pytest.fixture
 def runs_by(monkeypatch):
-    """Puts something in the place of the processes in which runs are made."""
+    """Return a function that replaces ``run_alone``, which starts the processes of runs."""
     return partial(monkeypatch.setattr, comparison, "run_alone")
 
 
@@ -102,7 +102,7 @@ def test_a_raised_limit_runs_again_what_it_killed(tmp_path, runs_by):
 
 
 def test_a_run_that_died_is_made_again(tmp_path, runs_by):
-    """Something else may have killed it; a crash is the run's own."""
+    """A run whose process was killed is repeated, because the cause may be elsewhere; a crash is not."""
     for how, again in ((DIED, 4), (CRASHED, 0)):
         run(tmp_path / how, runs_by, end=TaskEnd(how))
         machine, _ = run(tmp_path / how, runs_by)
@@ -121,7 +121,7 @@ def test_a_comparison_without_any_result_says_why_and_fails(tmp_path, runs_by, w
     result = CliRunner().invoke(app, ["compare", *arguments])
     assert isinstance(result.exception, mo.MasonryError)
     assert result.exception.exit_code == 1
-    assert "crashed: of highs" in str(result.exception)  # two runs of three
+    assert "crashed: of highs" in str(result.exception)  # two of the three runs used HiGHS
     assert "\n" not in str(result.exception)
     assert (tmp_path / "summary.csv").exists()
 
@@ -131,7 +131,7 @@ def test_the_python_function_returns_what_it_judged(tmp_path, runs_by, without):
     runs_by(Machine())
     asked = {"methods": ["static"], "solvers": ["highs"], "tolerances": [1e-9]}
     found = compare(["two_blocks"], **asked, repeats=1, out=tmp_path, cases=CASES)
-    assert list(found.summary["load_factor"]) == [0.25, 0.25]  # CVXPY and Pyomo
+    assert list(found.summary["load_factor"]) == [0.25, 0.25]  # one run in CVXPY, one in Pyomo
     assert (tmp_path / "summary.csv").exists()
     with pytest.raises(mo.OptionError):
         compare(["two_blocks"], repeats=0, out=tmp_path, cases=CASES)
@@ -156,12 +156,12 @@ def test_the_page_works_offline_and_escapes_what_cases_say(tmp_path, runs_by):
         assert part not in html
     tags = r'<(?:script|link|img|iframe)[^>]*(?:src|href)\s*=\s*["\']?(?:https?:)?//[^>]*'
     assert re.findall(tags, html) == []
-    assert html.count("<script") == 3  # what draws, the charts, the tables
+    assert html.count("<script") == 3  # the drawing library, the charts, and the tables
 
 
 @pytest.mark.parametrize("missing", [None, "altair", "vl_convert"])
 def test_report_files(tmp_path, runs_by, without, missing):
-    """Tables need no extra."""
+    """The report writes tables without an extra, and charts only if both drawing libraries are installed."""
     if missing:
         without(missing, *CHARTING)
     _, result = run(tmp_path, runs_by)

@@ -1,4 +1,4 @@
-"""Verdicts and errors: a wrong answer is never a good one; medians, Pareto front and success of runs."""
+"""Verdicts and errors of runs, medians of repeats, the Pareto front, and rates of success."""
 
 import math
 
@@ -18,7 +18,7 @@ BEST = BestKnown(0.4, "coulomb")
 
 @pytest.mark.parametrize(("load_factor", "error"), [(0.50004, 8e-5), (0.5, 2e-11)])
 def test_the_error_of_an_associative_answer_is_its_distance_from_the_certified_one(load_factor, error):
-    """No error is smaller than what is certified."""
+    """The error is the distance from the certified bounds, and at least the width of the bounds."""
     judged = judge(line(load_factor=load_factor), BOUNDS, BEST)
     assert (judged["verdict"], judged["error"]) == (CERTIFIED, pytest.approx(error))
 
@@ -34,7 +34,10 @@ def test_the_gap_of_a_coulomb_answer_is_to_the_best_exact_state(found, gap, belo
 
 
 def test_bounds_of_chords_say_nothing_of_the_parabola():
-    """Of the arch of two piers in `tests/validation/test_crushing.py`: 0.6 % above, and as right."""
+    """With the parabola of crushing, λ may be 0.6 % above the bound by chords and is certified.
+
+    The value is that of the arch on two piers in `tests/validation/test_crushing.py`.
+    """
     row = line(load_factor=0.503, crushing="parabola")
     judged = judge(row, BOUNDS, None)
     assert (judged["verdict"], judged["error"]) == (CERTIFIED, None)
@@ -43,8 +46,10 @@ def test_bounds_of_chords_say_nothing_of_the_parabola():
 
 
 def test_what_holds_for_cones_holds_for_their_sides_from_above_alone():
-    """Some .3 % below the cone, as right, and off by as much; locked by the cone alone, where there is less
-    friction by sides."""
+    """With polygons, λ may lie below the bounds by cones, here by 0.3 %, but not above.
+
+    If cones carry any load, polygons, which have less friction, may still have a load factor.
+    """
     row = line(load_factor=0.4985, friction_law="polygon of 24 sides")
     judged = judge(row, BOUNDS, None)
     assert (judged["verdict"], judged["error"]) == (CERTIFIED, pytest.approx(3e-3))
@@ -86,7 +91,10 @@ def test_what_holds_for_cones_holds_for_their_sides_from_above_alone():
     ],
 )
 def test_verdicts(known, verdict, reason):
-    """Of complementarity as a share of λ, here .5. What is right is told beside a false claim."""
+    """Each verdict has its reason; the reason of a false claim also states the right claim.
+
+    The residual of complementarity is divided by λ, here 0.5.
+    """
     judged = judge(line(**({"load_factor": 0.5} | known)), BOUNDS, BEST)
     assert judged["verdict"] == verdict
     assert judged["reason"] == reason
@@ -108,7 +116,7 @@ FALLS, UNLIMITED, UNKNOWN = CertifiedBounds(-INF, -INF), CertifiedBounds(INF, IN
         (UNLIMITED, "kinematic", Status.UNLIMITED, REASON_NAMED),
         (UNLIMITED, "static", Status.UNSTABLE, WRONG),
         (UNLIMITED, "static", 0.5, WRONG),
-        # Without dilatancy there may be a load factor all the same, or not.
+        # Without dilatancy, a load factor may exist or not.
         (UNLIMITED, "coulomb", 0.5, CERTIFIED),
         (UNLIMITED, "coulomb", Status.JAMMED, FAILED),
         (UNKNOWN, "static", 0.5, CERTIFIED),
@@ -124,7 +132,10 @@ def test_what_bounds_say_of_a_scene_decides_what_is_right(known, method, claim, 
 
 @pytest.mark.parametrize("scale", [1.0, 1e4])
 def test_complementarity_is_relative(scale):
-    """A live load 10⁴ times smaller makes λ and the energy in units of it so many times larger."""
+    """The residual of complementarity is divided by λ, so that the size of the live load has no effect.
+
+    With a live load 10⁴ times smaller, λ and the energy in units of the live load are 10⁴ times larger.
+    """
     bounds = CertifiedBounds(0.5 * scale, 0.5 * scale)
     for left, over in ((2e-5, {}), (2e-4, {"complementarity": pytest.approx(4e-4)})):
         row = line(load_factor=0.5 * scale, complementarity=left * scale)
@@ -151,7 +162,7 @@ REPEATED = [
 @pytest.mark.parametrize(
     ("rows", "expected"),
     [
-        (REPEATED, {"time": 2.0, "repeats": 3}),  # medians, without what all share
+        (REPEATED, {"time": 2.0, "repeats": 3}),  # medians, without the times that all runs share
         ([line(scene="a", repeat=n, flow=float(n == 2)) for n in (1, 2, 3)], {"verdict": "wrong"}),
         ([line(scene="a", method="coulomb", tolerance=None)], {"repeats": 1}),
     ],
@@ -162,7 +173,7 @@ def test_repeats_of_a_run_are_one_line(rows, expected):
 
 
 def test_of_answers_one_that_bounds_can_be_held_against_is_told():
-    """A parabola's has no error, and is no nearer to the bounds than the chords'."""
+    """The answer shown is the one by chords, because an answer by the parabola has no error to the bounds."""
     rows = [line(scene="a", load_factor=1.005, crushing="parabola")]
     rows += [line(scene="a", solver="highs", wall=9.0, crushing="chords")]
     summary = judging.summary(rows, ABOUT_ONE, {})
@@ -171,14 +182,20 @@ def test_of_answers_one_that_bounds_can_be_held_against_is_told():
 
 
 def test_pareto_front():
-    """Times 1 to 5: the second is slower and worse, the fourth fails, the fifth is slower and no better."""
+    """Of runs with times 1 to 5, the first and the third are on the Pareto front.
+
+    The second is slower and less accurate, the fourth is wrong, and the fifth is slower and not better.
+    """
     frame = pd.DataFrame({"time": [1.0, 2.0, 3.0, 4.0, 5.0], "error": [1e-3, 1e-2, 1e-6, 1e-9, 1e-6]})
     frame["verdict"] = ["certified"] * 3 + ["wrong", "certified"]
     assert list(judging.pareto(frame)["time"]) == [1.0, 3.0]
 
 
 def test_success_counts_every_end():
-    """Five ends of one pair: two certified in 1 s and 3 s, one of them off by 5e-5; one named, ..."""
+    """Five runs of one pair count as two certified, one named correctly, one failed and one wrong.
+
+    The certified runs take 1 s and 3 s, and one of them has an error of 5e-5.
+    """
     rows = [
         line(scene="a"),
         line(scene="b", load_factor=1.00005, wall=3.0),

@@ -1,4 +1,4 @@
-"""What a plan holds; what a run in a process of its own returns; states that change the best known."""
+"""Plans of comparisons, runs in separate processes, and the registry of best known states."""
 
 import subprocess
 import sys
@@ -18,18 +18,21 @@ from masonry_opt.studies.runner import FINISHED, run_alone
 
 
 def test_a_run_returns_the_answer_and_its_cost():
-    """2.5 μ by hand: Fig. 6 of the paper."""
+    """A run in a process returns λ = 2.5 μ (by hand, Fig. 6 of the paper) to 1e-7, with times and memory."""
     case = CASES / "gilbert" / "two_blocks.toml"
     end = run_alone(partial(run_pair, case, Pair("static", "cvxpy", "clarabel", 1e-9), 30.0), 30, 4000)
     assert end.how == FINISHED
     assert end.value["load_factor"] == pytest.approx(0.25, rel=1e-7)
     assert end.value["incremental_seconds"] == 0  # runs do not compute the incremental load factor
     assert 0 < end.value["solve_seconds"] < end.value["wall"] < end.seconds
-    assert end.peak > 50  # the libraries alone
+    assert end.peak > 50  # the libraries alone need more than 50 MB
 
 
 def test_time_is_split_once_between_solves_of_one_model():
-    """HiGHS's clock runs on in a model that stays loaded: the parts must not exceed the whole."""
+    """The times of all parts of a run do not exceed its total time.
+
+    The clock of HiGHS continues in a model that stays loaded, so that times could be counted twice.
+    """
     case = CASES / "ferris_tinloi" / "wall_1.toml"
     pair = Pair("nonassociative", "pyomo", "highs-ipm", 1e-8)
     value = run_alone(partial(run_pair, case, pair, 60.0), 60, 4000).value
@@ -39,10 +42,10 @@ def test_time_is_split_once_between_solves_of_one_model():
 
 @pytest.mark.slow
 def test_a_comparison_that_is_killed_takes_its_run_along(tmp_path):
-    """It is ended like Ctrl-C within a run of a minute, and no process is left."""
+    """A comparison that is terminated within a run ends as with Ctrl-C, and leaves no process."""
     case = tmp_path / "two_blocks.toml"
     mo.save(two_blocks(), case)
-    # Without charts: the report of what there is takes less time.
+    # Without the drawing library, the report at the end takes less time.
     program = "import hogs, sys; sys.modules['altair'] = None; "
     program += "from masonry_opt.studies.compare import comparison as c; "
     program += "c.runs.run_pair = hogs.start_and_sleep; from masonry_opt.cli import main; main()"
@@ -146,8 +149,8 @@ def test_a_nearly_exact_state_alone_is_no_measure_of_others():
     "known",
     [
         {"load_factor": 0.17},
-        {"load_factor": 0.15, "method": "coulomb", "complementarity": 1e-8},  # over λ
-        {"load_factor": 0.16 - 1e-11},  # no lower than rounding makes it
+        {"load_factor": 0.15, "method": "coulomb", "complementarity": 1e-8},  # too large relative to λ
+        {"load_factor": 0.16 - 1e-11},  # lower only by rounding
         {"load_factor": 0.15, "yield": 1e-7},
         {"load_factor": 0.15, "complementarity": None},
         {"load_factor": 0.15, "flow": float("nan")},
@@ -170,7 +173,10 @@ def test_words_do_not_change_a_scene_but_numbers_do(tmp_path):
 
 
 def test_the_packages_registry_knows_its_cases():
-    """Every entry is of a case file as it is today; closed forms of Figs 6 and 8 among them."""
+    """Every entry of the registry belongs to a case file in its present form.
+
+    The entries of Figs 6 and 8 of the paper have the closed forms 0.15 and 1.280338, to 1e-8.
+    """
     entries = tomllib.loads((CASES / "best_known.toml").read_text("utf-8"))
     scenes = find_scenes([CASES / name for name in entries])
     known = best_known(scenes, CASES)
@@ -181,7 +187,7 @@ def test_the_packages_registry_knows_its_cases():
 
 @pytest.mark.slow
 def test_the_registry_of_made_scenes_knows_them(tmp_path):
-    """Every entry is of a scene as it is made today; 1/2 and 0 by hand."""
+    """Every entry of the registry belongs to a scene in its present form; 1/2 and 0 are known by hand."""
     folder = CASES.parent / "tests" / "atlas"
     atlas = write_atlas(tmp_path, CASES)
     known = best_known(find_scenes([*atlas, *write_random(tmp_path, 160)]), folder)

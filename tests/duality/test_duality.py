@@ -1,4 +1,4 @@
-"""Static against kinematic, CVXPY against Pyomo, and each model's duals as the other's unknowns."""
+"""The static and the kinematic program agree, in CVXPY and in Pyomo, and so do duals and unknowns."""
 
 import pytest
 from scenes import ALL_CASES, CASES, CHECKED, KINDS_OF_JOINTS, small_wall, solved
@@ -9,11 +9,11 @@ FACADE = CASES / "gilbert" / "facade_1x3.toml"
 
 #: Cases on which HiGHS's simplex, Pyomo's default, needs minutes to hours.
 TOO_LARGE = {"wall", "facade_2x6", "facade_3x9", "facade_4x12", "facade_6x18", "facade_8x24", "facade_10x30"}
-#: Walls that show no more than the largest of Table 1 and the smallest.
+#: Walls of Table 1 that are left out, because the smallest and the largest wall show the same.
 LIKE_OTHERS = {f"wall_{number}" for number in range(2, 6)}
 
 LARGE = [path for path in ALL_CASES if path.parent.name == "orduna_lourenco" or "facade" in path.stem]
-#: Those of folders whose cases are small and of every kind.
+#: Cases in folders of small cases of every kind.
 SMALL = [path for path in ALL_CASES if path.parent.name in CHECKED and path not in LARGE]
 SLOW = [path for path in ALL_CASES if path not in SMALL and path.stem not in TOO_LARGE | LIKE_OTHERS]
 
@@ -24,7 +24,7 @@ SLOW = [path for path in ALL_CASES if path not in SMALL and path.stem not in TOO
     ids=lambda path: f"{path.parent.name}/{path.stem}",
 )
 def test_every_case(path):
-    """Of small ones also against what their source tells."""
+    """The four programs of a case agree; small cases also agree with the value of their source."""
     report, reference = mo.check(path), mo.load(path).reference.get("associative")
     assert len(report.table) == 4
     assert report.passed, report.table.to_string()
@@ -50,7 +50,10 @@ def test_a_disagreement_does_not_pass():
 
 @pytest.mark.parametrize("formulation", ["static", pytest.param("kinematic", marks=pytest.mark.slow)])
 def test_the_newer_interior_point_agrees(formulation):
-    """On a façade: HiPO gives up on smaller scenes."""
+    """HiGHS' interior-point solver HiPO agrees with the default solver on a façade, to 1e-7.
+
+    HiPO gives up on smaller scenes.
+    """
     found = mo.solve(FACADE, formulation, solver="highs-hipo")
     assert found.solver == "highs-hipo"
     assert found.load_factor == pytest.approx(solved(FACADE, "static").load_factor, rel=1e-7)
@@ -58,7 +61,10 @@ def test_the_newer_interior_point_agrees(formulation):
 
 
 def test_a_check_does_not_depend_on_the_unit_of_the_live_load():
-    """A bridge of some 80 kN under 1 kN, and under .001 kN: λ of tens of thousands."""
+    """A bridge that carries about 80 kN passes the check with a live load of 1 kN and of 0.001 kN.
+
+    With 0.001 kN, λ is some ten thousands.
+    """
     scene = mo.load(CASES / "bridges" / "arch_with_fill.toml")
     tiny = [load.model_copy(update={"live": (0.0, -0.001)}) for load in scene.loads]
     whole, parts = mo.check(scene), mo.check(scene.model_copy(update={"loads": tiny}))

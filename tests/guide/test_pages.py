@@ -1,4 +1,4 @@
-"""The guide: examples run and are short; pages have every key, status, code and name; records' docstrings."""
+"""The guide: its examples run, and its pages list every key, status, code and public name."""
 
 import ast
 import inspect
@@ -34,12 +34,12 @@ def blocks(text, language):
 
 
 def section(text, title):
-    """What stands under a heading, down to the next one."""
+    """Return the text between a heading and the next heading."""
     return re.split(r"^#+ ", text.split(f" {title}\n", 1)[1], maxsplit=1, flags=re.MULTILINE)[0]
 
 
 def told(text):
-    """What the first columns of the tables of a text name."""
+    """Return the names in the first columns of all tables of a text."""
     rows = re.findall(r"^\| (`[^|]*) \|", text, re.MULTILINE)
     return [name for row in rows for name in re.findall(r"`\[*([^`\]]+)\]*`", row)]
 
@@ -49,7 +49,7 @@ def keys_of(record):
 
 
 def test_case_files_of_the_pages_are_some(tmp_path):
-    """Each solves; one with a reference comes to it."""
+    """The case files on the pages can be solved, and the results agree with their reference values."""
     for name in ("start", "case_files"):
         (case,) = blocks(page(name), "toml")
         path = tmp_path / f"{name}.toml"
@@ -160,7 +160,10 @@ def test_every_name_of_the_package_is_in_the_reference():
 
 
 def test_the_help_of_the_package_lists_every_name_once_and_in_the_groups_of_the_reference():
-    """The functions that most users need come first, in the order of the reference."""
+    """The help of the package lists every public name once, in groups.
+
+    The first group has the six functions that most users need, in the order of the reference.
+    """
     groups = re.findall(r"^    ([\w ,;\n]+?)(?=\n\S|\n\n)", mo.__doc__, re.MULTILINE)
     listed = [re.findall(r"\w+", group.replace("in space", "")) for group in groups]
     assert sorted(name for names in listed for name in names) == mo.__all__
@@ -178,7 +181,7 @@ def test_the_version_stands_in_one_place():
 
 @pytest.mark.slow
 def test_example_of_a_user_s_own_tests_holds_each_case_to_it(monkeypatch, capsys, tmp_path):
-    """λ = 2 is enough, λ = 1/2 is not, and none at all says why."""
+    """The example passes with λ = 2, fails with λ = 1/2, and fails with the message if no λ exists."""
     (example,) = blocks(section(page("start"), "In your own tests"), "python")
     assert len(example.splitlines()) == 10
     (tmp_path / "test_masonry.py").write_text(example)
@@ -195,7 +198,7 @@ def test_example_of_a_user_s_own_tests_holds_each_case_to_it(monkeypatch, capsys
     assert "unlimited: the live load cannot cause collapse" in printed
 
 
-#: The paper's are tested by their command (`tests/reproduce`).
+#: Examples of the gallery. Those of the paper are tested by their command in `tests/reproduce`.
 EXAMPLES = sorted(path for path in (DOCS / "gallery").glob("*/*.py") if path.parent.name != "paper")
 
 
@@ -225,7 +228,10 @@ RECORDS = [ArchRing, *(of for name in mo.__all__ if hasattr(of := getattr(mo, na
 
 
 def test_the_program_finds_the_numbers_by_hand_of_three_blocks(capsys):
-    """The cells assert equality; the lines are those of 0.1 (1 + 2 N) with N = 1/4 and 3/4, and a proof."""
+    """The notebook prints the load factors by hand, 0.1 (1 + 2 N) with N = 1/4 and 3/4, and a valid proof.
+
+    Its cells assert that the program finds the same numbers.
+    """
     notebook = json.loads((DOCS / "by_hand.ipynb").read_text("utf-8"))
     cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
     exec(compile("\n".join(cells), "by_hand.ipynb", "exec"), {})
@@ -257,7 +263,7 @@ def records(monkeypatch):
 
 
 def documented(records, of):
-    """The lines of a docstring as Napoleon gets them."""
+    """Return the lines of the docstring of a record after the project's Sphinx extension has changed them."""
     lines = inspect.getdoc(of).splitlines()
     records._process(None, "class", of.__name__, of, None, lines)
     return lines

@@ -1,4 +1,4 @@
-"""Keyframes of a load history: from rest to collapse, and which joints slide and open along it."""
+"""Keyframes of a load history from rest to collapse, and the joints that slide and open in them."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from masonry_opt.solution.motion import joint_motion
 
 @pytest.fixture(scope="module", params=["wall 1", "corner"])
 def loaded(request):
-    """A result by the default method, and its keyframes."""
+    """Return a result by the default method, and its keyframes."""
     result = solved(WALLS[0]) if request.param == "wall 1" else mo.solve(corner_wall(2, 2, 3))
     return result, keyframes_of(result)
 
@@ -50,7 +50,7 @@ def test_joints_move_one_after_the_other_up_to_those_of_the_mechanism(loaded):
 
 
 def test_the_first_joint_slides_under_the_load_by_hand():
-    """Springs of the two blocks: A slides on the floor first, below the load of collapse."""
+    """In the two blocks, one joint slides below the collapse load, and the last joint slides at collapse."""
     result = solved(CASES / "gilbert" / "two_blocks.toml")
     frames = keyframes_of(result)
     slides = np.flatnonzero(frames.has_slid[-1])

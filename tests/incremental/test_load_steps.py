@@ -1,7 +1,7 @@
-"""Incremental load factors by load steps are those of another algorithm.
+"""Incremental load factors by load steps agree with those of another algorithm.
 
-The other program followed the path of equilibrium from rest to the motion with which a scene moves on for
-ever. Its load factors were computed before load steps replaced it.
+The other program followed the equilibrium path from rest to the motion in which the scene moves without
+limit. Its load factors were computed before load steps replaced the program.
 """
 
 import pytest
@@ -10,10 +10,11 @@ from scenes import CASES, WALLS
 
 import masonry_opt as mo
 
-#: Relative difference of the two programs. Load steps end with a bracket of 1e-3 if they find no exact state.
+#: Relative difference allowed between the two programs. Load steps without an exact state end with a range of
+#: 1e-3.
 TOLERANCE = 3e-3
 
-#: Load factors of the other program: None if it proved that the live load has no limit.
+#: Scenes and their load factors by the other program; None if the live load has no limit.
 PUSHED = {
     "two blocks": (lambda: mo.load(CASES / "gilbert" / "two_blocks.toml"), 0.188439755691),
     "wall 3": (lambda: mo.load(WALLS[2]), 0.355817378498),

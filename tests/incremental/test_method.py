@@ -1,4 +1,4 @@
-"""Method "incremental": ends of the load history, load factors by hand, curve, spread, contact dynamics."""
+"""Method "incremental" compared with calculations by hand, another program and contact dynamics."""
 
 import numpy as np
 import pytest
@@ -30,14 +30,14 @@ from masonry_opt.solution.load_history import LoadStep
 from masonry_opt.solution.reasons import Code
 from masonry_opt.solvers.registry import MATRICES
 
-#: Incremental load factors of the walls of Table 1 by an independent program over the same matrices, which
-#: follows the equilibrium path without remembering slip. Slip that is remembered, as in explicit dynamics,
-#: changes the fifth one by 0.4 % (dynamics: 0.2154 to 0.2157) and the others by at most 0.3 %.
+#: Incremental load factors of the walls of Table 1 by an independent program with the same matrices, which
+#: follows the equilibrium path without the history of slip. With this history, as in explicit dynamics, wall
+#: 5 changes by 0.4 % (dynamics: 0.2154 to 0.2157) and the other walls change by at most 0.3 %.
 WALLS_BY_PATH = [0.64154, 0.56401, 0.35582, 0.26374, 0.21439, 0.2964]
 SLIP_REMEMBERED = 5e-3
 
-#: Load factors under which the blocks of cases move on, from the equilibrium path of another program, to the
-#: digits given; in the fifth by hand.
+#: Load factors at the end of the load history, by the equilibrium path of another program, to the digits
+#: shown. The value of harmonic_3 is by hand.
 CASES_BY_PATH = {
     "gilbert/two_blocks": 0.18844,
     "livesley/wedges": 1.28034,
@@ -77,7 +77,10 @@ def test_boxes_in_space_by_hand(scene, by_hand):
 
 @pytest.mark.parametrize("scene", [two_blocks(), box_on_floor((2, 2, 1), 0.5)], ids=["plane", "space"])
 def test_without_an_exact_state_the_load_factor_is_a_range(certificates, scene):
-    """The certificate of the exact state fails: the loads that are carried and not carried remain."""
+    """If the certificate of the exact state fails, the result is a range that contains the exact load factor.
+
+    The range lies between a load that is carried and a load that is not.
+    """
     exact = solved(scene, "incremental").load_factor
     certificates(1e-6, "complementarity")
     result = mo.solve(scene, "incremental")
@@ -102,7 +105,7 @@ def test_a_scene_that_falls_from_rest():
 
 
 def test_settings_are_an_option():
-    """A range twice as wide as the tolerance may not hold."""
+    """With at most 3 small increments, the load factor remains undecided; a dictionary is refused."""
     wide = IncrementalSettings(increment=0.01, smallest_increment=0.01, increments=3)
     result = mo.solve(two_blocks(), "incremental", settings=wide)
     assert result.load_factor is None
@@ -111,16 +114,20 @@ def test_settings_are_an_option():
         mo.solve(two_blocks(), "incremental", settings={"tolerance": 0.1})
 
 
-#: A block of weight 1, so wide and high, on a floor: in the closing under half the weight, a force through
-#: its centroid moves it by twice the force along the joint, and as it turns by (h/b)² times the force.
+#: Width b and height h of a block of weight 1 on a floor, and its displacement under a unit horizontal force
+#: at its centroid. The unit of length is the closing of the joint under half the weight. The joint shears by
+#: twice the force, and the rotation adds (h/b)² times the force.
 WIDE, HIGH = 1.0, 2.0
 SOFT = 2 + (HIGH / WIDE) ** 2
 
 
 @pytest.mark.parametrize(("friction", "collapse"), [(0.3, 0.3), (0.7, WIDE / HIGH)], ids=["slides", "tips"])
 def test_a_block_is_elastic_up_to_its_first_event_by_hand(friction, collapse):
-    """A block that slides is elastic to the end. One that tips is elastic until one end of its joint opens,
-    at the moment n b / 6 of springs along the joint; two springs open at n b / 2, the load of collapse."""
+    """The load–displacement curve of a block is linear up to collapse, with the stiffness by hand, to 1e-7.
+
+    A block that tips is elastic until one end of its joint opens. The two springs of a joint open at the
+    moment n b / 2, which is the collapse load. Springs along the whole joint would open at n b / 6.
+    """
     curve = solved(block_on_floor(WIDE, HIGH, friction), "incremental", curve=True).curve
     assert curve["load_factor"].iloc[-1] == pytest.approx(collapse, rel=1e-3)
     np.testing.assert_allclose(curve["load_factor"], curve["displacement"] / SOFT, rtol=1e-7)
@@ -128,7 +135,10 @@ def test_a_block_is_elastic_up_to_its_first_event_by_hand(friction, collapse):
 
 
 def test_a_curve_begins_under_the_dead_load():
-    """A load aslant: the displacement under the dead load does not count."""
+    """The displacement of the curve does not include the displacement under the dead load.
+
+    The live load is inclined, and the stiffness by hand is compared to 1e-7.
+    """
     across, down = 1.0, 0.25
     curve = solved(block_on_floor(WIDE, HIGH, 0.3, live=(across, -down)), "incremental", curve=True).curve
     assert curve["load_factor"][0] == curve["displacement"][0] == 0
@@ -162,7 +172,7 @@ def test_a_curve_depends_on_no_units():
 
 
 def test_steps_are_told_as_they_are_made_and_are_the_rows_of_the_history():
-    """The load history of the incremental load factor is that of the default."""
+    """Each load step is reported once, and the reported steps are the rows of the default's history."""
     told: list[LoadStep] = []
     history = mo.solve(small_wall(2, 2), progress=told.append).history
     assert [step.iteration for step in told] == history["iteration"].tolist()
@@ -199,7 +209,7 @@ def test_two_runs_are_the_same_to_the_bit():
     [pytest.param(name, marks=pytest.mark.slow if name == "strength" else ()) for name in KINDS_OF_JOINTS],
 )
 def test_what_methods_on_matrices_end_with_is_a_state_of_the_declared_problem(name, method):
-    """Every equation and pair of the model in Pyomo."""
+    """The final state satisfies all equations and complementary pairs of the model in Pyomo, to 1e-8."""
     result = solved(KINDS_OF_JOINTS[name], method)
     assert (result.model, result.solver) == (MATRICES, "newton")
     problem, found = result.assembly.problem, result.solution.found
@@ -218,9 +228,9 @@ def test_what_methods_on_matrices_end_with_is_a_state_of_the_declared_problem(na
     "scene",
     [
         pytest.param(mo.load(WALLS[1]), id="wall_2", marks=pytest.mark.slow),
-        # It slips under the dead load; exact states from 1.3 on.
+        # The stone slips under the dead load, and has exact states from λ = 1.3 on.
         pytest.param(mo.load(CASES / "closed_forms" / "pulled_stone.toml"), id="pulled_stone"),
-        # With an exact state at a seventh of what it carries from rest.
+        # The wall has an exact state at a seventh of its incremental load factor.
         pytest.param(random_scene("wall", 77006), id="77006", marks=pytest.mark.slow),
     ],
 )
@@ -232,7 +242,10 @@ def test_contact_dynamics_carries_it_to_a_hundredth(scene):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [910017, 910061, 910064, 860067])
 def test_contact_dynamics_carries_scenes_that_lose_load_as_they_move(seed):
-    """Blocks move on under a load that is a ninth lower, far lower, or below zero."""
+    """Contact dynamics agrees to 1 % if the load falls after the onset of collapse.
+
+    The blocks move on under a load that is a ninth lower, much lower, or below zero.
+    """
     scene = random_scene("tessellation", seed)
     expected = mo.solve(scene, "incremental").incremental
     assert collapse_load(scene, 1.3 * expected, QUICK) == pytest.approx(expected, rel=0.01)
@@ -240,7 +253,7 @@ def test_contact_dynamics_carries_scenes_that_lose_load_as_they_move(seed):
 
 @pytest.mark.parametrize("method", ["incremental", "coulomb", "nonassociative"])
 def test_nothing_weighs_anything(method):
-    """Without weight and cohesion the least load moves a block: λ is 0."""
+    """A block without weight and cohesion has λ = 0, to 1e-6, because any load moves it."""
     result = mo.solve(block_on_floor(weight=0.0), method)
     assert abs(result.load_factor) < 1e-6
 
@@ -251,7 +264,10 @@ def spread(case, draws):
 
 @pytest.mark.slow
 def test_two_blocks_bear_any_load_of_their_continuum_by_self_stress():
-    """Exact states are at every λ from .15 to the associative .25 (Gilbert et al. 2006)."""
+    """Random self-stress of the two blocks spreads λ over the whole range of exact states, 0.15 to 0.25.
+
+    The range is that of Gilbert et al. (2006); 0.25 is the associative load factor.
+    """
     found = spread(CASES / "gilbert" / "two_blocks.toml", 30)
     least, most = found["stress"]
     assert 0.15 - 1e-6 <= least < 0.16
@@ -264,7 +280,10 @@ def test_two_blocks_bear_any_load_of_their_continuum_by_self_stress():
 @pytest.mark.slow
 @pytest.mark.parametrize(("number", "least", "most"), [(1, 0.6391, 0.6430), (5, 0.2100, 0.2297)])
 def test_ranges_of_walls_are_those_of_an_independent_program(number, least, most):
-    """60 draws of self-stress led it to .6410 to .6429, and .2104 to .2296, or to a state that is lower."""
+    """The spread of two walls under random self-stress lies within the range of an independent program.
+
+    In 60 draws, that program found 0.6410 to 0.6429 (wall 1), 0.2104 to 0.2296 (wall 5), or a lower state.
+    """
     found = spread(WALLS[number - 1], 20)
     for low, high in (found["stress"], found["stiffness"]):
         assert least <= low <= high <= most
@@ -273,6 +292,9 @@ def test_ranges_of_walls_are_those_of_an_independent_program(number, least, most
 
 @pytest.mark.slow
 def test_a_corner_in_space():
-    """The equilibrium path of another program ends at 0.351867439."""
+    """The incremental load factor of a corner wall is that of another program, 0.351867439, to 0.5 %.
+
+    The other program follows the equilibrium path.
+    """
     result = mo.solve(corner_wall(3, 2, 4, 0.6), "incremental")
     assert result.incremental == pytest.approx(0.351867439, rel=SLIP_REMEMBERED)

@@ -1,4 +1,4 @@
-"""The paper's examples by their command: each holds its published values, anywhere, and keeps its tables."""
+"""Command ``reproduce``: its scripts assert the published values of the paper, and write their tables."""
 
 import ast
 import re
@@ -19,17 +19,17 @@ from masonry_opt.scene.case_file import case_folder
 
 SCRIPTS = scripts()
 
-#: Those that the guide runs as it is built; one of them is run here too.
+#: Scripts that the build of the guide runs. Only one of them runs here too.
 IN_THE_GUIDE = {"fig7", "fig8", "fig10", "fig12"}
 
-#: `table1` has a test of its own, and so has the wall of `fig13` (see `validation/test_orduna_lourenco.py`),
-#: whose script takes five minutes; `bracket` takes a quarter of an hour.
+#: Scripts of slow tests. `table1` has its own test. The script of `fig13` takes five minutes, and its wall is
+#: tested in `validation/test_orduna_lourenco.py`. The script `bracket` takes a quarter of an hour.
 SLOW = [name for name in SCRIPTS if name not in IN_THE_GUIDE | {"table1", "fig13", "bracket"}]
 
 
 @pytest.fixture
 def elsewhere(tmp_path, monkeypatch):
-    """A current folder with nothing in it."""
+    """Change to an empty folder, and return it."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -58,7 +58,7 @@ def test_a_script_is_short_and_asserts(path):
 def test_case_files_are_the_packages_own(elsewhere):
     assert case_folder().samefile(CASES)
     (elsewhere / "cases").mkdir()
-    assert case_folder().samefile(CASES)  # a folder of that name without the paper's files is none
+    assert case_folder().samefile(CASES)  # a folder "cases" without the files of the paper is ignored
 
 
 @pytest.mark.slow
@@ -72,7 +72,7 @@ def test_case_files_here_come_first_and_a_missed_value_ends_with_one(elsewhere):
     assert answer.exit_code == 1
     line = next(n for n, text in enumerate(SCRIPTS["fig12"].open(), 1) if '"nonassociative"].value' in text)
     assert f"fig12.py, line {line}" in answer.stdout
-    assert (elsewhere / "out" / "fig12.csv").is_file()  # what was found is kept
+    assert (elsewhere / "out" / "fig12.csv").is_file()  # results up to the failure are written
 
 
 @pytest.mark.parametrize("example", ["all", "table1"])
@@ -105,7 +105,7 @@ PAGES = [Path(__file__).parents[2] / name for name in ("docs/paper.md", "benchma
 
 
 def rows(table):
-    """Cells of the rows of a table in Markdown."""
+    """Return the cells of the rows of a table in Markdown."""
     return [[cell.strip() for cell in row.strip("| ").split("|")] for row in table.splitlines()]
 
 
@@ -116,12 +116,15 @@ def shown(name):
 
 @pytest.mark.slow
 def test_reproduce_table1(monkeypatch, capsys, tmp_path):
-    """All six walls; a minute or two. The script asserts each column against what is published."""
+    """The command ``reproduce table1`` prints the tables that the pages show, to two units of the last digit.
+
+    The script asserts each column of the six walls against the published values. It takes a minute or two.
+    """
     code, out, _ = run_command(monkeypatch, capsys, "reproduce", "table1", "--out", tmp_path)
     assert code == 0, out
     printed = {name: rows(table) for name, table in refresh.tables(tmp_path).items()}
-    # What the page shows is what is printed today, to two units of the last digit; how far the seconds of a
-    # search take it, on wall 6, is the machine's.
+    # The page shows the printed numbers, to two units of the last digit. The result of a timed search on
+    # wall 6 depends on the machine and is not compared.
     assert [len(row) for row in shown("table1")] == [len(row) for row in printed["table1"]]
     for old, row in zip(shown("table1"), printed["table1"], strict=True):
         for column, was, now in zip(printed["table1"][0], old, row, strict=True):
@@ -132,7 +135,8 @@ def test_reproduce_table1(monkeypatch, capsys, tmp_path):
                 assert float(was) == pytest.approx(float(now), abs=off)
             else:
                 assert was == now
-    # What is left at the loop's exact answers, to two orders of magnitude: below 1e-9 it is rounding.
+    # Residuals of the loop's exact answers are compared to two orders of magnitude. Residuals below 1e-9 are
+    # rounding errors.
     residuals = pd.read_csv(tmp_path / "table1_residuals.csv").query("method == 'loop'")
     left = residuals[["equilibrium", "yield", "flow", "complementarity"]].to_numpy()
     for old, new in zip(shown("residuals")[2:], left, strict=True):

@@ -1,9 +1,9 @@
-"""Half a sphere of voussoirs between meridians, under loads alike all round: a linear program of one sector.
+"""Collapse load of a hemispherical dome under rotationally symmetric loads: a linear program of one sector.
 
-Nothing of the package is used here. By symmetry nothing slides across a meridian, and the forces on both
-sides of a voussoir are mirror images. Seen in the plane through its middle, with the distance from the axis
-and the height for coordinates, act at either end of a bed a normal force and a shear, and at the corners of
-its sides what the two hoop forces leave: a force outwards, 2 sin(π/n) of one of them.
+The program does not use the package. By symmetry, nothing slides across a meridian, and the forces on the two
+sides of a voussoir are mirror images. The program works in the vertical plane through the middle of a sector.
+Its coordinates are the distance from the axis and the height. A normal force and a shear act at each end of a
+bed. At the corners of the sides, the two hoop forces have an outward resultant, 2 sin(π/n) times one of them.
 """
 
 import numpy as np
@@ -13,8 +13,11 @@ from scipy.optimize import linprog
 def load_on_key(
     radius: float, thickness: float, rings: int, voussoirs: int, friction: float, hoops: bool = True
 ) -> float | None:
-    """Greatest load on the key, in weights per unit volume, that a dome of unit weight carries, with as much
-    friction in all joints; None if it does not stand. Without hoops its voussoirs are slices of an orange."""
+    """Return the greatest load on the key of a dome, in units of the weight per volume.
+
+    All joints have the same friction. The load is None if the dome is unstable under its weight. Without
+    ``hoops``, hoop forces are zero, so that the sectors act as independent arches ("slices of an orange").
+    """
     inner, outer = radius - thickness / 2, radius + thickness / 2
     half = np.pi / voussoirs
     step = np.pi / (2 * rings + 1)
@@ -22,16 +25,17 @@ def load_on_key(
     def corner(distance: float, bed: int) -> np.ndarray:
         return distance * np.array([np.cos(half) * np.cos(step * bed), np.sin(step * bed)])
 
-    # Volumes: what turns round the axis sweeps 2 π ρ; a sector of flat faces sin(2π/n) ρ, ρ to the corners.
+    # Volumes: a section that turns about the axis sweeps 2 π ρ. A sector with flat faces sweeps sin(2π/n) ρ,
+    # with ρ measured to its corners.
     swept = np.sin(2 * half) * (outer**3 - inner**3) / 3 * np.sin(step) * np.cos(step / 2)
     weight = [swept * np.cos((ring + 0.5) * step) for ring in range(rings)]
-    # Their centroids, ∫∫ ρ² over ∫∫ ρ, by cubature of the section in polar coordinates (each has its chords).
+    # Centroids, ∫∫ ρ² over ∫∫ ρ, by cubature of each section, whose sides are chords, in polar coordinates.
     sections = [_moments(inner, outer, ring * step, step) for ring in range(rings)]
     low, high = (d * np.array([np.cos(rings * step), np.sin(rings * step)]) for d in (inner, outer))
     swell = (low[0] ** 2 + low[0] * high[0] + high[0] ** 2) / 3
     key = np.sin(2 * half) / 2 * swell * (high[1] - low[1])
 
-    # Columns: of each bed n and s within and without, of each ring four hoop forces; the load last.
+    # Columns: n and s at the inner and outer end of each bed, four hoop forces of each ring, and the load.
     beds, columns = 4 * (rings + 1), 4 * (rings + 1) + 4 * rings + 1
     A, b = np.zeros((3 * rings + 1, columns)), np.zeros(3 * rings + 1)
     for ring in range(rings):
@@ -45,7 +49,7 @@ def load_on_key(
             outwards = 2 * np.sin(half) * np.array([1.0, 0.0])
             A[rows, beds + 4 * ring + number] = _wrench(corner(distance, bed), outwards) * hoops
         b[rows] = -_wrench(sections[ring] * [np.cos(half), 1.0], np.array([0.0, -weight[ring]]))
-    # Of the key what is upright: all else is the same from all sides.
+    # Vertical equilibrium of the key; its other equations hold by symmetry.
     up, along = _bed_axes(corner(1.0, rings), half, step * rings)
     A[-1, 4 * rings : 4 * rings + 4] = [up[1], along[1]] * 2
     A[-1, -1], b[-1] = -1.0 / voussoirs, key
@@ -59,7 +63,7 @@ def load_on_key(
 
 
 def _bed_axes(direction: np.ndarray, half: float, angle: float) -> tuple[np.ndarray, np.ndarray]:
-    """Unit normal of a bed, upwards, and the direction along it outwards."""
+    """Return the upward unit normal of a bed, and the outward unit vector along the bed."""
     along = direction / np.linalg.norm(direction)
     return np.array([-along[1], along[0]]), along
 
@@ -69,7 +73,7 @@ def _wrench(at: np.ndarray, force: np.ndarray) -> np.ndarray:
 
 
 def _moments(inner: float, outer: float, start: float, step: float) -> np.ndarray:
-    """Mean of (ρ, z), each weighed by ρ, of the quadrilateral between two chords."""
+    """Return the mean of (ρ, z), weighted by ρ, over the quadrilateral between two chords."""
     ends = [np.array([np.cos(angle), np.sin(angle)]) for angle in (start, start + step)]
     nodes, weights = np.polynomial.legendre.leggauss(4)
     distance = inner + (nodes + 1) / 2 * (outer - inner)

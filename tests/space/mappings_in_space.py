@@ -1,4 +1,4 @@
-"""What leaves a scene in space the same: turned, mirrored, in other units, renumbered, faces in pieces."""
+"""Changes of a scene in space that leave λ unchanged, such as rotation, reflection and other units."""
 
 from collections.abc import Callable
 
@@ -18,9 +18,11 @@ def mapped(
     force: float = 1.0,
     order: np.ndarray | None = None,
 ) -> mo.Scene:
-    """The scene turned by an orthogonal matrix, moved, in other units, its blocks in another order. Mirrored
-    where the matrix's determinant is −1: corners of faces are then all clockwise, which is one way to give
-    them."""
+    """Return the scene turned by an orthogonal matrix, moved, in other units, and with reordered blocks.
+
+    If the determinant of the matrix is −1, the scene is mirrored. All faces are then clockwise, which the
+    package accepts.
+    """
     matrix = np.eye(3) if turn is None else turn
 
     def acting(block: mo.Solid) -> mo.Solid:
@@ -43,7 +45,7 @@ def mapped(
 TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
 MIRROR = np.diag([1.0, -1.0, 1.0])
 
-#: What leaves λ as it is.
+#: Changes of a scene that leave λ unchanged.
 SAME: dict[str, Callable[[mo.Scene], mo.Scene]] = {
     "moved": lambda scene: mapped(scene, shift=(31.7, -12.9, 8.3)),
     "turned": lambda scene: mapped(scene, TURN),

@@ -1,8 +1,8 @@
-"""Load factors of walls in space, as programs beside the package found them; blocks pushed outwards (−y).
+"""Load factors of walls in space by programs that are independent of the package; blocks are pushed along −y.
 
-`associative` is of a program that found contact points and equilibrium of boxes for itself, and handed
-cones to Clarabel as they stand. `carried` is of contact dynamics with implicit, viscous time steps, whose
-values the explicit program `contact_dynamics` reproduces on walls of up to 20 blocks.
+The program of `associative` computed contact points and equilibrium of boxes itself, and passed the cones to
+Clarabel without scaling. The program of `carried` was contact dynamics with implicit, viscous time steps. The
+explicit program `contact_dynamics` reproduces its values on walls of up to 20 blocks.
 """
 
 from collections.abc import Callable
@@ -15,17 +15,18 @@ import masonry_opt as mo
 
 @dataclass(frozen=True)
 class Reference:
-    """A wall, its friction and its load factors; None where nobody has computed one.
+    """A wall, its friction and its load factors; a load factor that nobody has computed is None.
 
     Attributes
     ----------
-    associative: by cones; agrees with its dual to 1e-8.
-    carried: by contact dynamics, stiffness by area, in shear half of it; the wall falls at 6.25e-4 more.
-    lmgc90: where the wall begins to leave in LMGC90 (rigid blocks); it falls a little below.
-    incremental: the incremental load factor by another program of elastic contacts, by 12 sides (here by the
-        cone); its contacts were all alike, here they are as stiff as they have area. Contact dynamics
-        carries .3475 and .313125 with the former, .35125 and .3125 with the latter.
-    least: the lowest exact state that other programs found, by 16 sides.
+    associative: associative load factor by cones, which agrees with its dual to 1e-8.
+    carried: load factor carried in contact dynamics, with stiffness proportional to area, and half of it in
+        shear. The wall falls at 6.25e-4 more.
+    lmgc90: load factor at which the wall begins to move in LMGC90 (rigid blocks). It falls slightly below.
+    incremental: incremental load factor by another program with elastic contacts of equal stiffness and
+        friction polygons of 12 sides. The package has stiffness proportional to area, and cones. Contact
+        dynamics carries 0.3475 and 0.313125 with equal stiffness, 0.35125 and 0.3125 with stiffness by area.
+    least: lowest exact state that other programs found, with polygons of 16 sides.
     """
 
     wall: Callable[..., mo.Scene]

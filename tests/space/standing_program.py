@@ -1,6 +1,6 @@
-"""Do blocks in space stand, however near their limit? By linear programs with polygons for circles.
+"""Stability of blocks in space, also near their limit, by linear programs with refined friction polygons.
 
-What acts where is `second_program`'s, whose polygons leave open what stands by less than their corners.
+The equilibrium matrix is that of `second_program`. Its fixed polygons cannot decide scenes near the limit.
 """
 
 import numpy as np
@@ -8,9 +8,9 @@ import scipy.sparse as sp
 from scipy.optimize import linprog
 from second_program import Points
 
-#: Sides round each cone to begin with, and programs with ever more of them.
+#: Number of sides of the first polygons, and largest number of refinements.
 SIDES, MOST = 96, 20
-#: The least that HiGHS takes.
+#: Smallest tolerances that HiGHS accepts.
 TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 SMALL_ENTRY = 1e-8
 
@@ -18,9 +18,12 @@ SMALL_ENTRY = 1e-8
 def out_of_balance(
     wall: Points, friction: float, enough: float, too_much: float, most: float
 ) -> tuple[float, float]:
-    """Bounds of the least Σ|B q + dead| of forces within friction, until the upper one is ``enough`` or the
-    lower one ``too_much``: by polygons inside the circles of friction, with normal forces up to ``most``, and
-    round them, with any, which get a corner, and a side, more where the shears of either point to."""
+    """Return a lower and an upper bound of the least Σ|B q + dead| over all forces q within friction.
+
+    The upper bound uses polygons inside the circles of friction, and normal forces up to ``most``. The lower
+    bound uses polygons outside the circles, and any normal forces. The polygons are refined in the directions
+    of the shears until the upper bound is at most ``enough`` or the lower bound is at least ``too_much``.
+    """
     point = np.repeat(np.arange(len(wall.share)), SIDES)
     angle = np.tile(2 * np.pi * np.arange(SIDES) / SIDES, len(wall.share))
     for _ in range(MOST):
@@ -39,10 +42,13 @@ def out_of_balance(
 def _least(
     wall: Points, friction: float, point: np.ndarray, angle: np.ndarray, most: float, inside: bool
 ) -> tuple[float, np.ndarray]:
-    """The least, and forces (points, 3) that leave it; corners or sides of the polygons at these angles."""
+    """Return the least Σ|B q + dead| and its forces, shape (points, 3), for polygons at the given angles.
+
+    The angles are those of the corners of inside polygons, or of the sides of outside polygons.
+    """
     points, rows, sides = len(wall.share), len(wall.dead), len(point)
     along, of_point = np.stack([np.cos(angle), np.sin(angle)]), np.arange(points)
-    # HiGHS leaves programs with entries so small unsolved; without them directions are no longer than before.
+    # HiGHS does not solve programs with very small entries. Setting them to zero makes no direction longer.
     along[np.abs(along) < SMALL_ENTRY] = 0.0
     at_side = sp.csr_array((np.ones(sides), (np.arange(sides), point)), shape=(sides, points))
     normal, *shears = (
@@ -51,7 +57,7 @@ def _least(
     )
     balance = sp.hstack([wall.B, sp.eye_array(rows), -sp.eye_array(rows)])
     bounds = [(0, most), (None, None), (None, None)] * points + [(0, None)] * (2 * rows)
-    if inside:  # shears are sums of corners, their shares at most μ n
+    if inside:  # shears are combinations of the corners, with weights whose sum is at most μ n
         made = [
             sp.hstack([shear, sp.csr_array((points, 2 * rows)), -at_side.T @ sp.diags_array(e)])
             for shear, e in zip(shears, along, strict=True)
@@ -66,7 +72,7 @@ def _least(
     cost[3 * points : 3 * points + 2 * rows] = 1.0
     loads = np.zeros(balance.shape[0])
     loads[:rows] = -wall.dead
-    for presolve in (True, False):  # which calls some of these, of costs that are sums of sizes, unbounded
+    for presolve in (True, False):  # presolve wrongly reports some of these programs as unbounded
         options = TIGHT | {"presolve": presolve}
         found = linprog(cost, limits, np.zeros(limits.shape[0]), balance, loads, bounds, options=options)
         if found.status == 0:

@@ -1,4 +1,4 @@
-"""Exact states by cones: what leads to them ends in time."""
+"""The search for exact states with cones ends at its deadline, and without a state if programs fail."""
 
 import pytest
 from scenes import values_of

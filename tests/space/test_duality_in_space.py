@@ -1,5 +1,7 @@
-"""Static against kinematic, CVXPY against Pyomo, in space: by polygons, which both languages know, by cones,
-and cones between polygons inside and outside them."""
+"""The static and the kinematic program agree in space, by polygons in CVXPY and Pyomo, and by cones.
+
+The load factor by cones lies between those by polygons inside and outside the cones.
+"""
 
 from dataclasses import replace
 
@@ -41,7 +43,10 @@ def test_load_factors_by_cones_that_disagree_do_not_pass():
 
 
 def with_polygons(problem: Problem, sides: int, *, outside: bool) -> Problem:
-    """By polygons of so many sides, inside the cones or about them: sides at c + μ n, not cos(π/P) of it."""
+    """Return the problem with polygons inside or outside the cones.
+
+    The sides of outside polygons are at c + μ n, those of inside polygons at cos(π/P) times this value.
+    """
     layout = faces.space(sides)
     layout = replace(layout, factor=1.0) if outside else layout
     return replace(problem, matrices=replace(problem.matrices, layout=layout))
@@ -50,7 +55,7 @@ def with_polygons(problem: Problem, sides: int, *, outside: bool) -> Problem:
 @pytest.mark.parametrize("sides", [8, matrices.SIDES])
 @pytest.mark.parametrize("name", EVERY)
 def test_cones_lie_between_polygons(name, sides):
-    """Of P sides, inside and outside: λ too, and with friction cos(π/P) as large outside is inside."""
+    """The load factor by cones lies between those by polygons of P sides inside and outside, to 1e-7."""
     problem = assemble(SCENES[name]).problem
     cones = mo.solve(SCENES[name], "static").load_factor
     inside, outside = (
@@ -60,6 +65,6 @@ def test_cones_lie_between_polygons(name, sides):
     assert inside <= cones * (1 + 1e-7)
     assert cones <= outside * (1 + 1e-7)
     if name == "box":
-        # It slides, along no side: the polygons tell.
+        # The box does not slide along a side, so that the polygons change its load factor.
         assert inside < 0.999 * cones
         assert cones < 0.9999 * outside

@@ -1,11 +1,11 @@
-"""Case files of the plane, extruded: load factors by cones, exact states lifted, the loop."""
+"""Extruded case files have the load factors of the plane: associative ones by cones, and the loop's."""
 
 import pytest
 from scenes import CASES, solved
 
 import masonry_opt as mo
 
-#: Arches, wedges, slopes, stacks, two blocks.
+#: Small cases: a wedge, a dam, an arch on columns, a wall, two blocks, and an overhanging stack.
 SMALL = [
     "beer_johnston/wedge_lowers",
     "closed_forms/dam_slides",
@@ -15,7 +15,7 @@ SMALL = [
     "paterson_zwick/best_3",
 ]
 
-#: Whatever the thickness, totals of weight, load and cohesion are the plane's.
+#: Thickness of extruded scenes. The totals of weight, load and cohesion do not depend on the thickness.
 THICKNESS = 0.7
 
 
@@ -29,7 +29,10 @@ def path(name: str):
 
 @pytest.mark.parametrize("name", [*SMALL, *slow("casapulla_lauro/arch", "orduna_lourenco/wall")])
 def test_associative_load_factor_is_that_of_the_plane(name):
-    """Nothing moves out of the plane: the plane's mechanism is one of space, and its forces are, halved."""
+    """The associative load factor of an extruded case is that of the plane, to 1e-7.
+
+    The mechanism of the plane is a mechanism in space, and half of its joint forces act on each face.
+    """
     found = mo.solve(mo.extrude(path(name), THICKNESS), "static")
     assert found.load_factor == pytest.approx(solved(path(name), "static").load_factor, rel=1e-7)
 
@@ -39,7 +42,7 @@ def test_associative_load_factor_is_that_of_the_plane(name):
     ["closed_forms/dam_slides", "gilbert/two_blocks", *slow("livesley/wedges", "ferris_tinloi/wall_2")],
 )
 def test_the_loop_where_it_ends_is_near_that_of_the_plane(name):
-    """Within .5 %; where its second program has no state it says so, and no load factor is given."""
+    """The load factor of the loop is that of the plane to 0.5 %, or a reason says why there is none."""
     found = mo.solve(mo.extrude(path(name), THICKNESS), "nonassociative")
     if found.load_factor is None:
         assert found.reasons

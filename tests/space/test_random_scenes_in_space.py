@@ -1,5 +1,7 @@
-"""Random scenes in space, from the seeds in the tests' names: the default ends certified, or it is proven
-that there is no load factor. Their associative load factors: `stability/test_verdicts.py`."""
+"""On random scenes in space, the default ends with a certified state or without a load factor.
+
+The associative load factors of random scenes are tested in `stability/test_verdicts.py`.
+"""
 
 import pytest
 from atlas.random_scenes_in_space import KINDS, random_scene_in_space
@@ -16,9 +18,9 @@ from masonry_opt.solution.answer import certified
 from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.solution import Solution
 
-#: The smallest, and others.
+#: Kinds and seeds of two small scenes, and of the first scene of each kind.
 SCENES = [*(("boxes", 18), ("piers", 3)), *(pytest.param(kind, 0, marks=pytest.mark.slow) for kind in KINDS)]
-#: Programs solved to 1e-9, twice, of scenes with loads of very different sizes.
+#: Difference allowed between two programs solved to 1e-9, for scenes with loads of very different sizes.
 RANDOM = 1e-6
 
 
@@ -26,7 +28,7 @@ RANDOM = 1e-6
 def test_a_seed_gives_its_scene_and_most_are_worth_solving(kind):
     assert random_scene_in_space(kind, 3) == random_scene_in_space(kind, 3)
     sizes = [len(random_scene_in_space(kind, seed).blocks) for seed in range(40)]
-    assert max(sizes) <= 60 + 4  # supports beside them
+    assert max(sizes) <= 60 + 4  # 60 movable blocks and 4 supports
     assert len(set(sizes)) > 3
 
 
@@ -36,7 +38,7 @@ def test_the_default_is_certified_and_below_associative(kind, seed):
     scene = random_scene_in_space(kind, seed)
     associative, result = solved(scene, "static"), solved(scene)
     if result.load_factor is None:
-        # Of what jams from rest other states may exist.
+        # If a scene jams from rest, other states may exist.
         assert result.solution.proven_none or result.status in (Status.UNSTABLE, Status.JAMMED)
         assert associative.load_factor is None
         return
@@ -50,7 +52,10 @@ def test_the_default_is_certified_and_below_associative(kind, seed):
 
 @pytest.mark.slow
 def test_two_piers_and_what_they_bear_have_an_exact_state():
-    """Forces of the last load step lead to the state; those of a rough equilibrium leave 3e-5 of λ."""
+    """Two piers with a lintel have an exact state, to which the forces of the last load step lead.
+
+    The forces of a rough equilibrium lead to a state with a residual of 3e-5 of λ.
+    """
     result = solved(random_scene_in_space("piers", 30028))
     assert result.friction_law == "cone"
     assert result.kind is Kind.EXACT
@@ -59,7 +64,11 @@ def test_two_piers_and_what_they_bear_have_an_exact_state():
 
 
 def test_a_state_by_sides_that_the_cone_allows_is_exact():
-    """A box that overturns, and one that slides along an axis of its contact; at 7.5° to one it is not."""
+    """A state by polygons is exact if it satisfies the cone too.
+
+    This applies to a box that overturns, and to a box that slides along an axis of its contact, but not to a
+    box that slides at 7.5° to this axis.
+    """
     for scene, exact in (
         (pushed_box((0.5, 2, 2), 0.6, 0.0), True),
         (pushed_box((2, 2, 1), 0.5, 0.0), True),

@@ -1,4 +1,4 @@
-"""Whether small scenes in space stand: always decided, and as a second program decides."""
+"""The stability of small scenes in space is always decided, in agreement with a second program."""
 
 from dataclasses import replace
 
@@ -17,15 +17,16 @@ from masonry_opt.solution.reasons import Code
 from masonry_opt.solvers.registry import find_solver
 from masonry_opt.stability import diagnosis
 
-#: Forces that leave less than the first, in median block weights, carry; more than the second, none do. The
-#: package draws the line between them, at 1e-7.
+#: Unbalanced forces in median block weights. A scene is stable if they are below ``CARRY``, and unstable if
+#: they are above ``FALL`` for all joint forces. The limit of the package lies between, at 1e-7.
 CARRY, FALL = 1e-8, 1e-6
 
-#: Largest force at a point of states that must be found, in the same unit. Stones between faces next to the
-#: angle of friction may stand by forces of any size; a residual says nothing of those above a million.
+#: Largest force at a contact point of states that must be found, in median block weights. Stones between
+#: faces near the angle of friction may be stable by forces of any size. Above a million, a residual is not
+#: meaningful.
 MOST = 1e3
 
-#: Of scenes of which Clarabel solves neither program.
+#: Seeds of scenes for which Clarabel solves neither of its two programs.
 SEEDS = [2, 423, 427, 723, 807, 823, 962, 995, 1133, 1327]
 
 
@@ -35,7 +36,7 @@ def stands(scene: mo.Scene, effort: Effort | None = None) -> bool:
 
 
 def bounds(scene: mo.Scene) -> tuple[float, float]:
-    """Of what the second program's forces leave at least, in median block weights."""
+    """Return bounds of the least unbalanced force by the second program, in median block weights."""
     wall = points_of(scene)
     weight = np.median(np.linalg.norm(wall.dead.reshape(-1, 6)[:, :3], axis=1))
     limits = CARRY * weight, FALL * weight, MOST * weight
@@ -44,7 +45,7 @@ def bounds(scene: mo.Scene) -> tuple[float, float]:
 
 
 def is_right(verdict: bool, lower: float, upper: float) -> bool:
-    """Whether it is the second program's; at the limit, between both, either is."""
+    """Return True if a verdict agrees with the second program; between the two limits, both verdicts do."""
     return lower < FALL if verdict else upper > CARRY
 
 
@@ -56,7 +57,10 @@ def test_what_no_program_of_cones_solves_is_decided(seed):
 
 @pytest.mark.parametrize("seed", [0, 3, 4, 22, 24, 27])
 def test_polygons_decide_alone(seed, failing):
-    """Where no program of cones ends; 22, 24 and 27 are next to their limit."""
+    """If all programs with cones fail, programs with polygons decide, in agreement with the second program.
+
+    Scenes 22, 24 and 27 are near their limit.
+    """
     failing("cvxpy", lambda engine: engine.solver.name == "clarabel")
     effort = Effort()
     scene = small_scene_in_space(seed)
@@ -66,7 +70,10 @@ def test_polygons_decide_alone(seed, failing):
 
 @pytest.mark.parametrize("scene", [block_on_floor(), box_on_floor()], ids=["plane", "space"])
 def test_forces_and_mechanisms_are_judged_by_what_they_leave(scene):
-    """Of a block on a floor: its weight in the joint, short of it, and beyond friction."""
+    """Joint forces carry a block if they balance its weight; a mechanism must not enter the floor.
+
+    Forces that are too small by 1e-6 do not carry it.
+    """
     problem = assemble(scene).problem
     n, points = np.zeros(problem.B.shape[1]), problem.layout.points * problem.joints
     n[:points] = np.abs(problem.dead).max() / points
@@ -75,7 +82,7 @@ def test_forces_and_mechanisms_are_judged_by_what_they_leave(scene):
     raised = np.zeros_like(problem.dead)
     raised[problem.dead != 0] = 1.0
     assert not diagnosis._drives(problem, raised)
-    assert not diagnosis._drives(problem, -raised)  # power, but into the floor
+    assert not diagnosis._drives(problem, -raised)  # the load does work, but the block enters the floor
     assert diagnosis._drives(replace(problem, dead=-problem.dead), raised)
 
 

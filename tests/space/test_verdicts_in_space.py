@@ -1,5 +1,4 @@
-"""Scenes in space without a load factor: what does not stand, what nothing brings down, and what friction
-that no load causes would hold."""
+"""Scenes in space without a load factor: unlimited ones, and one that only self-stress would support."""
 
 import pytest
 
@@ -15,7 +14,7 @@ def pushed(at: float, live: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> mo.
 
 
 def walls(*sides: str) -> list[mo.Solid]:
-    """Fixed, 3 high, on either side along x."""
+    """Return fixed walls of height 3 on the given sides along x."""
     span = {"left": (-1, 0), "right": (1, 2)}
     return [mo.box(side, span[side], (-1, 2), (0, 3), fixed=True) for side in sides]
 
@@ -27,7 +26,10 @@ def floor(end: float = 3.0) -> mo.Solid:
 @pytest.mark.parametrize("live", [(1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (-0.6, 0.0, -0.8)])
 @pytest.mark.parametrize("method", METHODS)
 def test_nothing_brings_down_a_box_that_is_pushed_against_fixed_walls(method, live):
-    """No motion of it lets the load do work: a proof, whatever the flow rule."""
+    """A box between fixed walls is unlimited, with a proof for any flow rule.
+
+    In no motion does the live load do work.
+    """
     blocks = [pushed(0.0, live), floor(), *walls("left", "right")]
     result = mo.solve(mo.Scene(joints=FRICTION, blocks=blocks), method)
     assert result.status is Status.UNLIMITED
@@ -36,7 +38,10 @@ def test_nothing_brings_down_a_box_that_is_pushed_against_fixed_walls(method, li
 
 
 def test_a_box_that_friction_alone_holds_between_walls_gets_no_load_factor():
-    """Nothing presses its sides: dilatancy would, Coulomb's friction need not."""
+    """A box that only friction could support between walls is locked with dilatancy and unstable without.
+
+    No load presses the sides of the box against the walls.
+    """
     blocks = [pushed(1.0, (0.0, -1.0, 0.0)), *walls("left", "right")]
     scene = mo.Scene(joints=FRICTION, blocks=blocks)
     assert mo.solve(scene, "static").status is Status.LOCKED

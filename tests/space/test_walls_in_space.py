@@ -1,5 +1,7 @@
-"""Corner walls and façades: associative values of another program, incremental load factors of contact
-dynamics, and the lowest exact states known."""
+"""Corner walls and façades in space compared with independent programs.
+
+The programs gave associative load factors, incremental load factors by contact dynamics, and exact states.
+"""
 
 from collections.abc import Callable
 
@@ -16,9 +18,9 @@ from masonry_opt.problem.laws import Cone
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.reasons import Code
 
-#: Blocks and friction of the wall of fast tests; blocks of the largest whose exact states are asked for.
+#: Blocks and friction of the wall in fast tests; number of blocks up to which exact states are tested.
 FAST, MOST = (13, 0.6), 42
-#: Blocks and friction of the corner whose blocks still move after many steps under loads 1 % apart.
+#: Blocks and friction of the corner whose load history ends in a range, because its blocks move slowly.
 IN_A_RANGE = 42, 0.6
 
 
@@ -30,8 +32,11 @@ def corners(sizes: Callable[[Reference], bool]) -> list[object]:
 
 @pytest.mark.parametrize("reference", corners(lambda wall: True))
 def test_associative_load_factor_is_that_of_cones_declared_directly(reference):
-    """By a program whose units are not scaled: on walls of 100 and 231 blocks it ends up to 6e-6 below, where
-    statics and kinematics here agree to 3e-9."""
+    """The associative load factor is that of an independent program with cones, to 2e-6.
+
+    From 100 blocks on, the tolerance is 1e-5. The other program does not scale its units and ends up to 6e-6
+    lower, while statics and kinematics of the package agree to 3e-9.
+    """
     found = solved(reference.scene, "static")
     problem = found.assembly.problem
     assert (problem.blocks, problem.joints) == (reference.blocks, reference.points)
@@ -41,7 +46,10 @@ def test_associative_load_factor_is_that_of_cones_declared_directly(reference):
 
 @pytest.mark.parametrize("reference", corners(lambda wall: wall.blocks <= 20))
 def test_associative_load_factor_by_polygons_is_that_of_another_program(reference):
-    """By HiGHS, inside the cones; as many sides, a corner along each direction of shear."""
+    """The associative load factor by polygons inside the cones is that of an independent program, to 2e-6.
+
+    Both programs use HiGHS and the same number of sides, with a corner in the direction of each shear.
+    """
     inside = bounds(assemble(reference.scene)).inside
     found = mo.solve(reference.scene, "static", model="pyomo", solver="highs-ipm")
     assert found.load_factor == pytest.approx(inside, abs=2e-6)
@@ -49,11 +57,11 @@ def test_associative_load_factor_by_polygons_is_that_of_another_program(referenc
 
 @pytest.mark.parametrize("reference", corners(lambda wall: wall.carried is not None))
 def test_the_incremental_load_factor_is_that_of_contact_dynamics(reference):
-    """Within 1 %; a load increment there is .3 % of the least. By the cone, exact: what blocks move on with
-    for ever is a state of rigid ones.
+    """The incremental load factor is that of contact dynamics, to 1 %, and its final state is exact by cones.
 
-    Rigid blocks in LMGC90 begin to leave within 4 % of it. The corner of 42 blocks is 3.6 % above LMGC90
-    (with smaller increments 2.7 to 3.6 %) and 0.3 % above contact dynamics.
+    A load increment of contact dynamics is 0.3 % of the smallest load factor. The load at which rigid blocks
+    in LMGC90 begin to move agrees to 4 %. The corner of 42 blocks is 3.6 % above LMGC90 (2.7 to 3.6 % with
+    smaller increments) and 0.3 % above contact dynamics.
     """
     found = solved(reference.scene, "incremental")
     assert found.incremental == pytest.approx(reference.carried, rel=1e-2)
@@ -73,7 +81,7 @@ def test_the_incremental_load_factor_is_that_of_contact_dynamics(reference):
 
 @pytest.mark.parametrize("reference", corners(lambda wall: wall.blocks <= MOST))
 def test_default_is_exact_and_as_low_as_the_lowest_known(reference):
-    """At or below 1.10 times the lowest exact states that are known, and never the associative value."""
+    """The default's state is exact, at most 1.10 times the lowest known one, and below the associative λ."""
     result = solved(reference.scene, incremental=True)
     answer = result.solution.answer
     assert answer.forms.friction is Cone
@@ -82,7 +90,7 @@ def test_default_is_exact_and_as_low_as_the_lowest_known(reference):
     assert result.load_factor < reference.associative + 1e-6
     assert result.associative == pytest.approx(reference.associative, abs=1e-5)
     if reference.wall.__name__ == "corner_wall":
-        # Of these walls the flow rule decides: nothing associative is called Coulomb's.
+        # On these walls the flow rule matters: the Coulomb load factors are well below the associative one.
         assert result.load_factor < result.incremental < 0.95 * result.associative
         assert result.exact
     if reference.least is not None:
@@ -91,7 +99,10 @@ def test_default_is_exact_and_as_low_as_the_lowest_known(reference):
 
 @pytest.mark.slow
 def test_a_facade_of_231_blocks_is_exact():
-    """Its mechanism leaves 2.5e-8 of λ where solvers end at an absolute gap of its bare energy."""
+    """A façade of 231 blocks has an exact state near the forces at 0.9 of its load history.
+
+    If solvers stopped at an absolute gap of the unscaled energy, the residual would be 2.5e-8 of λ.
+    """
     wall = next(each for each in REFERENCES if (each.blocks, each.friction) == (231, 0.6))
     found = solved(wall.scene, "incremental")  # an earlier test compares its load factor
     problem, history = found.assembly.problem, found.solution.load_history
