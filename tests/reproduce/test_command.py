@@ -50,9 +50,11 @@ def test_a_script_holds_what_is_published_and_keeps_what_it_shows(name, elsewher
 
 @pytest.mark.parametrize("path", SCRIPTS.values(), ids=SCRIPTS)
 def test_a_script_is_short_and_asserts(path):
-    text = path.read_text("utf-8")
-    assert 40 <= len(text.splitlines()) <= 125
-    assert any(isinstance(node, ast.Assert) for node in ast.walk(ast.parse(text)))
+    """Explanations may be as long as they need to be: only lines of code count."""
+    tree = ast.parse(path.read_text("utf-8"))
+    code = ast.unparse(tree.body[1:]).splitlines()
+    assert 15 <= len(code) <= 90
+    assert any(isinstance(node, ast.Assert) for node in ast.walk(tree))
 
 
 def test_case_files_are_the_packages_own(elsewhere):
