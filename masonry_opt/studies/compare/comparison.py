@@ -249,7 +249,7 @@ class _JournalRuns:
         task = partial(runs.bound_scene, scene.path)
         end = run_alone(task, max(limits.time, _BOUNDS_TIME), limits.memory)
         if end.how != FINISHED:
-            self.notes.append(f"{scene.name}: no certified bounds: {end.how}: {end.reason}")
+            self.notes.append(f"{scene.name} has no certified bounds: {end.how}: {end.reason}")
             return None
         self.journal.add(key, end.value)
         return end.value
