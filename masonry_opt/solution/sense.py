@@ -30,10 +30,10 @@ _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], .
 #: The distance is relative to the size of the group, or to the size of all other blocks if they are larger.
 _FAR_DISTANCE_RATIO = 10.0
 
-#: Ratio of unit weights, or of forces to weights, above which a warning says that their units differ. The
-#: value lies between 5, the ratio of stone to timber, and 1000, the ratio of kN to N. The value is well below
-#: 1000, because different materials may reduce the ratio of 1000. Unit weights with a smaller ratio are
-#: compared with typical values.
+#: Ratio of two unit weights, or of a force to a weight, above which a warning says that their units differ.
+#: Different materials alone cause ratios of about 5 (stone to timber). A mix of kN and N alone causes the
+#: ratio 1000. If both occur, the ratio can be less than 1000, so the limit is well below 1000. Two unit
+#: weights with a smaller ratio are compared with typical values.
 _OTHER_UNITS = 300.0
 
 #: Ratio of a block's weight per area to the median weight per area, for plane blocks that are specified by

@@ -145,8 +145,8 @@ class Cuts:
                 return None
             cut = self._static_cut(moving | (rates > _MOVING_RATE))
             if cut is None:
-                # All moving faces of this choice can be at yield in one state, so the choice cannot be
-                # excluded.
+                # In one state, all faces that move in the choice or in its mechanism can be at yield. The
+                # choice therefore cannot be excluded.
                 raise _Undecided
             open_faces = [face for face in cut if choice[face] == _OPEN]
             if len(open_faces) > 1:

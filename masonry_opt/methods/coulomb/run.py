@@ -248,9 +248,10 @@ class LowestState:
 
 
 def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> list[np.ndarray]:
-    """Return the joint forces (3c + t,) of selected steps of the load history.
+    """Return the joint forces of selected steps of the load history.
 
-    ``shares`` are the positions of these steps in the history: 0.5 selects the step halfway through it.
+    The shape of the forces of one step is (3c + t,). ``shares`` are the positions of these steps in the
+    history: 0.5 selects the step halfway through it.
     """
     if history is None:
         return []
