@@ -211,7 +211,7 @@ def _undecided(v: dict[str, Any]) -> str:
 
 
 def _joints_or_points(v: dict[str, Any]) -> str:
-    """Return the number of joints, or in space of contact points, as text such as "12 joints"."""
+    """Return the number of joints (in space, of contact points) as text such as "12 joints"."""
     return counted(v["contacts"], "contact point") if "contacts" in v else counted(v["joints"], "joint")
 
 

@@ -206,12 +206,12 @@ class Code(StrEnum):
     WITHIN_IMPOSED = "within imposed"
     # The answer exceeds the assumed limits of rates or forces, so nothing is proven.
     TOUCHES_IMPOSED = "touches imposed"
-    # The time limit was reached before the lower bound of λ agreed with the lowest load factor. The values
-    # are those of PROVEN, and ``time_limit``, in seconds.
+    # The time limit was reached before the lower bound of λ agreed with the lowest load factor. Values: as
+    # for PROVEN, and ``time_limit``, in seconds.
     OUT_OF_TIME = "out of time"
     # The time limit was reached before the lower bound of λ agreed with the lowest load factor. The lower
-    # bound is valid only for states within the assumed limits of rates and forces. The values are those of
-    # PROVEN, and ``time_limit``, in seconds.
+    # bound is valid only for states within the assumed limits of rates and forces. Values: as for PROVEN,
+    # and ``time_limit``, in seconds.
     OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"
     # The time limit was reached before an exact state was found, so there is no upper bound. Value:
     # ``time_limit``, in seconds.

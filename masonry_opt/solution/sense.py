@@ -19,8 +19,8 @@ from masonry_opt.solution.typical_units import in_other_unit
 from masonry_opt.solution.wedges import wedges
 
 #: Tests for unusual joint properties, each with the code of its warning and the names of the properties.
-#: Friction above 3 (tan 72°) exceeds that of any dry joint, and may be an angle in degrees. Dilatancy below
-#: −friction is a contraction that friction cannot resist.
+#: A friction coefficient above 3 (tan 72°) is higher than in any dry joint, and may be an angle in degrees.
+#: Dilatancy below −friction is a contraction that friction cannot resist.
 _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], ...] = (
     (Code.FRICTION_HIGH, ("friction",), lambda joint: 3.0 < joint.friction < np.inf),
     (Code.DILATANCY_LOW, ("dilatancy", "friction"), lambda joint: joint.dilatancy < -joint.friction),

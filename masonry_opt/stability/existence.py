@@ -301,8 +301,7 @@ def explained(
     """Add to a solution the reasons why it has no load factor, and return the solution.
 
     The reasons state the proof that no load factor exists, if there is a proof, and the joints that prevent
-    the live load from causing collapse. ``associative`` is True if the method's answer is that of associative
-    flow.
+    the live load from causing collapse. ``associative`` is True if the method assumes associative flow.
     """
     certificate = solution.infeasibility
     if certificate is None:

@@ -172,8 +172,8 @@ class Refiner(StateFinder):
     def least(self, rates: np.ndarray, d: np.ndarray) -> ExactState | None:
         """Return the state of least λ with all moving faces at yield, or None if no such state exists.
 
-        This is program (b) of this module. The rates, shape (faces,), and the velocities d, shape (3b,), are
-        those of the mechanism.
+        This is program (b) of this module. The mechanism has the rates ``rates``, shape (faces,), and the
+        velocities ``d``, shape (3b,).
         """
         support = rates > self._settings.at_rest
         if not self._forces_at(self.problem.live_norm, np.zeros(self.problem.B.shape[1]), support):

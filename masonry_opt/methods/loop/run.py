@@ -318,7 +318,7 @@ def accurate_end(
 def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) -> Answer | None:
     """Return an exact state near a solution with a large tolerance, or None if no state is found.
 
-    The solution is that of a sub-problem. No rate in it is exactly zero, so that the moving faces are not
+    The solution belongs to a sub-problem. None of its rates is exactly zero, so the moving faces are not
     known. The first program finds forces of low λ that leave little energy z·p for the rates of the solution.
     The second program finds the mechanism of the true flow rule that leaves least energy for these forces. If
     the second program has no optimum, the mechanism of the sub-problem is used.
