@@ -100,8 +100,8 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
 def _joints(assembly: Assembly) -> Iterator[Reason]:
     """Yield warnings about unusual friction or dilatancy of joints.
 
-    One warning is about the defaults of the scene. Another one names all joints with an unusual property of
-    their own, with the values of the first of these joints.
+    One warning is about the defaults of the scene. A second warning names all joints with an unusual property
+    of their own, and has the values of the first named joint.
     """
     scene, defaults = assembly.scene, assembly.scene.joints
     for code, names, unusual in _UNUSUAL:
