@@ -42,7 +42,7 @@ class CoulombRun:
     stopped: the time limit that has ended the run, whose answer is the lowest state; None before the end.
     seconds_before: time of a load history that was computed before the run, in seconds.
     note: further result of the current step in words, for the log.
-    proof: the proof that no state has a lower load factor; None without a proof.
+    proof: the proof that no state has a lower load factor; None if there is no proof.
     """
 
     def __init__(

@@ -140,7 +140,7 @@ class EquilibriumSolver:
         return Equilibrium(step.state, step.response, by_motion=False)
 
     def move(self, state: BlockState, load: np.ndarray) -> Equilibrium | Collapse | SlowMotion:
-        """Follow the damped motion, eq. (2), until it reaches equilibrium, collapse or the solve limit."""
+        """Follow the damped motion, eq. (2), up to equilibrium, collapse or the largest number of solves."""
         rigid = self._find_rigid_motion(state, load)
         if rigid is not None:
             return Collapse(state, rigid)

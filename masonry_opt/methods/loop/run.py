@@ -211,9 +211,9 @@ class Run:
         return ended.telling(reason(Code.REPEATS, period=length, **cycle_values))
 
     def _exact_end(self, last: SubProblem) -> Solution | None:
-        """Return the solution with exact forces close to the last sub-problem's forces, or None without them.
+        """Return the solution with exact forces close to the forces of the last sub-problem.
 
-        None is also returned if the option ``finish`` is off.
+        None is returned if no such forces are found, or if the option ``finish`` is off.
         """
         if not self.parameters.finish:
             return None
