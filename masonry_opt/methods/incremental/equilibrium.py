@@ -40,7 +40,7 @@ from masonry_opt.problem.problem import Problem
 class BlockState:
     """State of the blocks in a load history: trial forces of the contacts, and block displacements."""
 
-    trial: np.ndarray  #: trial forces without the slip so far, shape (3, m)
+    trial: np.ndarray  #: elastic trial forces of the contacts, without their accumulated slip, shape (3, m)
     d: np.ndarray  #: displacements, shape (3b,)
 
 
