@@ -24,7 +24,7 @@ class LeastLoadFactor:
     Attributes
     ----------
     load_factor: lowest load factor of the exact collapse states found; None if no state was found.
-    proof: proof that no collapse state has a load factor from 0 to ``proof.bound``; None without a proof.
+    proof: proof that no collapse state has a load factor from 0 to ``proof.bound``; None if unproven.
     why: reason why the proof is missing; empty if there is a proof.
     """
 

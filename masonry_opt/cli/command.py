@@ -125,8 +125,8 @@ class Given(dict[str, Any]):
         method does not have the form NAME=VALUE, or is a parameter of ``function`` or of ``solve``.
         """
         options = dict(map(_name_and_value, self.pop("options", ())))
-        # Options of the command itself raise an error if they follow --option. The exception is "time_limit",
-        # because it was once an option of method "global".
+        # An option of the command itself raises an error if it is passed through --option. Only "time_limit"
+        # is accepted, because it was once an option of method "global".
         for taking in (solve, function):
             own = inspect.signature(taking).parameters.keys() & (options.keys() - {"time_limit"})
             if own:

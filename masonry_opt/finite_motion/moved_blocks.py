@@ -342,7 +342,7 @@ class MovedBlocks:
         return stays & ~is_free[:, None], slides & ~is_free
 
     def slip_share(self, touch: np.ndarray, poses: np.ndarray, motion: np.ndarray) -> float:
-        """Return the largest slip at a corner in contact, relative to the speed of the fastest corner."""
+        """Return the largest slip rate at a corner in contact, divided by the speed of the fastest corner."""
         _, slip = self.relative(poses, motion)
         speed = self._fastest_of_blocks(poses, motion) or 1.0
         return float(np.abs(slip[touch]).max(initial=0.0)) / speed

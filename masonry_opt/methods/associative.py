@@ -76,8 +76,8 @@ def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, A
     answer = driver.solve(nearly=True)
     state = with_certificate(answer.state)
     if problem.by_strength.conic and state and (answer.solved.failed or _is_short(answer, state)):
-        # Solve again for more accuracy: the forces of the first solution scale the parabolas of the crushing
-        # limit.
+        # Solve again for more accuracy. The constraints that limit crushing are now scaled by the normal
+        # forces of the first solution.
         again = driver.solve(nearly=True, near=state.q)
         if again.state is not None:
             answer, state = again, with_certificate(again.state)

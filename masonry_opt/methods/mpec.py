@@ -177,7 +177,7 @@ def mpec(task: Task) -> Solution:
         start = of_same_scene(options.start, problem)
     else:
         # Solve the sub-problems of the loop accurately. The relaxation must start from a state that shows
-        # which faces move, and rough solutions do not show this.
+        # which faces move, and solutions with a large tolerance do not show this.
         accurate = LoopOptions(sub_problems="accurate")
         start = nonassociative(task.with_options(accurate, find_solver("cvxpy", None)))
     if start.q is None or start.d is None:

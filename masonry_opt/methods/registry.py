@@ -104,7 +104,7 @@ class HowToSolve:
     solver: str | None = None
     tolerance: float | None = None
     incremental: bool = True
-    time_limit: float | None = None  #: longest time of an analysis in seconds; None without a limit
+    time_limit: float | None = None  #: longest time of an analysis in seconds; None if there is no limit
     options: Mapping[str, Any] = field(default_factory=dict)  #: options of the method, by name
     #: argument names of the calling function, which errors about unknown options suggest
     arguments: Sequence[str] = ()

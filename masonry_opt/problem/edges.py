@@ -11,7 +11,7 @@ import numpy as np
 
 from masonry_opt.problem.problem import Problem
 
-#: Linear form of numbered unknowns: a dictionary from the number of each unknown to its coefficient.
+#: Linear form of numbered unknowns: a dictionary from the index of each unknown to its coefficient.
 Form = dict[int, float]
 
 #: Magnitude below which an entry of B counts as zero. Entries of B are near one; smaller entries are rounding
@@ -27,11 +27,11 @@ class EdgeFactors:
     - Statics: x₂ = n₁, x₃ = n₂ and z₀ of each joint, then λ, then 1. Here z₀ is the slack of sliding in the
       positive sense, or the shear s if the joint cannot slide.
     - Kinematics: u₂, u₃, p₀, p₁ of each joint, then d, then 1. Here u = 2 p are the openings of the edges by
-      rocking, and p₀ and p₁ the sliding rates; a joint that cannot slide has no number for them.
+      rocking, and p₀ and p₁ the sliding rates; a joint that cannot slide has no index for them.
 
-    ``forces``, ``load_factor`` and ``one`` are the numbers of the factors of statics; ``rates``,
-    ``velocities`` and ``unit`` those of kinematics. The factors in ``signed`` may be negative. Products of
-    the pairs in ``at_rest`` are zero by complementarity, eq. (8).
+    ``forces``, ``load_factor`` and ``one`` are the indices of the factors of statics; ``rates``,
+    ``velocities`` and ``unit`` are the indices of the factors of kinematics. The factors in ``signed`` may be
+    negative. Products of the pairs in ``at_rest`` are zero by complementarity, eq. (8).
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -55,15 +55,15 @@ class EdgeFactors:
         self._columns = [problem.B[:, kind].toarray() for kind in np.arange(3 * c).reshape(3, -1)]
 
     def forces_of(self, joint: int) -> range:
-        """Return the numbers of a joint's force unknowns."""
+        """Return the indices of a joint's force unknowns."""
         return range(3 * joint, 3 * joint + 3)
 
     def rates_of(self, joint: int) -> range:
-        """Return the numbers of a joint's rate unknowns."""
+        """Return the indices of a joint's rate unknowns."""
         return range(4 * joint, 4 * joint + (4 if self._slides[joint] else 2))
 
     def velocities_of(self, block: int) -> range:
-        """Return the numbers of a block's velocity unknowns."""
+        """Return the indices of a block's velocity unknowns."""
         return self.velocities[self._rows_per_block * block :][: self._rows_per_block]
 
     def pairs(self, first: int, second: int) -> Iterator[tuple[int, int]]:
@@ -75,7 +75,7 @@ class EdgeFactors:
         return (pair for pair in pairs if pair not in self.at_rest)
 
     def motion_of(self, joint: int) -> list[int]:
-        """Return the numbers of the velocity unknowns of all blocks at a joint."""
+        """Return the indices of the velocity unknowns of the blocks that a joint touches."""
         blocks = np.flatnonzero(self._touches[:, joint]).tolist()
         return [e for block in blocks for e in self.velocities_of(block)]
 

@@ -241,7 +241,7 @@ class Faces:
     4. lower limits of the limited forces that have one, then their upper limits.
 
     ``count`` is the number of faces. ``slides``, ``rocks``, ``chords`` and ``limits`` are the slices of these
-    groups, and ``rest`` is that of the last three.
+    groups, and ``rest`` is the slice of the last three groups.
     """
 
     def __init__(

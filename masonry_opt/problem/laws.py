@@ -152,7 +152,7 @@ class Forms(NamedTuple):
     strength: type[Chords] = Chords
 
 
-#: Law classes for linear programs: friction by a polygon, strength by chords.
+#: Classes of the friction and strength laws in linear programs: a polygon for friction, chords for strength.
 BY_FACES = Forms()
 
 

@@ -22,9 +22,9 @@ SIDES = 24
 
 
 def shares(joints: Joints, joint: np.ndarray) -> np.ndarray:
-    """Return the length (in space, the area) of each joint of the problem, shape (c,).
+    """Return the length of each joint in the plane, or the area of each contact point in space, shape (c,).
 
-    The length or area of a scene's joint is divided equally among its contact points.
+    In space the area of a joint is divided equally among its contact points.
     """
     return np.asarray((joints.extent / np.bincount(joint, minlength=len(joints.extent)))[joint])
 
@@ -39,9 +39,9 @@ class Matrices:
     #: middle of the joint is L/2 (n₂ − n₁). In space the columns are all normal forces n, all shears s, all
     #: shears t, then the limited forces.
     B: sp.csr_array
-    #: Length of each joint (in space, area of each contact point) divided by the median, shape (c,). The
-    #: stiffness of elastic contacts is proportional to this value. A contact at a corner has no length; its
-    #: value is 1.
+    #: Size of each contact divided by the median size, shape (c,). In the plane the size is the length of the
+    #: joint. In space it is the area that belongs to the contact point. The stiffness of elastic contacts is
+    #: proportional to this ratio. A contact at a corner has no length; its ratio is 1.
     extent: np.ndarray
     length_unit: float  #: unit of length of the problem, in the scene's unit; all lengths are divided by it
     layout: Layout = PLANE  #: index conventions of the plane or of space

@@ -51,7 +51,7 @@ class ProblemNames:
     """
 
     problem: Problem
-    joints: list[str]  #: label of each joint, in space of each contact point, such as ``[A|ground]``
+    joints: list[str]  #: labels of the joints (in space, of the contact points), such as ``[A|ground]``
     blocks: list[str]  #: label of each movable block, such as ``[A]``
     limited: list[str]  #: label of each limited force
 

@@ -187,9 +187,9 @@ class Problem(ProblemParts):
         return self.forms.strength(self.layout, self.law)
 
     def by(self, forms: Forms) -> "Problem":
-        """Return a copy of the problem with the given law classes.
+        """Return a copy of the problem whose friction and strength laws are evaluated by the given classes.
 
-        If the classes do not change, the problem itself is returned.
+        If the problem already uses these classes, the problem itself is returned.
         """
         return self if forms == self.forms else replace(self, law=replace(self.law, forms=forms))
 

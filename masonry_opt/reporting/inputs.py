@@ -160,8 +160,8 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "'tolerance'"
     ),
     Code.NEARLY_PARALLEL: lambda v: (
-        f"two joints of a block deviate by up to {v['angle']:.2g} rad from parallel, so the block is a wedge "
-        f"that must lift to slide: {pairs(v)}; if the joints should be parallel, "
+        f"two joints of a block are almost parallel (the angle is at most {v['angle']:.2g} rad), so the "
+        f"block is a wedge, which can slide only if it lifts: {pairs(v)}; if the joints should be parallel, "
         f"{set_tolerance(v['tolerance'])}"
     ),
     Code.JOINT_AT_CORNERS: lambda v: (
@@ -195,8 +195,8 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.STRENGTH_DIFFERS: strength_differs,
     Code.STRESS_DIFFERS: stress_differs,
     Code.ACTS_OUTSIDE: lambda v: (
-        f"the {v['load']} force of {blocks(v['blocks'])} acts {v['distance']:.3g} outside the block: specify "
-        f"'{v['load']}_at' (in a load, 'at') in the scene's coordinates"
+        f"the {v['load']} force of {blocks(v['blocks'])} acts {v['distance']:.3g} outside the block: correct "
+        f"its point of application in scene coordinates ('{v['load']}_at' of the block, or 'at' of the load)"
     ),
     Code.FORCES_DIFFER: lambda v: (
         f"the {v['load']} force on {blocks(v['blocks'])} is {v['ratio']:.3g} times the block weight: are "

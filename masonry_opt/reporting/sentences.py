@@ -43,7 +43,7 @@ _RESIDUAL_NAMES = {
 
 #: Description of the joints that a message lists, by the status of the result.
 _JOINT_DESCRIPTIONS = {
-    Status.LOCKED: "joints that slide but cannot open as associative flow requires",
+    Status.LOCKED: "joints that slide but cannot open, although associative flow requires that they open",
     Status.UNLIMITED: "joints that carry the live load",
     Status.JAMMED: "joints whose normal forces grow most",
 }
@@ -211,7 +211,7 @@ def _undecided(v: dict[str, Any]) -> str:
 
 
 def _joints_or_points(v: dict[str, Any]) -> str:
-    """Return the number of joints, or in space of contact points, as text such as "12 joints"."""
+    """Return the number of joints (in space, of contact points) as text such as "12 joints"."""
     return counted(v["contacts"], "contact point") if "contacts" in v else counted(v["joints"], "joint")
 
 
@@ -356,8 +356,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.NO_COLLAPSE: lambda v: (
         "proven: no load factor λ ≥ 0 exists, because in every mechanism in which the live load does work, "
         f"some moving joints cannot yield together (proof: {counted(v['static_cuts'], 'set')} of yield "
-        f"conditions that exclude each other, and {counted(v['kinematic_cuts'], 'set')} in which one or more "
-        "conditions must move)"
+        f"conditions that cannot all be at yield, and {counted(v['kinematic_cuts'], 'set')} of yield "
+        "conditions of which at least one must yield)"
     ),
     Code.CARRIES_ANY: (
         "proven: joint forces within the friction limits carry any multiple of the live load; a collapse "
@@ -381,8 +381,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "associative load factor is reported instead"
     ),
     Code.FLOW_RULE_IDLE: lambda v: (
-        "the associative answer already obeys the joints' own flow rule; to look for a lower load factor: "
-        + _by_loop(v, "set option 'always'")
+        "the associative answer also obeys the joints' own flow rule, so its load factor is valid, but may "
+        "not be the lowest; to look for a lower load factor: " + _by_loop(v, "set option 'always'")
     ),
     Code.STILL_CHANGES: lambda v: (
         f"λ still changes after {counted(v['count'], 'sub-problem')}, most recently between {_between(v)}: "
@@ -398,8 +398,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"sub-problem {v['number']} ended with '{v['word']}': {_try_another_solver(v)}"
     ),
     Code.SUB_PROBLEM_EMPTY: lambda v: (
-        f"sub-problem {v['number']} has no equilibrium state, because contacts that lost their normal force "
-        "have locked: " + _by_loop(v, "lower 'alpha', or choose an interior-point solver")
+        f"sub-problem {v['number']} has no equilibrium state, because its shear limits allow almost no "
+        "normal force in contacts that had none in the previous sub-problem: "
+        + _by_loop(v, "lower 'alpha', or choose an interior-point solver")
     ),
     Code.BEGAN_AGAIN: _began_again,
     Code.LEAST_BORNE_OUT: lambda v: (
@@ -448,7 +449,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.LOCAL_MINIMUM: (
         "the answer is a local minimum, in which each product of slack and rate is at most ε = {epsilon:.0e}"
     ),
-    Code.START_FAILED: "the loop that computes the start failed",
+    Code.START_FAILED: "the relaxation has no start, because the loop of linear programs failed",
     Code.RELAXATION_STOPPED: "IPOPT ended with '{word}' at ε = {epsilon:.0e}",
     Code.NOTHING_SOLVED: (
         "no relaxed program was solved: set a smaller 'epsilon', or set 'start' to the result of an earlier "

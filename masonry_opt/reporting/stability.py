@@ -57,9 +57,9 @@ def _least_friction(stability: Stability, friction: list[float]) -> str:
 
 
 def _thrust(stability: Stability) -> str:
-    """Return a text about the middle part of the joints into which all resultants fit.
+    """Return a text about the geometric margin: how far the joints can shrink towards their middles.
 
-    "" if it is unknown.
+    The text is "" if the margin is unknown.
     """
     margin = stability.geometric_margin
     if margin is None:

@@ -179,7 +179,7 @@ def _wrong_load_dimension(scene: SceneKeys) -> Iterator[str]:
                 yield f"{where}: '{key}' needs {_POINT[scene.dimension]}"
         for key in ("live_moment", "dead_moment"):
             if getattr(load, key) and scene.dimension == 2:
-                yield f"{where}: '{key}' is only for solids: remove it"
+                yield f"{where} has '{key}', which is only for solids: remove it"
 
 
 def of_plane_alone(scene: SceneKeys) -> Iterator[str]:
@@ -223,12 +223,12 @@ def _wrong_loads(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
         if load.block not in fixed:
             yield f"load no. {number}: no block is named '{load.block}'{did_you_mean(load.block, fixed)}"
         if fixed[load.block]:
-            yield f"load no. {number}: block '{load.block}' is fixed: name a movable block instead"
+            yield f"load no. {number} acts on block '{load.block}', which is fixed: name a movable block"
         if load.weight is not None:
             if load.block in weighed:
                 yield (
-                    f"load no. {number}: block '{load.block}' has a 'weight' from another load too: "
-                    "remove one of the two weights"
+                    f"load no. {number} sets the 'weight' of block '{load.block}', but another load sets it "
+                    "too: remove one of the two weights"
                 )
             weighed.add(load.block)
 

@@ -128,10 +128,12 @@ def steps_round(ring: Sequence[int]) -> Iterator[tuple[int, int]]:
 def combine(
     first1: np.ndarray, count1: np.ndarray, first2: np.ndarray, count2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pair each integer of a range with each integer of the corresponding range in a second list.
+    """Return all pairs of integers from two equally long lists of ranges.
 
-    The results are, for each pair, the position of the two ranges in the lists, the integer from the first
-    range, and the integer from the second range. The integer from the second range varies fastest.
+    Each integer of a range in the first list is paired with each integer of the range at the same position in
+    the second list. A range is given by its first integer and its length. The results are, for each pair, the
+    position of the two ranges in the lists, the integer from the first range, and the integer from the second
+    range. The integer from the second range varies fastest.
     """
     size = count1 * count2
     number = np.repeat(np.arange(len(size)), size)

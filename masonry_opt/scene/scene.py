@@ -187,7 +187,7 @@ class Scene(SceneKeys):
 
     @property
     def settled(self) -> Any:
-        """Return the state of the scene after a settlement of supports, or None without a settlement."""
+        """Return the state of the scene after supports have settled, or None if no support has settled."""
         return self._settled
 
     def settled_as(self, state: Any) -> Self:

@@ -290,6 +290,6 @@ def _built(
 def _wrong_lengths(course: str, lengths: list[float]) -> Iterator[str]:
     """Yield an error message for each mistake in the lengths of a course."""
     if any(length == 0 for length in lengths):
-        yield f"{course}: a length is 0: give a positive length for a block, or a negative length for a gap"
+        yield f"{course} has a length of 0: use a positive length for a block, or a negative length for a gap"
     if all(length < 0 for length in lengths):
-        yield f"{course}: the course has gaps only: give at least one positive length"
+        yield f"{course} has gaps only: add a positive length, which is the length of a block"

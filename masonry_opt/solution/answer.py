@@ -200,8 +200,8 @@ def certified(
     residuals = {
         **certificate.as_dict(),
         "complementarity": over_load_factor(certificate.complementarity, load_factor),
-        # The work of the live load may be zero if all its entries are below the tolerance of the solver. The
-        # residual is then infinite.
+        # The work of the live load may be zero if all entries of the live load are below the tolerance of the
+        # solver. The residual is then infinite.
         "work": over_load_factor(unbalanced_work / live_work, load_factor) if live_work > 0 else inf,
         "block": float(unbalanced_shares(problem, unbalanced, acting).max()),
         "joint": float(violation_shares(problem, problem.slacks(q), acting).max(initial=0.0)),

@@ -57,10 +57,10 @@ class LoadHistory:
         return sum(step.is_jump for step in self.steps)
 
     def state_at(self, load_factor: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return block displacements (3b,) and joint forces (3c + t,) at a given load factor.
+        """Return block displacements and joint forces at a given load factor.
 
-        The values are interpolated linearly between load steps. This is exact if no contact changes between
-        the two steps.
+        The shapes are (3b,) and (3c + t,). The values are interpolated linearly between load steps. This is
+        exact if no contact changes between the two steps.
 
         Raises
         ------

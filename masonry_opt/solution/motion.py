@@ -95,14 +95,17 @@ def joints_that_move(assembly: Assembly, steps: Sequence[LoadStep]) -> tuple[np.
 
 
 def moving_blocks(assembly: Assembly, d: np.ndarray) -> np.ndarray:
-    """Return the indices of the movable blocks that move in the mechanism d (3b,), fastest first."""
+    """Return the indices of the movable blocks that move in a mechanism, fastest first.
+
+    The mechanism ``d`` consists of block velocities, shape (3b,).
+    """
     speeds = _corner_speeds(assembly, d)
     order = np.argsort(-speeds, kind="stable")
     return order[speeds[order] > MOVES * (speeds.max() or 1.0)]
 
 
 def moving_names(assembly: Assembly, d: np.ndarray) -> list[str]:
-    """Return the names of the blocks that move in the mechanism d (3b,), fastest first."""
+    """Return the names of the blocks that move in a mechanism d, shape (3b,), fastest first."""
     return assembly.names(assembly.movable[moving_blocks(assembly, d)])
 
 
@@ -157,10 +160,11 @@ def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 
 def weightless(problem: Problem, load_factor: float, d: np.ndarray) -> bool:
-    """Return True if λ is negative and all blocks that move in the mechanism d (3b,) have zero net load.
+    """Return True if λ is negative and all blocks that move in the mechanism have zero net load.
 
-    A live load parallel to a block's weight cancels the weight at some negative load factor. Then the block
-    can move regardless of its joints, so the mechanism is not a collapse.
+    The mechanism ``d`` consists of block velocities, shape (3b,). A live load parallel to a block's weight
+    cancels the weight at some negative load factor. Then the block can move regardless of its joints, so the
+    mechanism is not a collapse.
     """
     if load_factor >= -ZERO:
         return False

@@ -73,7 +73,7 @@ class Outcome:
         :class:`~.solution.stability.Stability`. None if a live load acts, or if the scene is unstable.
     kind: kind of answer, which determines the limits of its residuals.
     load_factor: load factor λ; None unless ``status.usable``.
-    certificate: residuals of λ, forces and mechanism, from the matrices alone; None without λ.
+    certificate: residuals of λ, forces and mechanism, from the matrices alone; None if there is no λ.
     infeasibility: proven statement about the existence of a load factor, with residuals from the matrices
         alone. None if there is a load factor, if the scene is unstable under dead load, and for more than
         2000 joints (in space, contact points).
@@ -83,7 +83,7 @@ class Outcome:
     lp_solves: number of linear or cone programs solved, without those for the dead load alone.
     nlp_solves: number of nonlinear programs solved.
     stationary: True if no mechanism that the search (option ``search``) tried lowers λ, False if the solver
-        could not decide for some mechanisms; None without a search.
+        could not decide for some mechanisms; None if the method did not search.
     lowest: lowest load factor of the exact Coulomb collapse states that the method found; None if it found no
         exact state.
     incremental: incremental load factor, by method "incremental": the largest load factor of the load
@@ -100,11 +100,11 @@ class Outcome:
         (``assembly.problem``); see :func:`~masonry_opt.certify`. None if they are not known.
     exact: True if all residuals are within the limits of exact answers. The flow rule is the joints' own, and
         friction in space is the cone.
-    bound: lower bound of λ: no exact Coulomb state has a load factor from 0 to this bound. The bound is that
-        of ``proof``, or of method "global". A bound of method "global" may assume limits of rates and forces,
-        which ``reasons`` state. None without a bound.
+    bound: lower bound of λ: no exact Coulomb state has a load factor from 0 to this bound. ``proof`` or
+        method "global" proves it. A bound of method "global" may assume limits of rates and forces, which
+        ``reasons`` state. None if no bound is known.
     proof: proof by conflicts that no state has a lower load factor, see :func:`~masonry_opt.check_proof`. It
-        assumes no limits of rates and forces. None without a proof.
+        assumes no limits of rates and forces. None if there is no proof.
     seconds: seconds by part of the analysis (see :class:`~masonry_opt.effort.Effort`).
     solvers: names of the solvers by purpose: "dead load", "load factor", "sub-problems", ...
     largest_turn: largest angle (radians) by which a joint was turned to align contacts within the accuracy of
@@ -185,7 +185,7 @@ class Outcome:
     def stationary(self) -> bool | None:
         """True if no mechanism that the search tried lowers λ.
 
-        False if the solver could not decide for some mechanisms; None without a search.
+        False if the solver could not decide for some mechanisms; None if the method did not search.
         """
         return self.solution.stationary
 
@@ -193,13 +193,13 @@ class Outcome:
     def bound(self) -> float | None:
         """Lower bound of λ: no exact Coulomb state has a load factor from 0 to this bound.
 
-        None without a bound.
+        None if no bound is known.
         """
         return self.solution.bound
 
     @property
     def proof(self) -> Proof | None:
-        """Proof that no collapse state has a lower load factor; None without a proof."""
+        """Proof that no collapse state has a lower load factor; None if there is no proof."""
         return self.solution.proof
 
     @property
@@ -369,7 +369,7 @@ class Outcome:
 
     @property
     def certificate(self) -> Certificate | None:
-        """Residuals of load factor, forces and mechanism; None without a load factor."""
+        """Residuals of load factor, forces and mechanism; None if there is no load factor."""
         return self.solution.answer.certificate if self.solution.answer else None
 
     @property

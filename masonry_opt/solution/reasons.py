@@ -67,8 +67,8 @@ class Code(StrEnum):
     NO_FRICTION_HOLDS = "no friction holds"
     # The scene would be stable with more friction. Values: ``pairs``, the two blocks of each joint that
     # slides; ``factor``, a sufficient multiplier of all friction coefficients, None if unknown; ``above``,
-    # the largest multiplier that is known to be too small; ``hangs``, True if no joint supports one of the
-    # blocks from below.
+    # the largest multiplier that is known to be too small; ``hangs``, True if at least one falling block has
+    # no joint that supports it from below.
     FRICTION_WOULD_HOLD = "friction would hold"
     # The scene would be stable if no joint could crush. The code has no values.
     STRENGTH_WOULD_HOLD = "strength would hold"
@@ -91,8 +91,8 @@ class Code(StrEnum):
     # values.
     NO_MECHANISM = "no mechanism"
     # It is proven that no collapse state exists. Values: ``static_cuts``, the number of sets of yield
-    # conditions that exclude each other; ``kinematic_cuts``, the number of sets of yield conditions of which
-    # at least one must move.
+    # conditions that cannot all be at yield in one state; ``kinematic_cuts``, the number of sets of yield
+    # conditions of which at least one yields in every mechanism in which the live load does work.
     NO_COLLAPSE = "no collapse"
     # Forces within the friction limits carry any multiple of the live load. The code has no values.
     CARRIES_ANY = "carries any"
@@ -206,10 +206,12 @@ class Code(StrEnum):
     WITHIN_IMPOSED = "within imposed"
     # The answer exceeds the assumed limits of rates or forces, so nothing is proven.
     TOUCHES_IMPOSED = "touches imposed"
-    # The time limit was reached before the bounds agreed. An additional value is ``time_limit``, in seconds.
+    # The time limit was reached before the lower bound of λ agreed with the lowest load factor. Values: as
+    # for PROVEN, and ``time_limit``, in seconds.
     OUT_OF_TIME = "out of time"
-    # The time limit was reached before the bounds agreed, and the bound assumes limits of rates or forces. An
-    # additional value is ``time_limit``, in seconds.
+    # The time limit was reached before the lower bound of λ agreed with the lowest load factor. The lower
+    # bound is valid only for states within the assumed limits of rates and forces. Values: as for PROVEN,
+    # and ``time_limit``, in seconds.
     OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"
     # The time limit was reached before an exact state was found, so there is no upper bound. Value:
     # ``time_limit``, in seconds.
@@ -223,12 +225,13 @@ class Code(StrEnum):
     # A closed joint opens in the finite motion. Value: ``pairs``, the two blocks of the joint.
     JOINT_OPENS = "joint opens"
     # Joints slide at the onset of collapse, so no finite motion is computed. Values: ``associative`` load
-    # factor, None if unlimited; ``pairs``, the two blocks of each joint that slides; only in the plane
-    # ``slip``, the largest slip of a joint divided by the speed of the fastest corner; only in space
-    # ``turning``, the load factor at which the rotating body alone would collapse.
+    # factor, None if unlimited; ``pairs``, the two blocks of each joint that slides; ``slip`` (for plane
+    # scenes only), the largest slip rate of a joint divided by the speed of the fastest corner; ``turning``
+    # (for scenes in space only), the load factor at which the rotating body alone would collapse.
     NOT_HINGING = "not hinging"
     # Joints begin to slide in the finite motion. Values: ``pairs``, the two blocks of each sliding joint;
-    # only in the plane ``slip``, the largest slip of a joint divided by the speed of the fastest corner.
+    # ``slip``, the largest slip rate of a joint divided by the speed of the fastest corner. Scenes in space
+    # have no value ``slip``.
     JOINTS_SLIDE = "joints slide"
     # Two blocks without a joint between them touch in the finite motion. Value: ``blocks``, the names of the
     # two blocks.

@@ -38,7 +38,7 @@ def load_columns(assembly: Assembly) -> Columns:
 
 
 def limit_columns(assembly: Assembly, solution: Solution) -> Columns:
-    """Return the yield limits and the flow rule of each joint, in space of each contact point.
+    """Return the yield limits and the flow rule of each joint (in space, of each contact point).
 
     - ``friction``: friction coefficient μ.
     - ``cohesion_force``: cohesion times the area of the joint or contact point.

@@ -19,8 +19,8 @@ from masonry_opt.solution.typical_units import in_other_unit
 from masonry_opt.solution.wedges import wedges
 
 #: Tests for unusual joint properties, each with the code of its warning and the names of the properties.
-#: Friction above 3 (tan 72°) exceeds that of any dry joint, and may be an angle in degrees. Dilatancy below
-#: −friction is a contraction that friction cannot resist.
+#: A friction coefficient above 3 (tan 72°) is higher than in any dry joint, and may be an angle in degrees.
+#: Dilatancy below −friction is a contraction that friction cannot resist.
 _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], ...] = (
     (Code.FRICTION_HIGH, ("friction",), lambda joint: 3.0 < joint.friction < np.inf),
     (Code.DILATANCY_LOW, ("dilatancy", "friction"), lambda joint: joint.dilatancy < -joint.friction),
@@ -30,10 +30,10 @@ _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], .
 #: The distance is relative to the size of the group, or to the size of all other blocks if they are larger.
 _FAR_DISTANCE_RATIO = 10.0
 
-#: Ratio of unit weights, or of forces to weights, above which a warning says that their units differ. The
-#: value lies between 5, the ratio of stone to timber, and 1000, the ratio of kN to N. The value is well below
-#: 1000, because different materials may reduce the ratio of 1000. Unit weights with a smaller ratio are
-#: compared with typical values.
+#: Ratio of two unit weights, or of a force to a weight, above which a warning says that their units differ.
+#: Different materials alone cause ratios of about 5 (stone to timber). A mix of kN and N alone causes the
+#: ratio 1000. If both occur, the ratio can be less than 1000, so the limit is well below 1000. Two unit
+#: weights with a smaller ratio are compared with typical values.
 _OTHER_UNITS = 300.0
 
 #: Ratio of a block's weight per area to the median weight per area, for plane blocks that are specified by
@@ -100,8 +100,8 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
 def _joints(assembly: Assembly) -> Iterator[Reason]:
     """Yield warnings about unusual friction or dilatancy of joints.
 
-    One warning is about the defaults of the scene. Another one names all joints with an unusual property of
-    their own, with the values of the first of these joints.
+    One warning is about the defaults of the scene. A second warning names all joints with an unusual property
+    of their own, and has the values of the first named joint.
     """
     scene, defaults = assembly.scene, assembly.scene.joints
     for code, names, unusual in _UNUSUAL:

@@ -52,11 +52,11 @@ class Solution:
     #: Lower bound of λ from a proof or from method "global". The reasons list the assumptions of the bound.
     bound: float | None = None
     bound_derived: bool = False  #: True if the bound is proven without assumptions
-    proof: Proof | None = None  #: proof that no collapse state has a lower load factor; None without a proof
-    #: Number of starts of the search for exact states; None for methods without a search.
+    proof: Proof | None = None  #: proof that no collapse state has a lower λ; None if there is no proof
+    #: Number of starts of the search for exact states; None if the method does not search.
     starts: int | None = None
     exact_states: int | None = None  #: number of different exact states found from all starts
-    #: Load factor, zero or negative, of an exact state other than the answer. Infinite without such a state.
+    #: Load factor, zero or negative, of an exact state other than the answer; infinite if none was found.
     below_zero: float = inf
     #: True if equilibrium alone determines all forces, so that no other load factor above zero can cause
     #: collapse.
@@ -68,7 +68,7 @@ class Solution:
     #: Largest load factor of the load history, if the load history ends at a lower load factor; otherwise
     #: None.
     peak: float | None = None
-    #: Proof that no load factor exists, or the result of an undecided attempt; None without an attempt.
+    #: Proof that no load factor exists, or the result of an undecided attempt; None if none was attempted.
     infeasibility: InfeasibilityCertificate | None = None
     #: Safety margins of a scene that has no live load and is stable; None for all other scenes.
     stability: Stability | None = None
@@ -104,7 +104,7 @@ class Solution:
 
     @property
     def load_factor(self) -> float | None:
-        """Load factor λ of the answer; None without an answer."""
+        """Load factor λ of the answer; None if there is no answer."""
         return self.answer.load_factor if self.answer else None
 
     @property

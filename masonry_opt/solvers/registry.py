@@ -59,7 +59,7 @@ class SolverEntry:
 
 @dataclass(frozen=True)
 class Solver:
-    """Solver with a feasibility and gap tolerance, and the options that set this tolerance."""
+    """Solver with a tolerance of feasibility and duality gap, and the options that set this tolerance."""
 
     entry: SolverEntry
     options: dict[str, Any]

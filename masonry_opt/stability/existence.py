@@ -145,8 +145,8 @@ class Cuts:
                 return None
             cut = self._static_cut(moving | (rates > _MOVING_RATE))
             if cut is None:
-                # All moving faces of this choice can be at yield in one state, so the choice cannot be
-                # excluded.
+                # In one state, all faces that move in the choice or in its mechanism can be at yield. The
+                # choice therefore cannot be excluded.
                 raise _Undecided
             open_faces = [face for face in cut if choice[face] == _OPEN]
             if len(open_faces) > 1:
@@ -301,8 +301,7 @@ def explained(
     """Add to a solution the reasons why it has no load factor, and return the solution.
 
     The reasons state the proof that no load factor exists, if there is a proof, and the joints that prevent
-    the live load from causing collapse. ``associative`` is True if the method's answer is that of associative
-    flow.
+    the live load from causing collapse. ``associative`` is True if the method assumes associative flow.
     """
     certificate = solution.infeasibility
     if certificate is None:

@@ -54,7 +54,10 @@ def senses_of(problem: Problem) -> np.ndarray:
 
 
 def live_range(problem: Problem, d: np.ndarray, highest: float) -> float:
-    """Return the least power of the live load λ f_L in a mechanism d (3b,), for λ from 0 to ``highest``."""
+    """Return the least power of the live load λ f_L in a mechanism, for λ from 0 to ``highest``.
+
+    The mechanism ``d`` consists of block velocities, shape (3b,).
+    """
     return min(0.0, highest * float(problem.live @ d))
 
 
@@ -153,7 +156,7 @@ class Statics(Theory):
         self._height = scaled.problem.B.shape[0]
 
     def set_highest(self, highest: float) -> None:
-        """Set the largest load factor, in units of the scaled problem."""
+        """Set the upper limit of the load factor in the program, in units of the scaled problem."""
         self._session.set_bounds("load_factor", 0.0, highest)
 
     def slacks(self) -> np.ndarray:
@@ -162,7 +165,7 @@ class Statics(Theory):
         return np.maximum(z, 0.0) / self._problem.steep
 
     def point(self) -> tuple[float, np.ndarray]:
-        """Return the load factor and the forces (3c + t,) of the last optimum, in scaled units."""
+        """Return the load factor and the forces, shape (3c + t,), of the last optimum, in scaled units."""
         return float(self._session.values("load_factor")[0]), self._session.values("q")
 
     def least(self, moving: np.ndarray) -> tuple[float, np.ndarray] | None:
@@ -290,11 +293,11 @@ class Kinematics(Theory):
         self._flow = problem.D(problem.dilatancy).T.tocsr()
 
     def set_highest(self, highest: float) -> None:
-        """Set the largest load factor, in units of the scaled problem."""
+        """Set the largest load factor that may drive a mechanism, in units of the scaled problem."""
         self._session.set_upper_bound_of_row("energy", highest * self._problem.live_norm)
 
     def motion(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the rates (faces,) and the velocities (3b,) at the last optimum."""
+        """Return the rates, shape (faces,), and the velocities, shape (3b,), at the last optimum."""
         return np.maximum(self._session.values("p"), 0.0), self._session.values("d")
 
     def _restrict(self, conditions: np.ndarray) -> None:
@@ -335,7 +338,7 @@ class Kinematics(Theory):
         problem: Problem,
         gain: float,
     ) -> KinematicConflict | None:
-        """Return the conflict that forces q (3c + t,) prove, or None if their residuals are too large."""
+        """Return the conflict that forces q, shape (3c + t,), prove, or None if residuals are too large."""
         resistance = problem.C(problem.dilatancy) @ q + weight * self.energy * self._scaled.force
         unbalanced = problem.B @ q + load_factor * problem.live + weight * problem.dead
         lacks = float(np.maximum(-resistance[~blamed], 0.0).max(initial=0.0))
@@ -347,7 +350,10 @@ class Kinematics(Theory):
 def _balancing(
     problem: Problem, flow: sp.csr_array, unbalanced: np.ndarray, resistance: np.ndarray
 ) -> np.ndarray:
-    """Return the least change of forces (3c + t,) that balances blocks and cancels small resistances."""
+    """Return the least change of forces that balances blocks and cancels small resistances.
+
+    The shape is (3c + t,).
+    """
     support = np.flatnonzero(resistance)
     rows = np.vstack([problem.B.toarray(), flow[support].toarray()])
     change: np.ndarray = np.linalg.lstsq(rows, np.append(-unbalanced, -resistance[support]), rcond=1e-12)[0]

@@ -108,7 +108,7 @@ def _without_range(start: float | None) -> str:
     if start is None:
         return "the search has no upper limit: neither an exact state nor an upper bound of λ is known"
     if start <= ZERO:
-        return "the search ends at a load factor of zero or less, so a proof can exclude no lower λ"
+        return "the search ends at a load factor of zero or less, and a proof cannot cover λ below zero"
     return ""
 
 

@@ -117,7 +117,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self.known = load_factor
         self.highest = bound_below(load_factor, self._settings)
         if self.highest <= 0:
-            raise Undecided("a collapse state at λ = 0 exists, so a proof can exclude no lower λ")
+            raise Undecided("a collapse state at λ = 0 exists, and a proof cannot cover λ below zero")
         for theory in (self._statics, self._kinematics):
             theory.set_highest(self.highest / self._scaled.load_factor)
         self._slacks = self._motion = None

@@ -87,8 +87,8 @@ def global_search(task: Task) -> Solution:
     solution = replace(solution, associative=upper.load_factor, flow_rule_matters=start.flow_rule_matters)
     rising = Rising(problem, best, options.rate_bound or assumed_rates(problem, solution.d), task.effort)
     if best > 0:
-        # A study of several scenes has its own time limit, which may end earlier than that of the method. The
-        # method divides the remaining time among its programs itself.
+        # A study of several scenes has its own time limit, which may end before the time limit of the method.
+        # The method divides the remaining time among its programs itself.
         ends = min(began + options.time_limit, time.perf_counter() + seconds_left())
         with unlimited():
             solution = _raised(task, solution, rising, began, ends)

@@ -102,7 +102,7 @@ class StateBounds:
     rates_derived: bool
 
     def allow(self, problem: Problem, q: np.ndarray, d: np.ndarray) -> bool:
-        """Return True if forces q (3c,) and velocities d (3b,) are within all assumed limits."""
+        """Return True if forces q, shape (3c,), and velocities d, shape (3b,), are within assumed limits."""
         first, second, shear = np.abs(q.reshape(3, -1))
         forces, limits = np.stack([first + second, shear]), np.stack([self.normal, self.forces[2::3]])
         is_within = self.forces_derived or bool((forces <= limits + BEYOND_LIMITS * (1 + limits)).all())

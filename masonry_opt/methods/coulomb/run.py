@@ -42,7 +42,7 @@ class CoulombRun:
     stopped: the time limit that has ended the run, whose answer is the lowest state; None before the end.
     seconds_before: time of a load history that was computed before the run, in seconds.
     note: further result of the current step in words, for the log.
-    proof: the proof that no state has a lower load factor; None without a proof.
+    proof: the proof that no state has a lower load factor; None if there is no proof.
     """
 
     def __init__(
@@ -248,9 +248,10 @@ class LowestState:
 
 
 def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> list[np.ndarray]:
-    """Return the joint forces (3c + t,) of selected steps of the load history.
+    """Return the joint forces of selected steps of the load history.
 
-    ``shares`` are the positions of these steps in the history: 0.5 selects the step halfway through it.
+    The shape of the forces of one step is (3c + t,). ``shares`` are the positions of these steps in the
+    history: 0.5 selects the step halfway through it.
     """
     if history is None:
         return []

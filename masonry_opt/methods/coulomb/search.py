@@ -44,7 +44,7 @@ class LowerState:
         - "ties at 0.75 of their strength" (or 0.5, 0.25);
         - "self-stress": a load history with another self-stress;
         - "fixed point";
-        - "neighbour": forces near those of the lowest state;
+        - "neighbour": forces close to the forces of the lowest state;
         - "proof": the search for a proof that λ is least;
         - "lowest state": in space, the forces of the lowest state.
     candidate: number of the start, counted from 1.

@@ -211,13 +211,13 @@ class Loop:
     def run(self, run: CoulombRun) -> None:
         """End the run with the solution of the first case below that applies.
 
-        1. If there is no load history, the solution is that of the loop.
+        1. If there is no load history, the solution is the solution of the loop.
         2. If joint forces within their limits carry any load, and the compression of joints grows with the
            load in the load history, there is no collapse.
         3. If all exact states have negative load factors, there is no load factor.
         4. If the scene is not in equilibrium under its dead load from rest, it is unstable.
         5. If the loop finds a load factor, or if neither statics nor the loop limit the load, the solution is
-           that of the loop.
+           the solution of the loop.
         6. If the load history ends in a collapse without an exact state nearby, the solution is the largest
            load of the history.
         7. Otherwise neither the load history nor the loop decides, and there is no load factor.

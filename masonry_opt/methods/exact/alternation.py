@@ -101,19 +101,19 @@ class ExactPrograms:
     def forces(
         self, p: np.ndarray, weight: float = SEARCH.weight, before_each: Callable[[], None] = lambda: None
     ) -> tuple[float, np.ndarray] | None:
-        """Minimise λ plus the weighted energy z·p for given rates p (faces,).
+        """Minimise λ plus the weighted energy z·p for given rates p, shape (faces,).
 
-        Return λ and the forces (3c + t,), or None if no solver finds an optimum. ``before_each`` is called
-        before each solve.
+        Return λ and the forces, shape (3c + t,), or None if no solver finds an optimum. ``before_each`` is
+        called before each solve.
         """
         self._forces.set(p, weight)
         return self._forces.statics.forces() if self._solved(self._engines_of_forces, before_each) else None
 
     def motion(self, q: np.ndarray, before_each: Callable[[], None] = lambda: None) -> np.ndarray | None:
-        """Return velocities (3b,) of the mechanism with the least energy z·p for given forces q (3c + t,).
+        """Return the velocities of the mechanism with the least energy z·p for given forces q.
 
-        The mechanism obeys the joints' own flow rule. Return None if no solver finds an optimum.
-        ``before_each`` is called before each solve.
+        The shapes are (3b,) and (3c + t,). The mechanism obeys the joints' own flow rule. Return None if no
+        solver finds an optimum. ``before_each`` is called before each solve.
         """
         self._follow_dilatancy(self._problem.dilatancy_at(self._problem.normal_forces(q)))
         self._motion.set(q)
@@ -169,12 +169,12 @@ class Alternation:
         before_each: Callable[[], None] = lambda: None,
         weights: tuple[float, ...] = (),
     ) -> Answer | None:
-        """Return a state near given forces (3c + t,) that is exact, except for a small energy z·p.
+        """Return a state near given forces q that is exact, except for a small energy z·p.
 
-        By default, the energy is at most 1e-5 λ. The velocities d (3b,) are a mechanism for these forces;
-        None if no mechanism is known. ``before_each`` is called before each solve, and at the end. If
-        ``weights`` are passed, they replace the series of weights of the settings. Return None if the forces
-        lead to no state.
+        By default, the energy is at most 1e-5 λ. The forces have shape (3c + t,). The velocities d, shape
+        (3b,), are a mechanism for these forces; None if no mechanism is known. ``before_each`` is called
+        before each solve, and at the end. If ``weights`` are passed, they replace the series of weights of
+        the settings. Return None if the forces lead to no state.
         """
         self._effort.begins("exact state")
         settings = self._settings

@@ -158,10 +158,10 @@ class Refiner(StateFinder):
     def mechanism(
         self, cost: np.ndarray, banned: np.ndarray | bool = False
     ) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return the rates p (faces,) and velocities (3b,) of the mechanism with the least cost·p.
+        """Return the rates p and the velocities d of the mechanism with the least cost·p.
 
-        This is program (a) of this module. The banned faces are at rest. None is returned if there is no
-        mechanism.
+        The shapes are (faces,) and (3b,). This is program (a) of this module. The banned faces are at rest.
+        None is returned if there is no mechanism.
         """
         self._kinematics.set_costs("p", cost)
         self._kinematics.set_most("p", np.where(banned, 0.0, np.full(len(cost), inf)))
@@ -172,8 +172,8 @@ class Refiner(StateFinder):
     def least(self, rates: np.ndarray, d: np.ndarray) -> ExactState | None:
         """Return the state of least λ with all moving faces at yield, or None if no such state exists.
 
-        This is program (b) of this module. The rates, shape (faces,), and the velocities d, shape (3b,), are
-        those of the mechanism.
+        This is program (b) of this module. The mechanism has the rates ``rates``, shape (faces,), and the
+        velocities ``d``, shape (3b,).
         """
         support = rates > self._settings.at_rest
         if not self._forces_at(self.problem.live_norm, np.zeros(self.problem.B.shape[1]), support):
@@ -219,10 +219,10 @@ class Refiner(StateFinder):
         return state
 
     def first(self, q: np.ndarray) -> ExactState | None:
-        """Return the state that the two linear programs find from forces q (3c,), or None if they find none.
+        """Return the state that the two linear programs find from forces ``q``, or None if they find none.
 
-        If no forces bring all moving faces to yield, the next attempt starts from the forces that are nearest
-        to yield, which have the least z·p.
+        The shape of ``q`` is (3c,). If no forces bring all moving faces to yield, the next attempt starts
+        from the forces that are nearest to yield, which have the least z·p.
         """
         for _ in range(1 + self._settings.repairs):
             mechanism = self.mechanism(np.maximum(self.problem.slacks(q), 0.0) / self.problem.steep)
@@ -309,7 +309,10 @@ class ConeRefiner(StateFinder):
         self._alternation, self._weights = alternation, weights
 
     def state_near(self, q: np.ndarray) -> ExactState | None:
-        """Return the exact state found from joint forces q (3c + t,), or None if no exact state is found."""
+        """Return the exact state that is found from joint forces ``q``, or None if no exact state is found.
+
+        The shape of ``q`` is (3c + t,), for c contact points and t limited forces.
+        """
         answer = self._alternation.state_near(q, None, self.check_time, self._weights)
         if answer is None or answer.failing(Kind.EXACT):
             return None

@@ -74,7 +74,7 @@ class StateRecord:
 
 
 class Search:
-    """Search for lower exact states, from random starts and from starts near the lowest state."""
+    """Search for exact states with a lower λ, from random forces and from the forces of known states."""
 
     def __init__(
         self,
@@ -85,8 +85,8 @@ class Search:
     ) -> None:
         self._finder, self._analysis, self.problem, self.met = finder, analysis, finder.problem, met
         self._settings = settings
-        #: Lowest state from another source, for example from the search for a proof, or None. Later starts
-        #: are drawn near this state.
+        #: State with the lowest λ from another source, such as the search for a proof, or None. Later starts
+        #: use forces close to the forces of this state.
         self.known: ExactState | None = None
 
     @property
@@ -105,7 +105,10 @@ class Search:
         return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
-        """Count a start, and return the exact state that is found from its joint forces q (3c,), or None."""
+        """Count a start, and return the exact state that is found from its forces, or None.
+
+        The joint forces ``q`` have shape (3c,). They are None if no forces were found for the start.
+        """
         self._finder.effort.begins(f"lower states, start {self.met.candidates + 1}")
         state = None if q is None else self._finder.state_near(q)
         self.met.count(state)
@@ -264,14 +267,14 @@ def lower_of(one: _L | None, other: _L | None) -> _L | None:
     return other if is_lower(other.load_factor, one.load_factor) else one
 
 
-_LOWEST = "lowest state"  #: Kind of start: the forces of the lowest state.
+_LOWEST = "lowest state"  #: Kind of start: the forces of the state with the lowest λ so far.
 _RANDOM_FORCES = "random forces"  #: Kind of start: random forces in equilibrium.
 _STRESS = "self-stress"  #: Kind of start: forces of a load history with a random preload.
 _FIXED = "fixed point"  #: Kind of start: forces from a fixed-point iteration over costs of normal forces.
-_NEIGHBOUR = "neighbour"  #: Kind of start: forces near the lowest state.
+_NEIGHBOUR = "neighbour"  #: Kind of start: forces close to the forces of the state with the lowest λ so far.
 
-#: Type of a function that returns the forces of a start. Its arguments are the search, the lowest state and a
-#: random number generator.
+#: Type of a function that returns the forces of a start. Its arguments are the search, the state with the
+#: lowest λ so far, and a random number generator.
 _Start = Callable[[Search, ExactState | None, np.random.Generator], np.ndarray | None]
 
 #: Function of each kind of start.

@@ -6,9 +6,10 @@ from masonry_opt.problem.problem import Problem
 
 
 def self_stress(problem: Problem, rng: np.random.Generator) -> np.ndarray | None:
-    """Return random admissible forces (3c + t,) that balance the dead load, or None if none exist.
+    """Return random admissible forces that balance the dead load, or None if none exist.
 
-    The forces minimise a random cost of the normal forces. In space the shear is limited by polygons.
+    The forces have shape (3c + t,). They minimise a random cost of the normal forces. In space the shear is
+    limited by polygons.
     """
     # The import is local, because it takes 0.2 s and few options need it.
     from scipy.optimize import linprog

@@ -138,7 +138,7 @@ class IncrementalAnalysis:
 
     @property
     def preload_forces(self) -> np.ndarray | None:
-        """Joint forces (3c + t,) at rest under the dead load, or None if no equilibrium is found."""
+        """Joint forces at rest under the dead load, shape (3c + t,), or None if no equilibrium is found."""
         if not isinstance(self.preload, Equilibrium):
             return None
         return self.solver.law.of_problem(self.preload.response.forces)
@@ -175,7 +175,7 @@ def analysis_of(task: Task, settings: IncrementalSettings | None = None) -> Incr
 
 
 def is_meaningful(analysis: IncrementalAnalysis, load_factor: float, d: np.ndarray) -> bool:
-    """Return True if a collapse mechanism (3b,) is physically meaningful.
+    """Return True if a collapse mechanism d, shape (3b,), is physically meaningful.
 
     A mechanism is not meaningful if λ is negative, the moving blocks carry no net load at this λ, and the
     scene is in equilibrium under its dead load from rest.

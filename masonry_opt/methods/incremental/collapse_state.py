@@ -74,7 +74,7 @@ def find_collapse_state(
 def _solve_far_along(
     solver: EquilibriumSolver, trial: np.ndarray, motion: np.ndarray, load_factor: float
 ) -> _FarState | None:
-    """Return the state after a displacement of size ``far`` along a motion (3b,).
+    """Return the state after a displacement of size ``far`` along a motion, shape (3b,).
 
     None is returned if Newton's method fails.
     """
@@ -103,9 +103,9 @@ def _solve_far_along(
 def _balance_rigid_motion(
     solver: EquilibriumSolver, trial: np.ndarray, motion: np.ndarray
 ) -> _FarState | None:
-    """Return the state at the λ for which the total work of all forces in a rigid motion (3b,) is zero.
+    """Return the state at the λ for which the total work of all forces in a rigid motion is zero.
 
-    None is returned if the live load does no work in the motion.
+    The motion has shape (3b,). None is returned if the live load does no work in it.
     """
     problem, response = solver.problem, solver.law.respond(trial)
     work = float(problem.live @ motion)

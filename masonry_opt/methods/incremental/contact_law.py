@@ -67,7 +67,8 @@ class Response:
     #: row.
     forces: np.ndarray
     tangent: np.ndarray  #: derivative of ``forces`` with respect to the trial forces, shape (3, 3, m)
-    #: Trial forces, without the slip so far, at which the next load step or time step starts, shape (3, m).
+    #: Elastic trial forces, without the accumulated slip, at which the next load step or time step starts,
+    #: shape (3, m).
     remembered: np.ndarray
     sliding: np.ndarray  #: True for each closed joint at its friction limit, shape (c,)
     open: np.ndarray  #: True for each joint without normal force, shape (c,)

@@ -40,7 +40,7 @@ from masonry_opt.problem.problem import Problem
 class BlockState:
     """State of the blocks in a load history: trial forces of the contacts, and block displacements."""
 
-    trial: np.ndarray  #: trial forces without the slip so far, shape (3, m)
+    trial: np.ndarray  #: elastic trial forces of the contacts, without their accumulated slip, shape (3, m)
     d: np.ndarray  #: displacements, shape (3b,)
 
 
@@ -114,7 +114,7 @@ class EquilibriumSolver:
         self._last: tuple[np.ndarray, float, Factors] | None = None
 
     def at_rest(self, forces: np.ndarray | None = None) -> BlockState:
-        """Return a state without displacement. Its forces (3c + t,) are zero by default."""
+        """Return a state without displacement. Its forces, shape (3c + t,), are zero by default."""
         if forces is None:
             forces = np.zeros(self.problem.B.shape[1])
         return BlockState(by_joint(forces, self.law.joints), np.zeros(self.matrix.size))
@@ -122,7 +122,7 @@ class EquilibriumSolver:
     def equilibrate(
         self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None = None
     ) -> Equilibrium | Collapse | SlowMotion:
-        """Find the equilibrium, or the collapse, to which a load (3b,) leads from a state.
+        """Find the equilibrium, or the collapse, to which a load, shape (3b,), leads from a state.
 
         Newton's method starts from the predictor, a displacement (3b,); by default from zero. An equilibrium
         beyond the displacement ``far`` is ignored, because joints that are not quite parallel may jam there.
@@ -140,7 +140,7 @@ class EquilibriumSolver:
         return Equilibrium(step.state, step.response, by_motion=False)
 
     def move(self, state: BlockState, load: np.ndarray) -> Equilibrium | Collapse | SlowMotion:
-        """Follow the damped motion, eq. (2), until it reaches equilibrium, collapse or the solve limit."""
+        """Follow the damped motion, eq. (2), up to equilibrium, collapse or the largest number of solves."""
         rigid = self._find_rigid_motion(state, load)
         if rigid is not None:
             return Collapse(state, rigid)
@@ -167,12 +167,15 @@ class EquilibriumSolver:
         return SlowMotion(start.state)
 
     def trial_change(self, displacement: np.ndarray) -> np.ndarray:
-        """Return the change of the trial forces under a displacement d (3b,), -k Bᵀd, shape (3, m)."""
+        """Return the change of the trial forces under a displacement d: −k Bᵀd, shape (3, m).
+
+        The displacement has shape (3b,).
+        """
         change: np.ndarray = -self.law.stiffness * (self.matrix.Bt @ displacement).reshape(3, -1)
         return change
 
     def size_of_motion(self, displacement: np.ndarray) -> float:
-        """Return the root-mean-square motion of all contacts under a displacement (3b,).
+        """Return the root-mean-square motion of all contacts under a displacement, shape (3b,).
 
         The unit is the elastic displacement, see :class:`IncrementalSettings`.
         """
@@ -216,7 +219,10 @@ class EquilibriumSolver:
         return self.factors(tangent, damping).solve(right)
 
     def far(self, load: np.ndarray) -> float:
-        """Return the size of displacement beyond which the blocks count as collapsed under a load (3b,)."""
+        """Return the size of displacement beyond which the blocks count as collapsed under a load.
+
+        The load has shape (3b,).
+        """
         return self.settings.far * max(1.0, self.size(load))
 
     def _negligible(self, load: np.ndarray) -> float:
@@ -238,7 +244,7 @@ class EquilibriumSolver:
         return rigid
 
     def moves_no_joint(self, displacement: np.ndarray) -> bool:
-        """Return True if a displacement (3b,) moves blocks without moving any joint."""
+        """Return True if a displacement, shape (3b,), moves blocks without moving any joint."""
         return self.size_of_motion(displacement) <= self.settings.rounding * float(np.abs(displacement).max())
 
     def _find_endless_motion(self, step: _Step, load: np.ndarray) -> np.ndarray | None:
@@ -317,7 +323,10 @@ class EquilibriumSolver:
     def _evaluate(
         self, state: BlockState, load: np.ndarray, damping: float = 0.0, d: np.ndarray | None = None
     ) -> _Step:
-        """Return the contacts' response to a displacement (3b,) from a state, with the residuals."""
+        """Return the contacts' response to a displacement from a state, and the residuals.
+
+        The displacement ``d`` has shape (3b,). It is zero by default.
+        """
         d = np.zeros(self.matrix.size) if d is None else d
         change = self.trial_change(d)
         response = self.law.respond(state.trial + change)

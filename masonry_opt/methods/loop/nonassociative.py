@@ -38,7 +38,7 @@ _RemainingRemedies = dict[Failure | None, Iterator[Remedy]]
 
 
 def _accurately(last: Attempt) -> Attempt | None:
-    """Return an attempt with accurate sub-problems, or None if they are already accurate."""
+    """Return an attempt with accurate sub-problems, or None if the failed run already had them."""
     if last.parameters.tolerance is None:
         return None
     parameters = last.parameters.model_copy(update={"tolerance": None})
@@ -69,9 +69,9 @@ def _cohesive_start(last: Attempt) -> Attempt | None:
 
 
 def _another_solver(last: Attempt) -> Attempt | None:
-    """Return an attempt with another solver.
+    """Return an attempt that repeats the failed run of the loop with another solver.
 
-    The solver is Clarabel, or HiGHS's interior-point method if the last attempt used Clarabel.
+    The other solver is Clarabel, or HiGHS's interior-point method if the failed run used Clarabel.
     """
     name = "clarabel" if last.solver.name != "clarabel" else "highs-ipm"
     return replace(last, solver=find_solver("cvxpy", name), remedy=f"solver={name}")
@@ -161,7 +161,8 @@ def nonassociative(task: Task) -> Solution:
 
 def _declared(task: Task, problem: Problem, solver: Solver, tolerance: float | None) -> Driver:
     """Return the driver of the sub-problems, compiled for a solver and a tolerance."""
-    # Scale rough sub-problems by the load, so that their errors do not grow with the size of the scene.
+    # Scale sub-problems by the load if they are solved to a large tolerance, so that their errors do not grow
+    # with the size of the scene.
     of_load = tolerance is not None
     solver = solver if tolerance is None else rougher(solver, tolerance)
     how: dict[str, Any] = {"of_load": of_load, "purpose": "sub-problems", "repeats": True}

@@ -106,7 +106,10 @@ class LoopOptions(Options):
 
 
 class LoopParameters(LoopOptions):
-    """Options of one run of the loop, with defaults for the number of joints and the solver."""
+    """Options of one run of the loop of linear programs.
+
+    Options that the user does not set have defaults that depend on the number of joints and on the solver.
+    """
 
     alpha: float
     beta: float

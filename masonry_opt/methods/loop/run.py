@@ -126,8 +126,8 @@ class Run:
         self.next_try = 0
         #: True if the run may end before λ converges, as soon as an exact state is found.
         self.early = self.parameters.finish and self.parameters.tolerance is not None
-        #: True if the first load factor is the associative load factor. With rough sub-problems both load
-        #: factors differ by up to 0.4 %.
+        #: True if the first load factor is reported as the associative load factor. It is not reported if
+        #: sub-problems are solved to a large tolerance, because it is then wrong by up to 0.4 %.
         self.first_is_associative = self.parameters.start == "associative" and not self.parameters.tolerance
 
     def follow(self, progress: Callable[[Iteration], None]) -> Solution:
@@ -211,9 +211,9 @@ class Run:
         return ended.telling(reason(Code.REPEATS, period=length, **cycle_values))
 
     def _exact_end(self, last: SubProblem) -> Solution | None:
-        """Return the solution with exact forces close to the last sub-problem's forces, or None without them.
+        """Return the solution with exact forces close to the forces of the last sub-problem.
 
-        None is also returned if the option ``finish`` is off.
+        None is returned if no such forces are found, or if the option ``finish`` is off.
         """
         if not self.parameters.finish:
             return None
@@ -224,7 +224,7 @@ class Run:
         if not is_rough:
             end = accurate_end(problem, state, corrected(problem, last), solver, effort)
         # In joints of limited strength, the contraction of sliding joints in a sub-problem may also be
-        # crushing. Therefore the programs for rough sub-problems are tried too.
+        # crushing. Therefore the programs for sub-problems with a large tolerance are tried too.
         if is_rough or (end is None and len(problem.crushing)):
             end = rough_end(problem, state, solver, effort)
         if end is None:
@@ -316,12 +316,12 @@ def accurate_end(
 
 
 def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) -> Answer | None:
-    """Return an exact state near a rough solution of a sub-problem, or None if no state is found.
+    """Return an exact state near a solution with a large tolerance, or None if no state is found.
 
-    In a rough solution no rate is exactly zero, so that the moving faces are not known. The first program
-    finds forces of low λ that leave little energy z·p for the rates of the solution. The second program finds
-    the mechanism of the true flow rule that leaves least energy for these forces. If the second program has
-    no optimum, the mechanism of the sub-problem is used.
+    The solution belongs to a sub-problem. None of its rates is exactly zero, so the moving faces are not
+    known. The first program finds forces of low λ that leave little energy z·p for the rates of the solution.
+    The second program finds the mechanism of the true flow rule that leaves least energy for these forces. If
+    the second program has no optimum, the mechanism of the sub-problem is used.
     """
     scaled = in_units_of_load(problem.by_cone)
     solver = in_cvxpy(solver, scaled.problem.by_friction.conic)

@@ -82,9 +82,9 @@ class ContactPlanes:
 
 @dataclass(frozen=True)
 class Lists:
-    """Several lists of numbers, concatenated in one array."""
+    """Several lists of indices, stored one after another in one array."""
 
-    item: np.ndarray  #: numbers of all lists, concatenated
+    item: np.ndarray  #: entries of all lists, one list after another
     first: np.ndarray  #: index in ``item`` at which each list begins, shape (lists,)
     count: np.ndarray  #: length of each list, shape (lists,)
 

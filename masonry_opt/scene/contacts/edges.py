@@ -161,7 +161,8 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
     touch = parts.most <= shapes.contact_tolerance
     across = parts.where(~touch & (parts.most <= far[parts.pair]))
     touching = _join_parts(parts.where(touch), shapes.tolerance)
-    # Leave out short segments across a gap, which occur at the bends of a chain and are not joints.
+    # Leave out segments that are short compared with the gap between their edges. They are no joints: they
+    # occur where a curved edge, drawn as a chain of short edges, bends.
     is_wide = touching.extent > LEAN * touching.most
     touching = touching.where((touching.most <= shapes.tolerance) | is_wide)
     if shapes.contact_tolerance == shapes.tolerance:

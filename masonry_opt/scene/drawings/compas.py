@@ -226,7 +226,8 @@ def _seen_along(meshes: Sequence[Mesh], unit: np.ndarray, drawing: CompasDrawing
         if begin.max() >= end.min():
             behind, before = meshes[begin.argmax()].name, meshes[end.argmin()].name
             raise ValueError(
-                f"block '{behind}' is entirely behind block '{before}', but one plane must cut all blocks"
+                f"no plane perpendicular to 'along' cuts all blocks, because block '{behind}' is entirely "
+                f"behind block '{before}'"
             )
     elif not flat:
         middle = (begin + end) / 2

@@ -142,7 +142,7 @@ class _Gltf:
         return np.concatenate(corners), faces
 
     def _numbers(self, number: int, columns: int) -> np.ndarray:
-        """Return the numbers of an accessor, shape (count, columns)."""
+        """Return the array that an accessor of the file describes, shape (count, columns)."""
         accessor = self.tree["accessors"][number]
         if "sparse" in accessor or "bufferView" not in accessor:
             raise ValueError("the file has a sparse accessor: export the blocks without shape keys")

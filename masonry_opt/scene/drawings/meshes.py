@@ -61,7 +61,7 @@ class Side:
     width: float  #: mean width: area of the side divided by half the total length of its rings
 
     def flat(self, points: np.ndarray) -> list[np.ndarray]:
-        """Return the rings in two coordinates within the plane of the side, each of shape (corners, 2)."""
+        """Return the corners of each ring in plane coordinates of the side, shape (corners, 2) each."""
         return [(points[ring] - self.base) @ across(self.normal).T for ring in self.rings]
 
     def convex(self, points: np.ndarray, tolerance: float) -> bool:

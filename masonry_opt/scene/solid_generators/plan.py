@@ -212,13 +212,13 @@ class Plan(SolidGenerator):
             ]
             if oblique:
                 yield (
-                    f"wall '{wall.name}': its 'axis' is not parallel to x or y between point "
+                    f"the 'axis' of wall '{wall.name}' is not parallel to x or y between point "
                     f"no. {oblique[0]} and the next point: draw all parts of the axis along x or y"
                 )
             if any(along_y == next_along_y for (_, along_y), (_, next_along_y) in pairwise(directions)):
                 yield (
-                    f"wall '{wall.name}': its 'axis' does not turn by 90° at one of its points: "
-                    "remove this point"
+                    f"the 'axis' of wall '{wall.name}' must turn by 90° at each point between its two ends: "
+                    "remove the points at which it does not"
                 )
 
     def _wrong_openings(self, stretches: list[WallStretch]) -> Iterator[str]:
@@ -227,24 +227,24 @@ class Plan(SolidGenerator):
         for wall in self.walls:
             top = wall.courses or self.courses
             for number, opening in enumerate(wall.openings, start=1):
-                where = f"wall '{wall.name}': opening no. {number}"
+                where = f"opening no. {number} of wall '{wall.name}'"
                 rows = opening.sill + opening.height + 1
                 if rows > top:
                     yield (
-                        f"{where}: its lintel is in course {rows}, but the wall has {top} courses: "
+                        f"the lintel of {where} is in course {rows}, but the wall has {top} courses: "
                         "lower 'sill' or 'height'"
                     )
                 elif (wall.name, number) not in valid:
                     yield (
-                        f"{where}: the opening or its lintel extends beyond the wall or into a crossing "
-                        "wall: move the opening, or reduce its 'width' or 'bearing'"
+                        f"{where} or its lintel extends beyond the wall or into a crossing wall: move the "
+                        "opening, or reduce its 'width' or 'bearing'"
                     )
         for stretch in stretches:
             for a, b in combinations(stretch.holes, 2):
                 overlap = min(a.lintel[1], b.lintel[1]) - max(a.lintel[0], b.lintel[0])
                 if overlap > self._nothing and a.sill <= b.top and b.sill <= a.top:
                     yield (
-                        f"wall '{stretch.wall.name}': openings no. {a.number} and no. {b.number} or their "
+                        f"in wall '{stretch.wall.name}', openings no. {a.number} and no. {b.number} or their "
                         "lintels overlap: move an opening, or reduce a 'bearing'"
                     )
 
@@ -255,7 +255,7 @@ class Plan(SolidGenerator):
                 pieces = [high - low for low, high in stretch.runs(course)]
                 if min(pieces, default=math.inf) < CLOSER * self.block[0] - self._nothing:
                     yield (
-                        f"wall '{stretch.wall.name}': a piece of course {course + 1} would be "
+                        f"in wall '{stretch.wall.name}', a piece of course {course + 1} would be "
                         f"{min(pieces):.3g} long, less than a quarter of a block: "
                         "move an end of the wall or an opening"
                     )

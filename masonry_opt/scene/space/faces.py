@@ -265,10 +265,10 @@ def _leading_faces(
     geometry: tuple[np.ndarray, np.ndarray, np.ndarray],
     tolerance: float,
 ) -> np.ndarray:
-    """Return, for each face, the index of the face that determines its plane, or -1 if it has no area.
+    """Group the faces of each block by plane, and return the index of the largest face of each face's group.
 
-    In each round, the largest remaining face of each block determines a plane, and all remaining faces of the
-    block in this plane share it.
+    The index is -1 for a face without area. In each round, the largest remaining face of each block
+    determines a plane, and all remaining faces of the block in this plane form its group.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ from masonry_opt.studies.writing import Journal, chart_files, csv_text, digest, 
 _BOUNDS_TIME = 120.0
 #: Default methods, each of which solves a wall of the paper's Table 1 in seconds.
 DEFAULT_METHODS = ("static", "kinematic", "nonassociative", "coulomb", "mpec")
-DEFAULT_SOLVERS = ("clarabel", "highs", "highs-ipm")  #: Default solvers: those of the package.
+DEFAULT_SOLVERS = ("clarabel", "highs", "highs-ipm")  #: Default solvers, which the package installs.
 #: Default tolerances of solvers: a coarse tolerance, and the default of the package.
 TOLERANCES = (1e-6, 1e-9)
 OUT = Path("results/compare")  #: Default folder of the results.
@@ -249,7 +249,7 @@ class _JournalRuns:
         task = partial(runs.bound_scene, scene.path)
         end = run_alone(task, max(limits.time, _BOUNDS_TIME), limits.memory)
         if end.how != FINISHED:
-            self.notes.append(f"{scene.name}: no certified bounds: {end.how}: {end.reason}")
+            self.notes.append(f"{scene.name} has no certified bounds: {end.how}: {end.reason}")
             return None
         self.journal.add(key, end.value)
         return end.value

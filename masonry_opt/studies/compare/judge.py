@@ -243,8 +243,8 @@ def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, b
         margin = OUTSIDE * max(abs(bounds.middle), SMALLEST)
         if load_factor > bounds.upper + margin:
             return WRONG, "λ above its certified bound"
-        # Coulomb states, and states with polygons inside cones, are feasible in eq. (9), but do not always
-        # maximise λ. Their load factor may therefore be below the lower bound.
+        # The lower bound is a bound of the largest λ in eq. (9). It is not applied to Coulomb states, nor to
+        # states with friction polygons inside the cones, because their λ may be less than the largest λ.
         has_lower_bound = question_of(row["method"]) == ASSOCIATIVE and not _by_sides(row)
         if has_lower_bound and load_factor < bounds.lower - margin:
             return WRONG, "λ below its certified bound"

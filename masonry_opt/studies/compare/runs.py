@@ -59,7 +59,7 @@ class RunLimits:
 
 @dataclass(frozen=True)
 class CaseScene:
-    """Scene of a comparison with the path of its case file."""
+    """One scene of a comparison: its name, the path of its case file, and its warnings."""
 
     name: str  #: folder and stem of the case file, such as "ferris_tinloi/wall_1"
     path: Path

@@ -41,7 +41,7 @@ LOAD_CASE_COLUMNS = ("load_factor", "status", "incremental", "associative", "exa
 _ACTIVATION_COLUMNS = ("a_0", "mass_fraction", "a_star_0")
 #: Relative difference from λ above which the incremental and the associative load factor are drawn too.
 _VISIBLE_DIFFERENCE = 1e-4
-EVERY = 15.0  #: Default angle between neighbouring directions in plan, in degrees.
+EVERY = 15.0  #: Default angle in plan between successive directions of the earthquake, in degrees.
 _MOST_DIRECTIONS = 3600  #: Largest number of directions.
 
 
@@ -361,8 +361,8 @@ def directions(
     Parameters
     ----------
     scene: A scene, or the path of a case file.
-    every: Angle between directions in plan, in degrees. The first direction is x, and further directions turn
-        towards y. In the plane there are two directions, "left" and "right".
+    every: Angle in plan between successive directions of the earthquake, in degrees. The first direction is
+        x, and further directions turn towards y. In the plane there are two directions, "left" and "right".
     vertical: Ratio of the vertical to the horizontal push, or several ratios such as ``(0.3, -0.3)``; see
         :class:`Earthquake`. Default: the ratio of the scene's own earthquake, else 0. The masses are those
         of the scene's own earthquake.

@@ -33,7 +33,8 @@ _PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")  #: Properties t
 _DISTRIBUTION_FORMS = (
     "write ('lognormal', mean, deviation), ('normal', mean, deviation), ('uniform', least, greatest) or a "
     "frozen distribution of scipy.stats. A deviation is a positive number, or a share of the mean such as "
-    "'15%'. For 'lognormal' the mean must be positive; mean and deviation are not those of the logarithm"
+    "'15%'. For 'lognormal', enter the mean and deviation of the value, not of its logarithm; the mean must "
+    "be positive"
 )
 
 

@@ -161,7 +161,7 @@ class Threshold(StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of the results at both ends, and about values beyond the threshold that also pass."""
+        """Warnings of the two results next to the threshold, and a warning about further thresholds."""
         records = distinct_warnings([self.holds.answer, self.fails.answer])
         if not self.contradictions:
             return records

@@ -97,7 +97,7 @@ class Parameters:
                 self._last = others, source.scene() if isinstance(source, CaseFile) else source
             scene = self._last[1] if others else self.scene
             for name, value in of_joints.items():
-                scene = _changed(scene, self._known[name], value)  # the path is that of the case file too
+                scene = _changed(scene, self._known[name], value)  # equal paths in scene and case file
         except CaseError as error:
             assignments = ", ".join(f"{name} = {value + 0.0:g}" for name, value in values.items())
             raise CaseError(f"{assignments}: {error}") from None

@@ -94,7 +94,7 @@ def differing_values(run: Point, other: Point) -> str:
 def _largest_fall(
     frame: pd.DataFrame, name: str, others: Sequence[str], method: str
 ) -> dict[str, Any] | None:
-    """Return a warning about the largest decrease of λ as a parameter increases, or None without one."""
+    """Return a warning about the largest decrease of λ as a parameter increases, or None if λ never falls."""
     # If the time limit ended a crossing, its λ may be too large, so the run is ignored.
     known = frame[frame["status"] != str(Status.TIME_LIMIT)].dropna(subset="load_factor")
     known = known.sort_values([*others, name], kind="stable")

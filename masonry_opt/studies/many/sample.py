@@ -309,8 +309,8 @@ class Sample(StudyAnswer):
     def _falls(self) -> Iterator[dict[str, Any]]:
         """Yield a warning for each friction, cohesion or strength whose increase lowers the load factor.
 
-        The whole confidence interval of the rank correlation must be below zero. The load factors must be
-        those of a method that seeks the lowest state.
+        The whole confidence interval of the rank correlation must be below zero. The method must seek the
+        lowest state.
         """
         for row in self.sensitivity().to_dict("records"):
             parameter, correlation = row["parameter"], row["rank_correlation"]

@@ -34,8 +34,10 @@ class DeadLoadMargin(NamedTuple):
     certificate.
     """
 
-    margin: float  #: margin as a multiple of the median block weight; negative if no equilibrium exists
-    certificate: Certificate | None  #: residuals of the margin
+    #: Largest reduction of the normal forces of all joints at which the scene is still stable, as a multiple
+    #: of the median block weight. It is negative if the scene is unstable.
+    margin: float
+    certificate: Certificate | None  #: residuals of the solution that determines the margin
     result: Result  #: forces or mechanism under dead load, without a load factor
 
 
@@ -82,8 +84,8 @@ def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None
     solution = associative(Task(pressed, solver, effort=effort))
     if solution.load_factor is None:
         return None
-    # The usual limit of complementarity is relative to λ. Here λ is the margin, which may be zero, so the
-    # energy itself is limited.
+    # The complementarity error is an energy, which is usually divided by λ before it is compared with its
+    # limit. Here λ is the margin, which may be zero, so the energy is compared with a limit without division.
     failing = solution.failing()
     energy = failing.pop("complementarity", 0.0)
     gap = inf if energy is None else energy * max(abs(solution.load_factor), SMALLEST)

@@ -327,7 +327,7 @@ def test_a_lower_wall_is_crossed_no_higher():
 NO_PLANS = [
     ([wall("w", (0, 0), (3, 1))], {}, "not parallel to x or y between point no. 1"),
     ([wall("w", (0, 0), (0, 0))], {}, "not parallel to x or y"),
-    ([wall("w", (0, 0), (3, 0), (5, 0))], {}, "does not turn by 90° at one of its points"),
+    ([wall("w", (0, 0), (3, 0), (5, 0))], {}, "must turn by 90° at each point between its two ends"),
     ([wall("w", (0, 0))], {}, "axis"),
     ([MAIN, MAIN], {}, "two walls are named 'main'"),
     ([MAIN, wall("s", (0.2, 0), (0.2, 4))], {}, "'main' ends inside wall 's'"),
