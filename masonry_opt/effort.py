@@ -7,6 +7,7 @@ from typing import Any
 
 from masonry_opt.brief import brief
 from masonry_opt.deadline import check_time
+from masonry_opt.errors import OptionError
 
 #: Function that is called at the beginning of each phase with its name, such as "finding joints".
 Phases = Callable[[str], None]
@@ -25,8 +26,13 @@ PARTS = (
 
 
 def phases_from(options: dict[str, Any]) -> Phases:
-    """Remove ``phases``, an option of :func:`~masonry_opt.solve`, from the options of a study; return it."""
+    """Remove ``phases``, an option of :func:`~masonry_opt.solve`, from the options of a study; return it.
+
+    Raises OptionError if it is not a function.
+    """
     phases: Phases = options.pop("phases", lambda _: None)
+    if not callable(phases):
+        raise OptionError(f"phases must be a function (found {phases!r})")
     return phases
 
 

@@ -75,7 +75,7 @@ def capacity(
 ) -> bool:
     """Exit code 0: the capacity curve reaches λ = 0; 1: it ends at a larger λ; 2: wrong input.
 
-    Exit code 1 also means that the scene has no load factor.
+    Exit code 1 also means that the scene has no load factor, or that the time limit was reached.
     """
     drawing, checking = given.take(mo.Capacity.save), given.take(mo.Capacity.check)
     following = given.take(mo.capacity)
@@ -100,7 +100,7 @@ def capacity(
             texts.append(frame_text(curve.table.drop(columns="pairs"), "states"))
         print_result("\n".join(texts), bold_line=None)
     save(curve, plot, drawing)
-    return curve.reaches_zero
+    return curve.reaches_zero and not onset.time_limit_reached
 
 
 @command(mo.crossing, mo.solve, mo.Crossing.save, leave="position", axles=_AXLES, load_case=_IN_CASE)
@@ -208,7 +208,7 @@ def settle(
     """Exit code 0: both reactions were found; 1: a reaction is missing; 2: wrong case file or option.
 
     A reaction that is proven to be unlimited counts as found. Exit code 1 also means that CASE is unstable
-    for every value of the reaction.
+    for every value of the reaction, or that the time limit was reached.
     """
     drawing = given.take(mo.Settlement.save)
     if plot is not None:
@@ -223,7 +223,7 @@ def settle(
     else:
         print_result(str(answer), bold_line=None)
     save(answer, plot, drawing | {"end": "greatest" if greatest else "least"})
-    return answer.usable
+    return answer.usable and not answer.time_limit_reached
 
 
 @command(mo.solve, mo.report, leave="answer", out=typer.Option(metavar="FILE", help=_REPORT_FILE_HELP))

@@ -89,7 +89,7 @@ _SETTLED = "settled"
 
 #: Arguments that functions accept in addition to the options of a method. An error about an unknown option
 #: suggests the argument with a similar name.
-_PASSED_ARGUMENTS = ("model", "solver", "tolerance", "incremental", "time_limit")
+_PASSED_ARGUMENTS = ("model", "solver", "tolerance", "incremental", "time_limit", "phases")
 
 
 @dataclass(frozen=True)

@@ -20,12 +20,11 @@ from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.solution import Solution
 from masonry_opt.studies.many.charts import drawings
 from masonry_opt.studies.many.run_warnings import warnings_of_falls
-from masonry_opt.studies.many.runs import is_final, run_scene
+from masonry_opt.studies.many.runs import is_outdated, run_scene
 from masonry_opt.studies.many.sample import Sample
 from masonry_opt.studies.many.scene_answer import SceneAnswer
 from masonry_opt.studies.many.sweep import summary_text
 from masonry_opt.studies.run_columns import CROSSED_RUNS, CROSSING_COLUMNS, RUN_COLUMNS, framed
-from masonry_opt.studies.runner import FINISHED, TaskEnd
 
 WITH_AXLES = OVERHANG.replace(axles=[axles(3.0)])
 STATIC = {"method": "static", "workers": 1}
@@ -250,9 +249,10 @@ def test_a_run_whose_crossing_was_stopped_is_not_complete(slow_positions):
     assert row["load_factor"] == pytest.approx(WEIGHT, rel=1e-6)
     assert (row["status"], row["reason"], row["any_load"]) == (str(mo.Status.TIME_LIMIT), "time limit", False)
     assert row["positions"] == 5
-    # A journal does not record the row, so the same command with more time repeats the run.
-    assert not is_final(TaskEnd(FINISHED), row)
-    assert is_final(TaskEnd(FINISHED), run_scene(pickle.dumps(prepare("static").how), WITH_AXLES))
+    # A command with more time repeats the run, and a command with the same time does not.
+    assert [is_outdated(row, limit) for limit in (10, 45, 100, None)] == [False, False, True, True]
+    complete = run_scene(pickle.dumps(prepare("static").how), WITH_AXLES)
+    assert not is_outdated(complete, 100)
     (warning,) = [record for record in row["warned"] if record["code"] == "crossing stopped"]
     assert warning["seconds"] == 45
     assert warning["sentence"] == row["message"]

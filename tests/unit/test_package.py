@@ -47,7 +47,7 @@ LAYERS = (
     *("reporting", "drawing", "finite_motion", "exports", "studies", "cli"),
 )
 #: Modules that combine the subpackages before "exports", which do not import these modules.
-COMBINING = {"analysis", "duality"}
+COMBINING = {"analysis", "certifying", "duality", "proof_check", "proving", "standing", "suitability"}
 #: Further subpackages and modules that a subpackage or a module must not import.
 REFUSED = {
     "reporting": {"methods"},  # it describes the results of any method

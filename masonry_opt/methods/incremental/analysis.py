@@ -66,9 +66,12 @@ class IncrementalResult:
     #: Motion of the blocks in the collapse, under the load factor ``not_carried`` or, if the scene is
     #: unstable, under the dead load.
     collapse: Collapse | None = None
-    #: Forces that are missing for equilibrium under ``carried``, divided by the norm of the live load, shape
-    #: (3b,). They are within the tolerance of an equilibrium.
+    #: Unbalanced forces under ``carried``, divided by the norm of the live load, shape (3b,); None if the
+    #: scene is unstable. They are within the tolerance of an equilibrium.
     unbalanced: np.ndarray | None = None
+    #: Largest excess of ``carried`` that the unbalanced forces may explain. It is less than the accuracy of
+    #: the load history.
+    most_excess: float = 0.0
 
     @property
     def load_factor(self) -> float | None:
@@ -88,25 +91,27 @@ class IncrementalResult:
         """
         if self.state is not None or state is None:
             return self
-        if _is_between(state, self.carried, self.not_carried, self.not_carried, self.unbalanced):
+        excess = min(_excess(state, self.unbalanced), self.most_excess)
+        if _is_between(state, self.carried - excess, self.not_carried, self.not_carried):
             return replace(self, state=state, state_in_motion=None)
         if self.state_in_motion is None and state.load_factor < self.carried:
             return replace(self, state_in_motion=state)
         return self
 
 
-def _is_between(
-    state: Answer, carried: float, not_carried: float, size: float, unbalanced: np.ndarray | None
-) -> bool:
-    """Return True if the load factor of a state is between two load factors, up to numerical errors.
-
-    Errors are rounding errors of a load factor of the given size, and the work of the ``unbalanced`` forces
-    (3b,) in the motion of the state. By virtual work, an equilibrium with unbalanced forces may carry more
-    than the exact collapse load by this work, divided by the work of the live load.
-    """
+def _is_between(state: Answer, carried: float, not_carried: float, size: float) -> bool:
+    """Return True if the load factor of a state is between two load factors, up to rounding errors."""
     rounding = SAME * size
-    error = rounding if unbalanced is None else rounding + abs(float(unbalanced @ state.d))
-    return carried - error <= state.load_factor <= not_carried + rounding
+    return carried - rounding <= state.load_factor <= not_carried + rounding
+
+
+def _excess(state: Answer, unbalanced: np.ndarray | None) -> float:
+    """Return by how much unbalanced forces (3b,) may let the carried load exceed the load of an exact state.
+
+    If no joint slips, virtual work limits the excess to the work of the unbalanced forces in the motion of
+    the state, in which the live load does unit work: ``unbalanced`` is divided by the norm of the live load.
+    """
+    return 0.0 if unbalanced is None else max(0.0, float(unbalanced @ state.d))
 
 
 class IncrementalAnalysis:
@@ -282,14 +287,23 @@ class _LoadRaising:
         return self._is_in_bracket(state) and self.carried < self._beside(state)[1]
 
     def _is_in_bracket(self, state: Answer) -> bool:
-        size = self._size_of(self.not_carried)
-        return _is_between(state, self.carried, self.not_carried, size, self._unbalanced)
+        excess = min(_excess(state, self._unbalanced), self._most_excess)
+        return _is_between(state, self.carried - excess, self.not_carried, self._size_of(self.not_carried))
 
     @property
     def _unbalanced(self) -> np.ndarray:
         """Unbalanced forces under ``carried``, divided by the norm of the live load, shape (3b,)."""
         forces = self.solver.unbalanced(self.reached.response, self._load(self.carried))
         return forces / self.problem.live_norm
+
+    @property
+    def _most_excess(self) -> float:
+        """Largest excess of ``carried`` over the load of an exact state that unbalanced forces may explain.
+
+        It is half the distance between an exact state and the load that is tested above it, so that this load
+        is larger than ``carried``.
+        """
+        return self.settings.tolerance / 4 * self._size_of(self.carried)
 
     def _size_of(self, load_factor: float) -> float:
         """Return the positive number that scales differences of a load factor."""
@@ -413,6 +427,7 @@ class _LoadRaising:
             None if state is not None else self.state_in_motion,
             self.collapse,
             self._unbalanced,
+            self._most_excess,
         )
 
     def _find_exact_state(self) -> Answer | None:

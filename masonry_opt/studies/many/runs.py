@@ -119,7 +119,8 @@ def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
     session: Session = _thread_cache.session
     answer = solve_or_cross(session, scene)
     entries = answer.columns() | recorded_warnings(answer.warning_records)
-    entries["time_limit_reached"] = answer.time_limit_reached
+    if answer.time_limit_reached:
+        entries |= {"time_limit_reached": True, "time_limit": session.how.time_limit}
     # A state of a crossing is not shared with other runs, because another position may govern in another run.
     if session.method.seeks_lowest and answer.crossing is None:
         entries |= recorded_state(answer.result.assembly.problem, answer.result.solution)
@@ -179,7 +180,7 @@ def _rows_of_runs(
     rows: dict[int, dict[str, Any]] = {}
 
     def missing() -> Iterator[tuple[tuple[int, str], Task]]:
-        """Yield index, journal key and task of each run that is not in the journal."""
+        """Yield index, journal key and task of each run without a valid row in the journal."""
         for index in _neighbours_together(points):
             values = {name: float(value) for name, value in points[index].items()}
             try:
@@ -188,7 +189,7 @@ def _rows_of_runs(
                 scene = None if study.scene else study.make(points[index])
                 key = digest((values, scene and _scene_hash(scene))) if journal else ""
                 recorded = journal.find(key) if journal else None
-                if recorded:
+                if recorded and not is_outdated(recorded, study.how.time_limit):
                     rows[index] = recorded
                     continue
                 scene = scene or study.make(points[index])
@@ -199,19 +200,23 @@ def _rows_of_runs(
     with _discarded_if_nothing_is_solved(journal, rows), Workers(*by) as workers:
         for (index, key), end in workers.map(missing()):
             rows[index] = row(points[index], end)
-            if journal and is_final(end, rows[index]):
+            # A run that crashed or died is not recorded, so that the same command makes the run again.
+            if journal and end.how in (FINISHED, REFUSED):
                 journal.add(key, rows[index])
             progress(len(rows), len(points))
     progress(len(rows), len(points))
     return [rows[index] for index in range(len(points))]
 
 
-def is_final(end: TaskEnd, row: Row) -> bool:
-    """Return True if a journal records the row of a run, so that the same command does not repeat the run.
+def is_outdated(recorded: Row, time_limit: float | None) -> bool:
+    """Return True if the time limit ended a recorded run, and the present limit (None: no limit) is longer.
 
-    Runs that crashed, died or reached the time limit are repeated. The limit may be longer next time.
+    A limit of None in the row is the method's own limit. Any other limit counts as longer.
     """
-    return end.how in (FINISHED, REFUSED) and not row.get("time_limit_reached", False)
+    if not recorded.get("time_limit_reached", False):
+        return False
+    before = recorded.get("time_limit")
+    return time_limit != before and (before is None or time_limit is None or time_limit > before)
 
 
 @contextlib.contextmanager

@@ -15,6 +15,9 @@ from masonry_opt.studies.crossing.crossing import cross
 from masonry_opt.studies.run_columns import columns
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
+#: Codes of reasons which say that the time limit ended an analysis. Method "global" has three of its own.
+_ENDED_BY_TIME = (Code.TIME_LIMIT, Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED, Code.NO_EXACT_STATE)
+
 
 class SceneAnswer(NamedTuple):
     """Result of a scene and, if axles move over the scene, their crossing."""
@@ -46,8 +49,9 @@ class SceneAnswer(NamedTuple):
     @property
     def time_limit_reached(self) -> bool:
         """True if the time limit ended the analysis or the crossing. More time may change the answer."""
-        answer = self.result if self.crossing is None else self.crossing
-        return answer.time_limit_reached
+        if self.crossing is not None and self.crossing.time_limit_reached:
+            return True
+        return any(self.result.solution.has(code) for code in _ENDED_BY_TIME)
 
     @property
     def stopped(self) -> str:

@@ -254,6 +254,12 @@ class Settlement(StudyAnswer):
         return self.fallen.status if self.fallen else Status.STABLE
 
     @property
+    def time_limit_reached(self) -> bool:
+        """True if the time limit ended the analysis of a reaction."""
+        results = (result for end in self.ends.values() for result in (end.result, end.with_associative))
+        return any(result.time_limit_reached for result in results)
+
+    @property
     def usable(self) -> bool:
         """True if some reaction makes the scene stable, and both limits are known or proven not to exist."""
         known = (end.reaction is not None or end.unlimited for end in self.ends.values())

@@ -217,6 +217,21 @@ def test_two_programs_find_the_exact_state_from_the_collapse():
     assert without.with_state(replace(state, load_factor=0.4)) is without
 
 
+@pytest.mark.parametrize(
+    ("work", "limit", "is_collapse"),
+    [(0.0, 1.0, False), (0.9, 1.0, False), (1.1, 1.0, True), (1.1, 0.9, False), (-1.1, 1.0, False)],
+)
+def test_unbalanced_forces_explain_an_excess_up_to_their_work(work, limit, is_collapse):
+    """A state lies 1e-4 below the load that is carried. The work and its limit are in units of 1e-4."""
+    analysis = IncrementalAnalysis(assemble(block_on_floor(friction=0.3)).problem)
+    result = analysis.run()
+    d = result.state.d
+    lower = replace(result.state, load_factor=result.carried - 1e-4)
+    unbalanced = 1e-4 * work * d / (d @ d)
+    found = replace(result, state=None, unbalanced=unbalanced, most_excess=1e-4 * limit + 1e-9)
+    assert (found.with_state(lower).state is lower) == is_collapse
+
+
 def test_softer_contacts_change_displacements_alone():
     """With a tenth of all stiffnesses, the load factor is the same and the displacements are ten times as
     large."""
