@@ -222,7 +222,8 @@ class _Checker:
             return "the weight of the energy balance is negative"
         if weight > 0 and None in self._energy:
             return (
-                "the energy balance needs a lower bound of the energy at each condition, but one is missing"
+                "the energy balance needs a lower bound on the energy of every yield condition, but the "
+                "bound of at least one yield condition is missing"
             )
         internal = self._B.times(forces)
         unbalanced = max(

@@ -53,7 +53,8 @@ class PyomoProducts:
         self.problem = problem
         factors = self.factors = EdgeFactors(problem)
         model = self.program = pyo.ConcreteModel()
-        #: Variable of each product. The key has the numbers of its static and its kinematic factor.
+        #: Variable of each product. The key contains the index of the static factor, then that of the
+        #: kinematic factor.
         self.product: dict[tuple[int, int], Any] = {}
         one, unit = factors.one, factors.unit
         self._declare("force", [(i, unit) for i in factors.forces])

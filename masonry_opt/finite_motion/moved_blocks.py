@@ -176,9 +176,9 @@ class MovedBlocks:
 
     @property
     def at_rest(self) -> np.ndarray:
-        """Mask of the two corners of each joint that touch at rest, shape (joints, 2).
+        """Mask with a value for each joint and corner: True if the corner touches at rest, shape (joints, 2).
 
-        A joint without length has only one corner.
+        The corners are the start and the end of a joint. A joint without length has only one corner.
         """
         return np.stack([np.ones_like(self.joints.extent, dtype=bool), self.joints.extent > 0], axis=1)
 

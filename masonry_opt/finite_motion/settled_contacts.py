@@ -164,8 +164,8 @@ class Contacts:
         fixed[self.assembly.movable] = False
         given = np.zeros(body.max() + 1, dtype=bool)
         given[body[fixed]] = given[body[self.supports]] = True
-        # The rates of a body are the rates of its largest block. If the body contains a support or a fixed
-        # block, the rates of the support or fixed block are used.
+        # A body has the velocities of its largest block. A body that contains a moving support or a fixed
+        # block has the velocities of the support or fixed block instead.
         order = np.argsort(self.assembly.geometry.size, kind="stable")
         of_body = np.zeros((body.max() + 1, 3))
         for block in [*order, *self.supports, *np.flatnonzero(fixed)]:

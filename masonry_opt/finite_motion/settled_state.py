@@ -193,7 +193,8 @@ def _state(
     forces = free.problem.by_kind(solution.q)[:, kept].ravel()
     shown: dict[str, Any] = {name: _short(movement) for name, movement in movements.items()}
     count = len(assembly.joints.first)
-    # Omit the last limited forces, which restrain the freed supports.
+    # The last limited forces of ``free`` restrain the moving supports, and do not exist in the assembly with
+    # fixed supports. Omit them.
     limited = free.problem.of_forces(solution.q)[: len(assembly.limited)]
     state = SettledState(shown, poses, kept, joints, count, forces, limited, assembly.problem.dead)
     problem = assemble(assembly.scene.settled_as(state)).problem

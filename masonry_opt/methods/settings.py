@@ -10,7 +10,8 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 from masonry_opt.errors import OptionError
 
-_CHECK = "check"  #: Metadata key of a field for the check of its numbers.
+#: Key in the metadata of a dataclass field. The entry is the check that numbers in the field must pass.
+_CHECK = "check"
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ from masonry_opt.solution.thresholds import ZERO, same
 LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no lower state is known.
 #: Name of the load factor of an exact state, if it is proven that no lower state exists.
 LEAST = "least, proven"
-#: Name of a load factor whose state is not exact, or that is larger than the load factor at the end of the
-#: load history.
+#: Name of the load factor of a state that is not exact. The name is also used for an exact state if the load
+#: history ends at a smaller load factor.
 FOUND = "found"
 INCREMENTAL = "incremental"  #: Name of the largest load factor of the load history.
 ASSOCIATIVE = "associative"  #: Name of the load factor of classical limit analysis.

@@ -360,8 +360,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "conditions of which at least one must yield)"
     ),
     Code.CARRIES_ANY: (
-        "proven: joint forces within the friction limits carry any multiple of the live load; a collapse "
-        "state may still exist, because a mechanism exists"
+        "proven: some joint forces within the friction limits carry any multiple of the live load; this does "
+        "not exclude collapse with other joint forces, because a mechanism exists"
     ),
     Code.CLAMPED: lambda v: (
         "these joints carry the live load in both directions (λ and −λ), by self-stress that no load causes: "
@@ -457,8 +457,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.STATES_MET: _states_met,
     Code.FEW_STARTS: lambda v: (
-        f"all load factors agree, but this is weak evidence after only {counted(v['candidates'], 'start')}, "
-        "because equilibrium alone does not fix the forces"
+        f"all load factors agree, but after only {counted(v['candidates'], 'start')} this is weak evidence "
+        "that no lower collapse state exists, because equilibrium alone does not fix the forces"
     ),
     Code.SEARCHED: lambda v: (
         f"the search for states with a lower λ used {counted(v['candidates'], 'start')}"

@@ -220,7 +220,8 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
         if fill.backing and fill.pressure:
             active, _, passive = fill.zones[1].coefficients
             phrases[-1] += (
-                f", pressure between {active:.4g} σ and {passive:.4g} σ, where σ is the stress of both layers"
+                f", pressure between {active:.4g} σ and {passive:.4g} σ, where σ is the vertical stress "
+                "from the weight of fill and backing"
             )
         if fill.pressure and scene.factor_of_pressure != 1:
             phrases.append(f"the load case multiplies all pressures by {scene.factor_of_pressure:g}")
@@ -285,7 +286,7 @@ def _reference(result: Outcome) -> str:
 
 
 def _technical(result: Outcome) -> dict[str, str]:
-    """Return the technical lines of a summary, such as residuals and times, as one text for each label."""
+    """Return the technical lines of a summary, such as residuals and times, as a dict from label to text."""
     size = result.size
     certificate = result.certificate.as_dict() if result.certificate else {}
     if result.stability:

@@ -111,9 +111,9 @@ BEYOND_LIMITS = 1e-6
 #: a certified bound.
 FEASIBLE = 1e-11
 
-#: Largest violation of the associative flow rule by a mechanism that proves a scene unstable. The violation
-#: is divided by the power of the mechanism in median block weights. With this value, joint forces that sum to
-#: less than a million median block weights cannot prevent the fall.
+#: A mechanism proves a scene unstable only if it violates the associative flow rule by at most this fraction
+#: of its power. The power is computed with forces in median block weights. With this value, joint forces that
+#: sum to less than a million median block weights cannot prevent the fall.
 DEPARTS = 1e-6
 
 #: Size below which a slip, a shear or a violation of the associative flow rule counts as rounding.
@@ -129,5 +129,8 @@ SMALLEST = 1e-2
 
 
 def over_load_factor(energy: float, load_factor: float) -> float:
-    """Divide an energy in units of λ by |λ|, or by ``SMALLEST`` if |λ| is smaller."""
+    """Divide an energy by |λ|, or by ``SMALLEST`` if |λ| is smaller.
+
+    The energy is relative to the work of the live load at λ = 1.
+    """
     return energy / max(abs(load_factor), SMALLEST)

@@ -186,9 +186,10 @@ def _blocks(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reason]:
-    """Return a warning about corners that press on edges of limited strength, in the plane.
+    """Return a warning about corners that press on edges of limited strength.
 
-    The strength does not limit the normal force on a corner, which has no area.
+    The warning concerns plane scenes only, because joints in space have no strength. The strength
+    does not limit the normal force on a corner, which has no area.
     """
     problem, joints = assembly.problem, assembly.joints
     limited = np.flatnonzero((joints.extent == 0) & np.isfinite(joints.strength))

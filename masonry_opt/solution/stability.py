@@ -37,7 +37,7 @@ class WorstJoint:
 
 @dataclass(frozen=True, kw_only=True)
 class Stability:
-    """Safety margins of a scene that is stable under its dead load alone: of its friction and its geometry.
+    """Safety margins of friction and of geometry, for a scene that is stable under its dead load alone.
 
     Attributes
     ----------

@@ -81,7 +81,7 @@ class Solver:
 
     @property
     def key(self) -> tuple[str, str, float]:
-        """Return the language, name and tolerance of the solver."""
+        """Return the modelling language, name and tolerance, which together identify the solver."""
         return self.language, self.name, self.tolerance
 
 

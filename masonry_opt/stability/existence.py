@@ -211,7 +211,9 @@ class Cuts:
         self._keep(_MOVING, kinematic_residual(self.problem, q, blamed), blamed)
 
     def _keep(self, implied: int, residual: float, blamed: np.ndarray) -> None:
-        """Store a cut: in every state, at least one of the faces ``blamed`` has the value ``implied``.
+        """Store a cut: a set of faces of which at least one moves, or at least one rests, in every state.
+
+        ``blamed`` is the mask of the faces, shape (faces,); ``implied`` is ``_MOVING`` or ``_RESTING``.
 
         Raises _Undecided if the residual is too large for a proof.
         """

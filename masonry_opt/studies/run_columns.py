@@ -101,7 +101,11 @@ def columns(result: Result) -> dict[str, Any]:
 
 
 def _spread_values(solution: Solution) -> list[float]:
-    """Return the limits of the incremental load factors that the option ``spread`` found."""
+    """Return the ends of the ranges of the incremental load factor that option ``spread`` computed.
+
+    There are two ranges, one with random stiffness and one with random self-stress. The list is empty without
+    the option.
+    """
     values: list[float] = []
     for reason in solution.reasons:
         if reason.code is Code.SPREAD:

@@ -257,9 +257,10 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return True
 
     def _learn(self, theory: Theory, refutations: list[Refutation]) -> None:
-        """Store the conflict of the last refutation that the matrices confirm, and its clause.
+        """Store the conflict and the clause of the last confirmed refutation.
 
-        Nothing is stored if the matrices confirm no refutation.
+        A refutation is confirmed if a check with the matrices shows that it proves a conflict. Nothing is
+        stored if no refutation is confirmed.
         """
         for found in reversed(refutations):
             conflict = theory.conflict(found, self._problem, self.highest)

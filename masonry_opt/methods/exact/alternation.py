@@ -55,7 +55,7 @@ class _PlaneMotion:
 
 
 class ExactPrograms:
-    """The program of forces and the program of mechanisms of one problem, each compiled once.
+    """Two optimisation programs, compiled once each: the first computes forces, the second a mechanism.
 
     A program that the first solver does not solve to its tolerance is passed to the next solver. No solve is
     warm-started, so that an answer does not depend on earlier solves. Forces and load factors are in the
@@ -72,29 +72,29 @@ class ExactPrograms:
 
     @cached_property
     def _forces(self) -> ConeForces | _PlaneForces:
-        """Return the program of forces."""
+        """Return the program that computes forces."""
         with self._effort.measure("build"):
             return (ConeForces if self._problem.by_friction.conic else _PlaneForces)(self._problem)
 
     @cached_property
     def _motion(self) -> ConeMotion | _PlaneMotion:
-        """Return the program of mechanisms for the present dilatancy."""
+        """Return the program that computes a mechanism with the present dilatancy."""
         with self._effort.measure("build"):
             conic = self._problem.by_friction.conic
             return (ConeMotion if conic else _PlaneMotion)(self._problem, self._slope)
 
     @cached_property
     def _engines_of_forces(self) -> list[CvxpyEngine]:
-        """Return the engines that solve the program of forces, one per solver."""
+        """Return one engine per solver, each of which solves the program that computes forces."""
         return self._engines(self._forces.program)
 
     @cached_property
     def _engines_of_motion(self) -> list[CvxpyEngine]:
-        """Return the engines that solve the program of mechanisms, one per solver."""
+        """Return one engine per solver, each of which solves the program that computes a mechanism."""
         return self._engines(self._motion.program)
 
     def _engines(self, program: cp.Problem) -> list[CvxpyEngine]:
-        """Return the engines that solve a program, one per solver and in the order of the solvers."""
+        """Return one engine per solver, each of which solves the given program."""
         effort, purpose = self._effort, self._purpose
         return [CvxpyEngine(program, solver, effort, purpose, repeats=True) for solver in self._solvers]
 
@@ -122,7 +122,7 @@ class ExactPrograms:
         return np.asarray(self._motion.mechanism.d.value)
 
     def _follow_dilatancy(self, slope: np.ndarray) -> None:
-        """Discard the program of mechanisms if its dilatancy differs from ``slope``, shape (k,)."""
+        """Discard the program that computes a mechanism if its dilatancy is not ``slope``, shape (k,)."""
         if not np.array_equal(slope, self._slope):
             self._slope = slope
             self.__dict__.pop("_motion", None)
@@ -142,7 +142,7 @@ class ExactPrograms:
 
 
 class Alternation:
-    """Finder of exact states, which solves the program of forces and of mechanisms alternately."""
+    """Finder of exact states, which alternately computes forces and a mechanism."""
 
     def __init__(self, problem: Problem, effort: Effort, settings: SearchSettings = SEARCH) -> None:
         self._given, self._effort, self._settings = problem, effort, settings

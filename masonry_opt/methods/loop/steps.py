@@ -45,8 +45,8 @@ class LimitUpdate:
     last: SubProblem  #: the last sub-problem that was solved
     alpha: float  #: α of the next sub-problem
     small_cohesion: np.ndarray  #: small cohesion c⁰ of the next sub-problem, shape (k,)
-    #: Normal forces, averaged with weight β, at which the next shear limits equal Coulomb's limits, shape
-    #: (c,).
+    #: Weighted mean of the normal forces of the last two sub-problems, with weight β for the last,
+    #: shape (c,). At this mean, the next shear limits equal Coulomb's limits.
     about: np.ndarray
 
     def limits(self) -> ShearLimits:

@@ -52,7 +52,10 @@ class Bridge:
         """Return the part of a message that advises setting the option and describes its effect."""
         if not self.gap:
             many = counted(self.joints, "joint")
-            return f"lower 'tolerance', which prevents {many} that would connect {self._connections(scene)}"
+            return (
+                f"lower 'tolerance', because its present value prevents {many} that would connect "
+                f"{self._connections(scene)}"
+            )
         one, other = (repr(scene.blocks[index].name) for index in self.widest)
         instead = " and remove 'tolerance'" if self.replaces_tolerance else ""
         return (

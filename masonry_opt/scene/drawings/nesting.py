@@ -22,7 +22,7 @@ _FEWEST_IN_FRAME = 2
 
 
 class Nesting(NamedTuple):
-    """Blocks of a drawing with their holes, and outlines that were left out as copies of other outlines."""
+    """Blocks of a drawing with their holes, and duplicate outlines that were left out."""
 
     blocks: list[Outline]
     copies: list[tuple[Curve, Curve]]  #: each copy that was left out, with its original
@@ -31,7 +31,7 @@ class Nesting(NamedTuple):
 def outlines_with_holes(
     outlines: Sequence[Curve], is_support: Sequence[bool], tolerance: float, overlap: float, defects: Defects
 ) -> Nesting:
-    """Return the blocks among the outlines, with their holes, and the outlines that are left out as copies.
+    """Return the blocks with their holes, and the duplicate outlines that are left out.
 
     An outline inside another outline, apart from an overlap, is a hole in a block. An outline inside a hole
     is a block again. If the outline of a hole is drawn twice, the first outline is the hole, and the second

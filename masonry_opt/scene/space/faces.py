@@ -40,10 +40,11 @@ class Surfaces:
 
     scene: Scene  #: scene of the blocks, for messages
     points: np.ndarray  #: coordinates of the vertices, shape (vertices, 3)
-    block: np.ndarray  #: index of the block of each part, in ascending order, shape (parts,)
-    part: np.ndarray  #: index of the part of each face, in ascending order, shape (faces,)
-    face: np.ndarray  #: index of the face of each corner, in ascending order, shape (corners,)
-    vertex: np.ndarray  #: index of the vertex of each corner, shape (corners,)
+    block: np.ndarray  #: index of the block to which each part belongs, in ascending order, shape (parts,)
+    #: Index of the part, of a block, to which each face belongs, in ascending order, shape (faces,).
+    part: np.ndarray
+    face: np.ndarray  #: index of the face to which each corner belongs, in ascending order, shape (corners,)
+    vertex: np.ndarray  #: index of the vertex at each corner, shape (corners,)
     mixed: np.ndarray  #: indices of the blocks whose faces were drawn with inconsistent orientations
 
     @property
@@ -265,10 +266,11 @@ def _leading_faces(
     geometry: tuple[np.ndarray, np.ndarray, np.ndarray],
     tolerance: float,
 ) -> np.ndarray:
-    """Group the faces of each block by plane, and return the index of the largest face of each face's group.
+    """Group the faces of each block by plane. For each face, return the largest face of its group.
 
-    The index is -1 for a face without area. In each round, the largest remaining face of each block
-    determines a plane, and all remaining faces of the block in this plane form its group.
+    The result contains face indices, shape (faces,); the index is -1 for a face without area. In each round,
+    the largest remaining face of each block determines a plane, and all remaining faces of the block in this
+    plane form its group.
 
     Parameters
     ----------

@@ -69,8 +69,8 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         if least >= bound or same(bound, least):
             return
         sentence = (
-            f"λ = {numeral(least, '.6f')} at the worst position is less than the lower bound "
-            f"{numeral(bound, '.6f')} of another program, so no bound is reported: try another solver"
+            f"λ = {numeral(least, '.6f')} at the worst position is less than its separately computed "
+            f"lower bound {numeral(bound, '.6f')}, so no bound is reported: try another solver"
         )
         yield study_warning(StudyCode.BELOW_BOUND, sentence, load_factor=least, bound=bound)
 

@@ -224,7 +224,7 @@ class PassageTrials:
     answers: dict[float, Solution] = field(default_factory=dict, repr=False)  #: by position
 
     def at(self, position: float) -> float:
-        """Return λ at a position, which is solved at the first call.
+        """Return λ at a position, and solve the position if it has no stored answer.
 
         See ``load_factor`` for infinite and NaN values.
 

@@ -33,7 +33,7 @@ def facts(answer: CrossingLoadFactors) -> dict[str, str]:
         template += ", in '{load_case}')" if len(answer.by_case) > 1 else ")"
         places = some([template.format(**place) for place in answer.undecided_at])
         count = counted(answer.undecided, "position")
-        lines["undecided"] = f"λ may be less at {count} without an answer: {places}"
+        lines["undecided"] = f"the least λ is uncertain, because λ could not be computed at {count}: {places}"
     if answer.interrupted:
         not_reached = f"; load cases that were not reached: {missing_cases}" if missing_cases else ""
         label, by = "interrupted", ""

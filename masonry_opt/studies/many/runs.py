@@ -75,7 +75,7 @@ class StudyOutput(NamedTuple):
     """Output folder of a study, and the files that the study writes into the folder."""
 
     folder: Path
-    beside: Sequence[str]  #: names of the files in addition to the table of runs
+    beside: Sequence[str]  #: names of the files that are written in addition to the table of runs
     force: bool  #: True if files that other programs wrote may be replaced
 
     def write(self, frame: pd.DataFrame, beside: Mapping[str, str | bytes]) -> None:

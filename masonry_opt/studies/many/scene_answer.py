@@ -111,7 +111,10 @@ def _warnings_of_crossing(crossed: Crossing) -> Iterator[dict[str, Any]]:
     if crossed.least is not None and crossed.undecided:
         count, first = crossed.undecided, crossed.undecided_at[0]["position"]
         place = f"first axle at {numeral(first, '.6g')}" + (" and elsewhere" if count > 1 else "")
-        sentence = f"λ may be less at {counted(count, 'position')} of the axles without an answer: {place}"
+        sentence = (
+            "the least λ is uncertain, because λ could not be computed at "
+            f"{counted(count, 'position')} of the axles: {place}"
+        )
         yield study_warning(StudyCode.POSITIONS_UNDECIDED, sentence, count=count, positions=[first])
     if crossed.left_out:
         cases = some([*map(repr, crossed.left_out)])

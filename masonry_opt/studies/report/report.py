@@ -47,10 +47,10 @@ from masonry_opt.studies.settle.answer import KIND_NAMES, Settlement
 from masonry_opt.studies.writing import frame_table, render, table, versions
 
 Answer = Result | Crossing | Cases | Settlement | Capacity  #: Answers that a report can contain.
-_MOST_NAMED_BLOCKS = 60  #: Largest number of blocks whose names are written into the drawing.
+_MOST_NAMED_BLOCKS = 60  #: A drawing of a scene with more blocks does not show the names of blocks.
 _SCALE_BAR_HEIGHT = 0.08  #: Height of the strip for the scale bar, relative to the width of the drawing.
-_MOST_ROWS = 150  #: Largest number of rows of a table that are printed.
-_MOST_CASE_FILE_LINES = 600  #: Largest number of lines of a case file that is printed.
+_MOST_ROWS = 150  #: A report prints at most this many rows of a table.
+_MOST_CASE_FILE_LINES = 600  #: A report does not print a case file with more lines than this number.
 #: Names of the attributes of a scene that are lists of records, by the heading of their table in the report.
 _RECORDS = {
     "Joints that differ": "exceptions",

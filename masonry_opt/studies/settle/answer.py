@@ -150,7 +150,10 @@ class Bound:
 
     @property
     def largest_movement(self) -> float:
-        """Largest movement of the supports at which openings, which assume small rotations, are accurate."""
+        """Largest movement of the supports up to which the openings of joints are accurate.
+
+        Openings are calculated for small rotations of the blocks.
+        """
         return largest_movement(self._with_mechanism)
 
     def rows(self) -> list[dict[str, Any]]:

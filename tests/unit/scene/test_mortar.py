@@ -333,7 +333,10 @@ def test_a_tolerance_that_hides_all_joints_of_touching_stones_is_named() -> None
     cubes = [rectangle(name, (0, 0.1), (z, z + 0.1)) for name, z in (("A", 0), ("B", 0.1))]
     scene = mo.extrude(scene_of(FLOOR, *cubes), thickness=0.1)
     said = message(scene.replace(tolerance=0.011))
-    assert "lower 'tolerance', which prevents 2 joints that would connect 2 blocks to supports" in said
+    assert (
+        "lower 'tolerance', because its present value prevents 2 joints that would connect 2 blocks to "
+        "supports" in said
+    )
     assert len(contacts_of(scene.replace(tolerance=0.009)).first) == 2
 
 
