@@ -30,10 +30,10 @@ for n, known in samples.items():
     print(f"wall {n}: λ = {low:.4f}, {median:.4f}, {high:.4f} (5, 50, 95 %); {mechanisms}")
 
 # %%
-# Walls 3 and 4 rock, and friction does not change their load factor. Walls 5 and 6 slide and rock at the same
-# time, and 90 % of their load factors are in a range of 2 and 8 % of the median. At low friction walls 1 and 2
-# slide, and the load factor of both equals the friction coefficient. At high friction walls 1 and 2 also rock,
-# and their load factors increase little.
+# Walls 3 and 4 rock, and friction does not change their load factor. Walls 5 and 6 slide and rock at the
+# same time, and 90 % of their load factors are in a range of 2 and 8 % of the median. At low friction walls 1
+# and 2 slide, and the load factor of both equals the friction coefficient. At high friction walls 1 and 2
+# also rock, and their load factors increase little.
 figure = Figure(figsize=(7, 3.8), layout="constrained")
 axes = figure.add_subplot(xlabel="load factor λ", xlim=(0, 0.7), ylim=(6.6, 0.4))
 axes.set_yticks(list(WALLS), [f"wall {n}" for n in WALLS])
