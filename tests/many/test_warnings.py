@@ -1,6 +1,7 @@
 """Tests of warnings: on standard error and in JSON, in studies without a solved run, and of damaged
 journals."""
 
+import json
 from contextlib import redirect_stderr
 
 import numpy as np
@@ -200,6 +201,23 @@ def test_a_damaged_line_of_a_journal_is_named_and_its_run_made_again(tmp_path, c
     assert named == ["line 3", "line 4", "line 5"]
     assert len(path.read_bytes().splitlines()) == 6 + 3  # Three runs were repeated, and two were reused.
     same(pd.read_csv(out / "runs.csv"), before)
+
+
+@pytest.mark.parametrize(("limit", "load_factor"), [(5.0, 9.0), (50.0, 0.2)])
+def test_a_run_that_the_time_limit_ended_is_repeated_with_a_longer_limit(tmp_path, limit, load_factor):
+    """The journal says that a limit of 5 s ended the run with λ = 9. With more time λ = μ = 0.2."""
+
+    def sweep(seconds):
+        options = {"method": "static", "workers": 1, "out": tmp_path, "time_limit": seconds}
+        return mo.sweep(block_on_floor(), {"joints.friction": [0.2]}, **options)
+
+    sweep(5.0)
+    path = tmp_path / JOURNAL
+    head, run = path.read_text("utf-8").splitlines()
+    line = json.loads(run)
+    line["row"] |= {"load_factor": 9.0, "time_limit_reached": True, "time_limit": 5.0}
+    path.write_text(f"{head}\n{json.dumps(line)}\n", "utf-8")
+    assert sweep(limit)["load_factor"].tolist() == pytest.approx([load_factor])
 
 
 def test_a_journal_without_its_first_line_is_refused(tmp_path):
