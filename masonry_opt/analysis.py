@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from masonry_opt.deadline import TimeLimitReached, limited
-from masonry_opt.effort import Effort, Phases
-from masonry_opt.errors import OptionError, TimeLimitError
+from masonry_opt.effort import Effort, Phases, refuse_if_no_function
+from masonry_opt.errors import TimeLimitError
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.registry import DEFAULT, INCREMENTAL_METHOD, METHODS, HowToSolve
@@ -379,9 +379,8 @@ def solve(  # noqa: PLR0913 - options of the public API are keywords
     TimeLimitError
         If the time limit is over before all joints are found.
     """
-    for name, function in (("progress", progress), ("phases", phases)):
-        if not callable(function):
-            raise OptionError(f"{name} must be a function (found {function!r})")
+    refuse_if_no_function("progress", progress)
+    refuse_if_no_function("phases", phases)
     engine: dict[str, Any] = {"model": model, "solver": solver, "tolerance": tolerance}
     session = prepare(
         method, function=solve, incremental=incremental, time_limit=time_limit, **engine, **options

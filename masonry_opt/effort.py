@@ -25,14 +25,19 @@ PARTS = (
 )
 
 
+def refuse_if_no_function(name: str, value: object) -> None:
+    """Raise OptionError if the value of an option is not a function."""
+    if not callable(value):
+        raise OptionError(f"{name} must be a function (found {value!r})")
+
+
 def phases_from(options: dict[str, Any]) -> Phases:
     """Remove ``phases``, an option of :func:`~masonry_opt.solve`, from the options of a study; return it.
 
     Raises OptionError if it is not a function.
     """
     phases: Phases = options.pop("phases", lambda _: None)
-    if not callable(phases):
-        raise OptionError(f"phases must be a function (found {phases!r})")
+    refuse_if_no_function("phases", phases)
     return phases
 
 

@@ -62,7 +62,7 @@ def test_mpec_reaches_the_published_value_and_refinement_goes_no_higher():
 
 @pytest.mark.slow
 def test_a_relaxation_that_cannot_be_followed_is_a_status_and_what_is_kept_is_called_what_it_is():
-    """From a cold start on wall 5, IPOPT reaches its iteration limit: the result has a status, no answer."""
+    """IPOPT reaches its iteration limit from a cold start on wall 5: the result has a status, no answer."""
     result = mo.solve(WALLS[4], "mpec", start="cold")
     assert result.status is mo.Status.HOMOTOPY
     assert result.load_factor is None

@@ -182,7 +182,7 @@ def test_of_answers_one_that_bounds_can_be_held_against_is_told():
 
 
 def test_pareto_front():
-    """Of runs with times 1 to 5, the first and the third are on the Pareto front.
+    """Five runs take 1 to 5 s, and the first and the third are on the Pareto front.
 
     The second is slower and less accurate, the fourth is wrong, and the fifth is slower and not better.
     """

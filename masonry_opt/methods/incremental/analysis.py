@@ -91,7 +91,7 @@ class IncrementalResult:
         """
         if self.state is not None or state is None:
             return self
-        excess = min(_excess(state, self.unbalanced), self.most_excess)
+        excess = _excess(state, self.unbalanced, self.most_excess)
         if _is_between(state, self.carried - excess, self.not_carried, self.not_carried):
             return replace(self, state=state, state_in_motion=None)
         if self.state_in_motion is None and state.load_factor < self.carried:
@@ -105,13 +105,14 @@ def _is_between(state: Answer, carried: float, not_carried: float, size: float) 
     return carried - rounding <= state.load_factor <= not_carried + rounding
 
 
-def _excess(state: Answer, unbalanced: np.ndarray | None) -> float:
+def _excess(state: Answer, unbalanced: np.ndarray | None, most: float) -> float:
     """Return by how much unbalanced forces (3b,) may let the carried load exceed the load of an exact state.
 
     If no joint slips, virtual work limits the excess to the work of the unbalanced forces in the motion of
     the state, in which the live load does unit work: ``unbalanced`` is divided by the norm of the live load.
+    The returned excess is not larger than ``most``.
     """
-    return 0.0 if unbalanced is None else max(0.0, float(unbalanced @ state.d))
+    return 0.0 if unbalanced is None else min(max(0.0, float(unbalanced @ state.d)), most)
 
 
 class IncrementalAnalysis:
@@ -287,7 +288,7 @@ class _LoadRaising:
         return self._is_in_bracket(state) and self.carried < self._beside(state)[1]
 
     def _is_in_bracket(self, state: Answer) -> bool:
-        excess = min(_excess(state, self._unbalanced), self._most_excess)
+        excess = _excess(state, self._unbalanced, self._most_excess)
         return _is_between(state, self.carried - excess, self.not_carried, self._size_of(self.not_carried))
 
     @property

@@ -70,7 +70,7 @@ def test_a_joint_that_is_open_at_both_ends_loses_its_shear(joint):
 
 
 def test_sliding_opens_a_joint_that_dilates(joint):
-    """From 5 - P = 0.2 + 0.5 (3 + 2 · 0.1 P) follows the slip P = 3. Both ends gain 0.3, and |s| = 2."""
+    """The slip P = 3 solves 5 - P = 0.2 + 0.5 (3 + 2 · 0.1 P). Both ends gain 0.3, and |s| = 2."""
     law = law_of(joint, friction=0.5, cohesion=0.2, dilatancy=0.1)
     response = law.respond(column(2, 1, 5))
     np.testing.assert_allclose(response.forces, column(2.3, 1.3, 2), atol=1e-14)
