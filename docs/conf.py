@@ -51,7 +51,7 @@ napoleon_custom_sections = [("Attributes", "params_style"), ("Fields", "params_s
 sphinx_gallery_conf = {
     "examples_dirs": "gallery",
     "gallery_dirs": "examples",
-    # Of the paper's examples, only those that take seconds are run when the guide is built.
+    # The guide runs an example of the paper only if the example takes seconds.
     "filename_pattern": r"gallery/(?!paper)\w+/\w+\.py$|paper/fig(7|8|10|12)\.py$",
     "ignore_pattern": r"__init__",
     "subsection_order": [
