@@ -127,7 +127,7 @@ class Session:
                 assembly = on_last_matrices or assemble(scene)
         except TimeLimitReached as stop:
             raise TimeLimitError(
-                f"{scene.origin}: the {stop} ended the search for joints: use a longer time limit"
+                f"{scene.origin}: the search for joints reached the {stop}: use a longer time limit"
             ) from None
         if self.kept.keeps:
             self._last = assembly
@@ -166,15 +166,16 @@ class Session:
         solution = _complete(assembly, task, solution)
         if solution.status not in (Status.SOLVER_FAILED, Status.BELOW_ZERO):
             return solution
-        # This solution has no load factor, so the last forces and velocities of the method are not an answer.
-        # They are removed.
+        # Remove the last forces and velocities of the method, because without a load factor they are no
+        # collapse state.
         return replace(solution, found=FinalState(forms=solution.found.forms))
 
     def _solve_incremental(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution | None:
-        """Run method "incremental", and return its solution, or a solution that states why it was not run.
+        """Compute the incremental load factor, and return the solution of method "incremental".
 
-        The result is None if the incremental load factor is not requested. Its time is measured separately
-        from the session's method. Load steps are reported if the session's method begins with the same steps.
+        The result is None if the incremental load factor is not requested. If the scene is not suitable for
+        the method, the solution states the reason. The time of the method is measured separately from the
+        session's method. Load steps are reported if the session's method begins with the same steps.
         """
         if not self.how.adds_incremental:
             return None
@@ -233,7 +234,7 @@ def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
 
 
 def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
-    """Return a solution with the associative load factor added.
+    """Add the associative load factor to a solution, and return the completed solution.
 
     If no load factor ≥ 0 was found, the reasons why are added too.
 
@@ -262,8 +263,8 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     solution = explained(assembly, solution, task.solver, task.effort, is_associative)
     if incremental is None or incremental.load_factor is None or not solution.proven_none:
         return solution
-    # The incremental load factor is removed, because a proof shows that the scene never collapses: contacts
-    # that slip at this load factor lock later.
+    # A proof shows that the scene never collapses, so the incremental load factor is removed. Contacts that
+    # slip at this load factor would stop slipping under a larger load.
     incremental = replace(
         incremental,
         found=FinalState(),
@@ -276,7 +277,7 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
 
 
 def _with_only_state(problem: Problem, solution: Solution) -> Solution:
-    """Set ``is_only_state``: True if a proof shows that no other load factor λ > 0 has a collapse state."""
+    """Record in a solution if a proof shows that its load factor is the only λ > 0 that causes collapse."""
     load_factor = solution.load_factor
     if load_factor is None or solution.kind in (Kind.ASSOCIATIVE, Kind.INCREMENTAL):
         return solution
@@ -284,7 +285,7 @@ def _with_only_state(problem: Problem, solution: Solution) -> Solution:
 
 
 def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
-    """Add a reason to a solution if its three load factors agree, but the method tried only a few starts.
+    """Add a reason to a solution: its load factors agree, but this proves little after only a few starts.
 
     Agreement proves little if equilibrium does not fix the forces: other forces may lead to lower states. No
     reason is added if all joints follow associative flow, because all exact states then have one load factor.
@@ -305,7 +306,7 @@ def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
     return solution.telling(reason(Code.FEW_STARTS, candidates=starts))
 
 
-def solve(  # noqa: PLR0913 - options of the public API are keywords
+def solve(  # noqa: PLR0913 - each option of the public API is an argument
     scene: Scene | str | Path,
     method: str = DEFAULT,
     *,
@@ -407,7 +408,7 @@ def _after_settlement(scene: Scene, settled: Movements | None) -> Scene:
         return settled_scene(scene, settled)
     except TimeLimitReached as stop:
         raise TimeLimitError(
-            f"{scene.origin}: the {stop} ended the computation of the settlement: use a longer time limit"
+            f"{scene.origin}: the computation of the settlement reached the {stop}: use a longer time limit"
         ) from None
 
 

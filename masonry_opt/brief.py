@@ -74,7 +74,7 @@ def _short(value: Any) -> str:
 
 
 def _is_plain(values: Any) -> bool:
-    """Return True if a value, such as a nested list, contains only numbers, strings, booleans and None."""
+    """Return True if a value, at all levels of nesting, contains only numbers, strings, booleans and None."""
     if isinstance(values, Mapping):
         return _is_plain(list(values.values()))
     if isinstance(values, list | tuple):

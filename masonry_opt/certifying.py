@@ -40,7 +40,7 @@ _CRUSHING_LAWS = ("chords", "parabola")
 
 @dataclass(frozen=True, eq=False)
 class StateCheck:
-    """Residuals of a collapse state: of its load factor λ, joint forces q and block velocities d.
+    """Residuals of a collapse state with load factor λ, joint forces q and block velocities d.
 
     All numbers are in the units of :class:`~masonry_opt.problem.problem.Problem`. Names of rows and columns
     consist of a kind and blocks, such as ``n1[A|ground]``.
@@ -63,9 +63,9 @@ class StateCheck:
     q: np.ndarray  #: joint forces, as passed
     #: Collapse state and its residuals, computed with the matrices of ``problem``.
     answer: Answer
-    #: Problem whose matrices are used to compute the residuals. If the live load does work in the mechanism,
-    #: it is the problem of the scene. Otherwise it is an equivalent problem in which dead load and live load
-    #: are exchanged.
+    #: Problem whose matrices are used to compute the residuals. This is the problem of the scene if the live
+    #: load does work in the mechanism. Otherwise dead load and live load are exchanged, which results in an
+    #: equivalent problem.
     problem: Problem
 
     @property
@@ -80,7 +80,7 @@ class StateCheck:
 
     @property
     def certificate(self) -> Certificate:
-        """Residuals of the scene as a whole."""
+        """Residuals of the state, each a single number for the whole scene."""
         return self.answer.certificate
 
     @cached_property
@@ -171,7 +171,7 @@ class StateCheck:
         return self.problem.departure(self.answer.d, self._rates, self.answer.slope)
 
     def _largest_at(self) -> dict[str, str]:
-        """Return the name of the row, joint or block at which each residual is largest."""
+        """For each residual, return the name of the row, joint or block at which the residual is largest."""
         problem, answer, names = self.problem, self.answer, self._names
         unbalanced = problem.unbalanced(answer.load_factor, answer.q)
         acting = largest_acting(problem, answer.load_factor, answer.q)
@@ -192,7 +192,7 @@ class StateCheck:
 
 
 @suggests_arguments
-def certify(  # noqa: PLR0913 - options of the public API are keywords
+def certify(  # noqa: PLR0913 - each option of the public API is an argument
     scene: Scene | Assembly | str | Path,
     load_factor: float,
     q: Any,
@@ -203,7 +203,7 @@ def certify(  # noqa: PLR0913 - options of the public API are keywords
     crushing: str = "chords",
     load_case: str | None = None,
 ) -> StateCheck:
-    """Compute the residuals of a collapse state that another program found.
+    """Compute the residuals of a collapse state that other software has found.
 
     A state is an exact collapse state if equilibrium, yield conditions, flow rule and complementarity hold,
     each within the limit of exact answers of this package. ``result.load_factor``, ``result.q`` and
@@ -270,7 +270,7 @@ def _finite(argument: str, values: np.ndarray, names: list[str]) -> np.ndarray:
 
 
 def _with_laws(problem: Problem, friction: str, crushing: str) -> Problem:
-    """Return a problem with the friction law and the crushing law that the two names select.
+    """Return a problem with the laws that the options ``friction`` and ``crushing`` select.
 
     Raises OptionError if a name is not the name of a law.
     """
@@ -285,11 +285,10 @@ def _with_laws(problem: Problem, friction: str, crushing: str) -> Problem:
 
 
 def _driven(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> tuple[Problem, np.ndarray]:
-    """Return a problem whose live load does work in the mechanism d, and the joint forces of that problem.
+    """Exchange dead load and live load of a problem if the live load does no work in the mechanism d.
 
-    If the live load does no work in the mechanism, dead load and live load are exchanged. The total load at λ
-    stays the same, and energies are then divided by the work of the dead load. The lowest forces of ties,
-    props and earth count as dead load.
+    Returns the problem and its joint forces. The total load at λ stays the same, and energies are then
+    divided by the work of the dead load. The lowest forces of ties, props and earth count as dead load.
     """
     sizes = np.linalg.norm(problem.live) * np.linalg.norm(d)
     if problem.live @ d > NO_WORK * sizes or load_factor <= ZERO:

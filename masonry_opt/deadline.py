@@ -11,9 +11,9 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from math import inf
 
-#: If a solver ends without an optimum less than this many seconds before the deadline, it counts as stopped
-#: by the deadline. The margin is needed because solvers use their own clocks. If it is too small, a stopped
-#: program counts as failed; if it is too large, a failed program counts as stopped.
+#: A solver counts as stopped by the deadline if it ends without an optimum less than this many seconds before
+#: the deadline. The margin is needed because solvers use their own clocks. With too small a margin, a stopped
+#: solver counts as failed; with too large a margin, a failed solver counts as stopped.
 SAME_TIME = 0.1
 
 

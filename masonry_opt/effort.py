@@ -32,9 +32,9 @@ def refuse_if_no_function(name: str, value: object) -> None:
 
 
 def phases_from(options: dict[str, Any]) -> Phases:
-    """Remove ``phases``, an option of :func:`~masonry_opt.solve`, from the options of a study; return it.
+    """Remove the option ``phases`` from the options of a study, and return its value.
 
-    Raises OptionError if it is not a function.
+    The option is documented in :func:`~masonry_opt.solve`. Raises OptionError if its value is not a function.
     """
     phases: Phases = options.pop("phases", lambda _: None)
     refuse_if_no_function("phases", phases)
@@ -64,7 +64,7 @@ class Effort:
 
     @property
     def phase(self) -> str:
-        """Name of the current phase, preceded by the name of the method's current step if there is one."""
+        """Name of the current phase. During a step of the method, the name of the step precedes it."""
         return ": ".join(filter(None, dict.fromkeys((self._step, self._phase))))
 
     def begins(self, phase: str) -> None:

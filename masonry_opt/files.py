@@ -30,8 +30,8 @@ MARK = f"written by {WRITER}"
 #: Key of a JSON file whose value is the name of the package that wrote the file.
 JSON_KEY = "written_by"
 
-#: Endings of the two lists of names that accompany an .nl file. Only the .nl file contains a mark, a text
-#: that shows that this package wrote the file; its mark counts for the lists too.
+#: Endings of the two lists of names that accompany an .nl file. The lists themselves contain no mark of this
+#: package. They count as written by this package if the .nl file contains the mark.
 _NAME_LISTS = (".row", ".col")
 
 #: Map from the ending of a file's name to a regular expression for the mark, the text that shows that this
@@ -199,8 +199,8 @@ def refuse_replacing(path: Path, force: bool = False) -> None:
     """Raise OptionError if a file contains data of another program or a user, unless ``force`` is True."""
     if not force and os.path.lexists(path) and not path.is_dir() and not _is_replaceable(path):
         raise OptionError(
-            f"{path}: the file exists already, and {WRITER} did not write it, or it was changed since: "
-            "choose another name or folder, or replace the file with --force (in Python: force=True)"
+            f"{path}: the file exists, and {WRITER} did not write its present content: choose another name "
+            "or folder, or replace the file with --force (in Python: force=True)"
         )
 
 

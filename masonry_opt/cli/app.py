@@ -24,10 +24,10 @@ _MODULES |= dict.fromkeys(("capacity", "crossing", "directions", "least", "repor
 #: Help text of each command, in the order in which ``--help`` lists the commands.
 COMMANDS = {
     "solve": "Find the collapse load factor of the scene in CASE, for all load cases or for a selected one.",
-    "check": "Compare the static with the kinematic load factor of CASE, and CVXPY with Pyomo.",
+    "check": "Check that the static and the kinematic load factor of CASE agree, in CVXPY and in Pyomo.",
     "draw": "Draw the blocks, supports, joints, small gaps and loads of CASE to FILE, without solving CASE.",
-    "export": "Write CASE to FILE as an optimisation program for other solvers, or as solids for other "
-    "programs.",
+    "export": "Write CASE to FILE as an optimisation problem for other solvers, or as solids for other "
+    "software.",
     "capacity": "Follow the mechanism of CASE after the onset of collapse, down to λ = 0.",
     "convert": "Convert a drawing to a case file with blocks, supports, friction, weights and live loads.",
     "compare": "Compare times and answers of methods and solvers on scenes, and write tables and a report.",
@@ -91,7 +91,7 @@ def about(version: Annotated[bool, typer.Option("--version", help="Print the ver
 
 
 def main() -> None:
-    """Run the command line. Errors that a user can correct end it with one message and an exit code."""
+    """Run the command line. An error that a user can correct is reported by one message and an exit code."""
     if sys.stdout is None:  # the calling program has closed standard output
         _end("standard output is closed: redirect it to a file or a pipe", OutputError.exit_code)
     with _results_apart():

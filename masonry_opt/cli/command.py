@@ -67,7 +67,7 @@ def _angles(text: str) -> tuple[float, float]:
 
 
 def _movement(text: str) -> tuple[str, tuple[float, ...]]:
-    """Parse the name of a support and its movement, which is x, y and optionally a rotation.
+    """Parse the name of a support and its movement: x, y and optionally a rotation.
 
     Raises OptionError if the text does not have this form.
     """
@@ -85,7 +85,7 @@ def _movement(text: str) -> tuple[str, tuple[float, ...]]:
 
 
 _VIEW = "Azimuth and elevation of the viewer in degrees, for a scene in space."
-_DRAW = "Draw the answer (.png, .svg, .pdf{})."
+_DRAW = "Draw the answer to FILE (.png, .svg, .pdf{})."
 PICTURE = typer.Option(metavar="FILE", help=_DRAW.format(""))
 
 #: Command-line options for parameters that have the same meaning in all functions.
@@ -98,7 +98,7 @@ _SHARED: dict[str, Any] = {
     "load_case": typer.Option(metavar="NAME", help="Name of a load case, if CASE has load cases."),
     "options": typer.Option("--option", "-o", help="Option of the method, as NAME=VALUE; may be repeated."),
     "names": typer.Option("--names", help="Write the blocks' names into the picture."),
-    "force": typer.Option("--force", help=f"Also replace files that {WRITER} did not write."),
+    "force": typer.Option("--force", help=f"Replace existing files even if {WRITER} did not write them."),
     "settled": typer.Option(
         metavar="NAME:X,Y[,ROT]",
         help="Movement of support NAME before the live load acts, in the length unit of CASE, with an "
@@ -125,8 +125,8 @@ class Given(dict[str, Any]):
         method does not have the form NAME=VALUE, or is a parameter of ``function`` or of ``solve``.
         """
         options = dict(map(_name_and_value, self.pop("options", ())))
-        # An option of the command itself raises an error if it is passed through --option. Only "time_limit"
-        # is accepted, because it was once an option of method "global".
+        # Raise an error if an option of the command is passed through --option. The option "time_limit" is
+        # exempt, because it was once an option of method "global".
         for taking in (solve, function):
             own = inspect.signature(taking).parameters.keys() & (options.keys() - {"time_limit"})
             if own:
@@ -312,7 +312,7 @@ class Work:
         self._show(line)
 
     def phase(self, words: str) -> None:
-        """Show the name of the phase that begins now, and the last step of the earlier phases."""
+        """Show the name of the phase that begins now, and the most recent step of the method."""
         last = f" (last {self._last_step})" if self._last_step else ""
         self._phase = f"{words}: "
         self._show(f"{self._name}: {words}{last}")
@@ -339,7 +339,7 @@ def print_json(answer: Any) -> None:
 
 
 def save(answer: Any, plot: Path | None, drawing: Mapping[str, Any]) -> None:
-    """Save the picture of an answer to a file, if a file is given."""
+    """Save the picture of an answer to the file ``plot``, unless ``plot`` is None."""
     if plot is not None:
         with writing(plot):
             answer.save(plot, **drawing)

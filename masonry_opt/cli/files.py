@@ -45,9 +45,9 @@ _TOLERANCE_NAMES = ("tolerance", "contact_tolerance", "outline_tolerance")
 #: case file contains the path of the mesh file.
 _MOST_CORNERS = 10_000
 _METHOD = (
-    "Method of the exported program: static (default), kinematic, global, or (.nl only) mpec, mcp. If the "
-    "file contains solids: method that computes the exported mechanism and forces; without a method, the "
-    "blocks are exported at rest."
+    "Method whose optimisation problem is exported: static (default), kinematic, global, or (.nl only) mpec, "
+    "mcp. If the file contains solids: method that computes the exported mechanism and forces; without a "
+    "method, the blocks are exported at rest."
 )
 _IN = "Drawing (.dxf), COMPAS data (.json), mesh (.obj, .ply, .stl, .glb, .gltf), or a folder of meshes."
 
@@ -74,7 +74,8 @@ def draw(given: Given, case: Path, file: Path, load_case: str | None = None) -> 
     leave="moved",
     method=typer.Option(help=_METHOD),
     file=typer.Argument(
-        help="File to write: program (.lp, .mps, .nl), proof (.cnf), or solids (.obj, .glb, .gltf, .json)."
+        help="File to write: optimisation problem (.lp, .mps, .nl), proof (.cnf), or solids (.obj, .glb, "
+        ".gltf, .json)."
     ),
 )
 def export(given: Given, case: Path, file: Path, load_case: str | None = None) -> None:
@@ -156,7 +157,7 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
     missing = [given.called[name] for name in ("friction", "unit_weight") if name not in given]
     if missing:
         raise OptionError(
-            f"{drawing}: a drawing does not contain friction and unit weight: give {' and '.join(missing)}"
+            f"{drawing}: a drawing does not contain friction and unit weight: specify {' and '.join(missing)}"
         )
     kind, read = _READERS[suffix]
     _refuse(given, inspect.signature(read).parameters, f"{drawing}: {kind}")
@@ -183,7 +184,7 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
 
 @contextlib.contextmanager
 def _options_named(called: Mapping[str, str]) -> Iterator[None]:
-    """Add the command-line option to each tolerance that an error message names, within a context.
+    """Within a context, insert the command-line option after each tolerance that an error message names.
 
     ``called`` maps parameters to options, such as ``contact_tolerance`` to "--contact-tolerance".
     """

@@ -24,14 +24,17 @@ from masonry_opt.studies.writing import NEEDED
 _MOST_VALUES = 100_000  #: Largest number of values that --vary accepts for one parameter of the scene.
 _FORMS = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..."  #: Forms of the value of option --vary.
 _VARY_EXAMPLE = "such as joints.friction=0.3:0.8:11"  #: Example of the option --vary.
-#: Help of the option --vary. It has no example, which a narrow terminal would cut; the help text of the
-#: command has an example.
+#: Help of the option --vary. A narrow terminal would cut an example off, so only the help text of the command
+#: contains an example.
 _VARY = "Name and values of a parameter of CASE, in a form shown above; may be repeated."
 #: Help of the option --sample.
 _SAMPLE = (
     "Instead of --vary: name and distribution of a parameter of CASE, in a form shown above; may be repeated."
 )
-_SOLVERS = "Solvers, separated by commas. Also possible: highs-hipo, and installed solvers of CVXPY (osqp)."
+_SOLVERS = (
+    "Solvers, separated by commas. Besides the default solvers, highs-hipo and installed solvers of CVXPY, "
+    "such as osqp, are possible."
+)
 _TOLERANCES = "--tolerances '{}': write numbers separated by commas, such as 1e-6,1e-9"
 
 
@@ -68,7 +71,7 @@ def _vary(text: str) -> tuple[str, list[float]]:
     by=typer.Option(help=f"With --sample: which joints share one random value ({', '.join(BY)})."),
     workers=typer.Option(min=1),
     force=typer.Option(
-        "--force", help=f"Also replace the table of another study, and files that {WRITER} did not write."
+        "--force", help=f"Replace the table of another study, and existing files that {WRITER} did not write."
     ),
     out=typer.Option(help="Folder to which the table and the charts are written."),
 )
@@ -127,7 +130,9 @@ def _names(text: str) -> list[str]:
 
 @command(
     mo.compare,
-    methods=typer.Option(help="Methods, separated by commas. Also possible: global.", parser=_names),
+    methods=typer.Option(
+        help="Methods, separated by commas. Besides the default methods, global is possible.", parser=_names
+    ),
     solvers=typer.Option(help=_SOLVERS, parser=_names),
     models=typer.Option(help="Modelling languages.", parser=_names),
     tolerances=typer.Option(parser=numbers(_TOLERANCES)),

@@ -65,7 +65,7 @@ def reproduce(_: Given, example: str = "", out: Path = Path("results"), force: b
             f"there is no example '{unknown.pop()}' to reproduce; choose 'all', or one of:\n{listed}"
         )
     if "table1" in names:
-        find_solver("pyomo", "casadi")  # raises OptionError now if the extra is not installed
+        find_solver("pyomo", "casadi")  # raises OptionError now if an optional package is missing
     # Create the folder before the computation, so that an error is found early.
     with writing(out):
         out.mkdir(parents=True, exist_ok=True)
@@ -94,7 +94,7 @@ def _outputs(name: str, path: Path) -> list[str]:
 
 
 def _files(name: str, variable: str) -> list[str]:
-    """Return the names of the files that store one variable of a script, a table or a figure.
+    """Return the file names for a variable of a script. Only tables and figures are written to files.
 
     For example, the variable ``table_x`` of the script fig6 is written to fig6_x.csv.
     """

@@ -29,7 +29,7 @@ _PLOT_KIND_HELP = (
     "Content of the picture: mechanism, thrust, utilisation or curve. Default: mechanism, or thrust if CASE "
     "is stable without live load."
 )
-_VERBOSE_HELP = "Also print residuals, solvers and computing times."
+_VERBOSE_HELP = "Print residuals, solvers and computing times in addition to the summary."
 _WHOSE = "Mechanism to draw: least (default, at the lowest load factor found) or incremental."
 
 
@@ -94,7 +94,7 @@ def solve(
 def _refuse_drawing_options(
     given: Given, drawing: dict[str, Any], plot: Path | None, mechanism: str | None
 ) -> None:
-    """Raise OptionError if picture options are used without --plot, or --mechanism cannot be drawn."""
+    """Raise OptionError for picture options without --plot, and for a mechanism that cannot be drawn."""
     if plot is None and (drawing or mechanism is not None):
         raise OptionError(
             "--plot-kind, --mechanism, --names, --view and --force apply to a picture: give --plot FILE too"
@@ -111,7 +111,7 @@ def _refuse_drawing_options(
 
 
 def _refuse_mechanism(result: mo.Result, asked: bool) -> None:
-    """Raise OptionError if ``asked`` is True: the scene is stable, so no mechanism can be drawn."""
+    """Raise OptionError if the user asked for a picture of a mechanism: a stable scene has no mechanism."""
     if asked:
         scene, other = f"{result.case}: the scene", "use --plot-kind thrust or utilisation to draw forces"
         raise OptionError(f"{scene} is stable under its dead load and has no mechanism: {other}")
@@ -138,7 +138,7 @@ def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, 
         except KeyboardInterrupt:
             last = "no load factor was found"
             if work.steps:
-                last = f"the last step was {work.steps[-1]}, which is not the answer"
+                last = f"the last step was {work.steps[-1]}, but this is not the collapse load factor"
             raise InterruptedByUserError(f"interrupted: {last}; no file was written") from None
     return answer
 

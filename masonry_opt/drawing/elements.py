@@ -191,7 +191,7 @@ def _mechanism(result: Outcome, motion: np.ndarray) -> Iterable[Marks]:
         drawn = has_motion[joint]
         lines = Marks(name, label, "line", colour, line_width, ends[drawn], with_joint[drawn], dashes)
         yield from joint_marks(lines)
-    # Draw crosses and dots too, because colours cannot be distinguished in grey prints.
+    # Mark crushing joints by crosses and hinging joints by dots, because grey prints show no colours.
     if moves.crushes.any():
         middle = ends[moves.crushes].mean(axis=1, keepdims=True)
         motions = midway[moves.crushes]
@@ -243,7 +243,7 @@ def _joints(assembly: Assembly) -> Iterable[Marks]:
 
 
 def counts(assembly: Assembly) -> str:
-    """Return a text with the numbers of blocks, supports, joints, small gaps, and edges that fill touches."""
+    """Return a text with the numbers of blocks, supports, joints, small gaps, and edges that touch fill."""
     movable, joints = len(assembly.movable), assembly.joints
     numbers = {"block": movable, "support": len(assembly.scene.blocks) - movable}
     numbers |= {"joint": len(joints.first), "small gap": len(joints.gaps)}

@@ -40,8 +40,8 @@ _AXIS_LABELS = 0.55  #: Space for tick labels and the axis label below the axes,
 _COLOUR_BAR = 0.6  #: Height of a colour bar with its label, in inches.
 _LINE_HEIGHT = 0.22  #: Height of a line of the legend or of notes, in inches.
 _NOTE_LENGTH = 95  #: Largest number of characters in a line of a note.
-#: Largest number of characters in a row of a legend. Each sample counts as ``_SAMPLE_WIDTH`` characters. A
-#: label that is longer than a row is divided into several lines.
+#: Largest number of characters in a row of a legend. The drawn sample of each entry counts as
+#: ``_SAMPLE_WIDTH`` characters. A label that is longer than a row is divided into several lines.
 _ROW_LENGTH = 84
 _SAMPLE_WIDTH = 7  #: Width of the sample of a legend entry and of the space next to it, in characters.
 
@@ -81,9 +81,9 @@ _ABOVE_HIGHEST = 0.06  #: Length of the λ axis above the highest λ that is dra
 #: value. A higher load factor appears only in the legend.
 _LARGEST_DRAWN_RATIO = 2.0
 
-#: Style of the marks at which joints start to slide or to open, by column of the curve. A style consists of a
-#: verb, a colour, a marker, its size in points, and the height of the written number of joints, relative to
-#: the height of the axes.
+#: Style of the marks at which joints start to slide or to open, by column of the table of the curve. A style
+#: consists of a verb, a colour, a marker, the size of the marker in points, and the height at which the
+#: number of joints is written, relative to the height of the axes.
 _MOTION_START_STYLES = {
     "starts_sliding": ("slide", SLIDING_COLOUR, "s", 10.0, 0.085),
     "starts_opening": ("open", HINGING_COLOUR, "o", 6.0, 0.025),
@@ -208,7 +208,10 @@ def handles(marks: list[Marks]) -> list[Handle]:
 
 
 def draw_marks(axes: Axes, marks: Marks, at: np.ndarray) -> None:
-    """Draw marks at the points ``at``, in the coordinates of the case, shape (marks, 1 or 2, 2)."""
+    """Draw marks at points in the coordinates of the case.
+
+    The array ``at`` has one or two points for each mark, shape (marks, 1, 2) or (marks, 2, 2).
+    """
     look: dict[str, Any] = {"color": marks.colour}
     match marks.shape:
         case "line":

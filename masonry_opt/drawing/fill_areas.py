@@ -44,7 +44,7 @@ def _areas(assembly: Assembly) -> tuple[list[np.ndarray], list[np.ndarray]]:
 
 
 def _above(foot: np.ndarray, top: np.ndarray) -> np.ndarray:
-    """Return the corners of the area above a segment ``foot``, as an array of shape (4, 2).
+    """Return the corners of the area between a segment ``foot`` and the line above it, shape (4, 2).
 
     ``top`` contains the heights of the two upper corners.
     """

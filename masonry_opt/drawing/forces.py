@@ -321,7 +321,7 @@ def thrust_marks(result: Outcome) -> Iterable[Marks]:
     unit = (_RESULTANT if contacts is None else _RESULTANT_IN_SPACE) * size / largest
     label = f"resultant {owner}, in the case's unit of force"
     if contacts is not None:
-        label = f"resultant {owner}; the longest is {largest:.3g} in the case's unit of force"
+        label = f"resultant {owner}; the longest line is {largest:.3g} in the case's unit of force"
         contact_force = contacts[["fx", "fy", "fz"]].to_numpy()
         carries = np.linalg.norm(contact_force, axis=1) > IDLE * largest
         at = contacts[["x", "y", "z"]].to_numpy()[carries] - assembly.geometry.origin
@@ -336,16 +336,16 @@ def thrust_marks(result: Outcome) -> Iterable[Marks]:
 
 
 def _line_of_thrust(lines: np.ndarray, points: np.ndarray, shrink: float) -> Iterable[Marks]:
-    """Yield marks of lines of thrust: the segments ``lines``, and the points of action on joints.
+    """Yield marks of lines of thrust: segments between joints, and points of action on joints.
 
-    Segments have shape (pairs, 2, 2), points have shape (points, 1, 2).
+    The segments ``lines`` have shape (pairs, 2, 2), and ``points`` has shape (points, 1, 2).
     """
     yield Marks("line", "line of thrust", "line", colours.THRUST, 1.8 * shrink, lines)
     yield Marks("points", "line of thrust", "point", colours.THRUST, 3.2 * shrink, points)
 
 
 def _force_scale(assembly: Assembly, largest: float, unit: float) -> Marks:
-    """Return a scale bar for forces. The force of the bar is a round number up to ``largest``.
+    """Return a scale bar for forces. The bar represents a round force of at most ``largest``.
 
     ``unit`` is the drawn length of a unit force.
     """
@@ -357,7 +357,10 @@ def _force_scale(assembly: Assembly, largest: float, unit: float) -> Marks:
 
 
 def _through(at: np.ndarray, arrows: np.ndarray, thin: float, thick: float) -> tuple[np.ndarray, float]:
-    """Return lines centred at the points ``at``, and their width, which is smaller for many lines."""
+    """Return lines that represent forces, centred at the points ``at``, and the width of the lines.
+
+    If there are more lines, their width is smaller.
+    """
     lines = np.stack([at - arrows / 2, at + arrows / 2], axis=1)
     return lines, float(np.clip(25 / np.sqrt(len(at)), thin, thick))
 

@@ -33,7 +33,7 @@ class Keyframes:
 
 
 def keyframes_of(result: Outcome) -> Keyframes | None:
-    """Return the keyframes of the load history of a result, or None if it has no incremental load factor."""
+    """Return keyframes of the load history of a result, or None if no incremental load factor is known."""
     state = result.at_incremental
     if state is None or state.load_factor is None or state.solution.load_history is None:
         return None

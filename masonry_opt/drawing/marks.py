@@ -42,7 +42,7 @@ class Marks:
 
     @property
     def through(self) -> bool:
-        """True if the marks are visible through blocks in space: arrows, and marks inside blocks."""
+        """True if blocks in space do not hide the marks: for arrows, and for marks inside blocks."""
         return self.shape == "arrow" or self.name in _INSIDE
 
     def moved(self, share: float) -> np.ndarray:

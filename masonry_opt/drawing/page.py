@@ -48,14 +48,14 @@ _TURN = 100_000
 #: larger value makes larger pages.
 _UNITS = 20_000
 
-#: Half the drawn width of marks that are visible through blocks, per point of their nominal width, relative
-#: to the size of the scene.
+#: Scale of the widths of marks that blocks do not hide: half the drawn width of a mark with a nominal width
+#: of one point, relative to the size of the scene.
 _RADIUS_THROUGH = 1 / 900
-#: Half the drawn width of marks that blocks can hide, per point of their nominal width, relative to the size
-#: of the scene.
+#: Scale of the widths of marks that blocks can hide: half the drawn width of a mark with a nominal width of
+#: one point, relative to the size of the scene.
 _RADIUS = 1 / 500
-#: Upper limit of the half width ``_RADIUS``, relative to the side length of a square joint with the median
-#: area of all joints.
+#: Upper limit of the scale ``_RADIUS`` in scenes with small joints, relative to the side length of a square
+#: that has the median area of all joints.
 _OF_JOINT = 1 / 80
 
 #: Text at the end of the library three.js in the pages that trimesh writes. It separates the library from the
@@ -219,7 +219,7 @@ def _foot(result: Outcome) -> str:
 
 
 def _joints(result: Outcome, names: list[str]) -> dict[str, list[float | None]]:
-    """Return the two blocks of each joint, and the rounded columns ``names`` of the table of joints."""
+    """Return data of the joints: the two blocks of each joint, and rounded columns of the table of joints."""
     joints, frame = result.assembly.joints, result.joints
     scales: dict[str, float] = {}
     if result.contacts is not None:
@@ -346,8 +346,8 @@ def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any
     areas = contacts.extent[contacts.extent > 0]
     median_side = np.sqrt(np.median(areas)) if len(areas) else np.inf
     radius = min(_RADIUS * _UNITS, _OF_JOINT * median_side * scale)
-    # Index of each distinct motion of marks. Motion 0 is zero when the page opens. The motion of a joint
-    # replaces motion 0 when the joint is selected.
+    # Map from each distinct motion of marks to its index. Index 0 is reserved: the motion is zero when the
+    # page opens, and later the motion of the joint that the reader selects.
     table: dict[tuple[float, ...], int] = {(0.0,) * 6: 0}
 
     def at(points: np.ndarray) -> list[int]:

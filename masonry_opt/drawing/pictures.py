@@ -137,7 +137,8 @@ def elements_picture(
             solids.draw(names)
             notes = (solids.note, *notes)
         else:
-            # Set the size of the axes before names are drawn, because the font size of names depends on it.
+            # Set the size of the axes before names are drawn, because the font size of names depends on the
+            # size of the axes.
             _frame(axes, elements, marks, share)
             figure.fit(made, axes)
             _draw(axes, elements, marks, share)

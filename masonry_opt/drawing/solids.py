@@ -307,7 +307,7 @@ class Solids:
         self.raster = raster(self.triangles, self.box, _DEPTH_BUFFER_PIXELS)
         self.unit = round_below(_LARGEST_AXIS_LENGTH * side)
         # The coordinate axes are drawn in the lower left corner. If blocks cover the corner, the picture is
-        # enlarged at its lower side.
+        # extended downwards.
         around = 2 * _AXIS_LETTER_DISTANCE * self.unit
         corner = np.s_[: int(around / self.raster.pixel), : int(around / self.raster.pixel)]
         if (self.raster.triangle[corner] >= 0).any():

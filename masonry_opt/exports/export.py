@@ -84,9 +84,11 @@ def _global(assembly: Assembly) -> Declared:
     highest = a_little_above(associative)
     known = solve(assembly.scene).solution.d
     bounds = bounds_of(problem, highest, assumed_rates(problem, known), Effort())
-    rates = "a limit that follows from kinematics" if bounds.rates_derived else "an assumed limit"
+    rates = "this limit follows from kinematics" if bounds.rates_derived else "this limit is assumed"
     forces = (
-        "derived from statics" if bounds.forces_derived else "assumed if statics alone does not limit a force"
+        "all follow from statics"
+        if bounds.forces_derived
+        else "assumed for forces that statics does not limit"
     )
     # A rocking condition with rate p opens the joint by 2 p, so the limit of its rate is half the limit of
     # openings.
@@ -101,8 +103,8 @@ def _global(assembly: Assembly) -> Declared:
     return model.program, [
         _objective("load_factor", problem),
         f"0 <= load_factor <= {highest:.9g} (slightly above the associative load factor)",
-        f"the sum of all slips and edge openings is at most {bounds.rates:.9g}, {rates}",
-        f"the limits of the forces are {forces}",
+        f"the sum of all slips and edge openings is at most {bounds.rates:.9g}; {rates}",
+        f"limits of the forces: {forces}",
     ]
 
 
@@ -126,8 +128,8 @@ _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
 #: the slack, "slack" is the row that defines z, "product" is the row of z times the rate, and "pair" is the
 #: row that is complementary to the rate.
 _PAIR_NAMES = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
-#: Components of a program that have one variable or row for each yield condition, and the prefix of the names
-#: of these variables or rows.
+#: Map from each component of a program that has one variable or row for each yield condition to the prefix of
+#: the names of the variables or rows.
 _OF_FACES = {"p": "p", "y": "y", "within_yield": "yield", "at_rest": "at_rest", "at_yield": "at_yield"}
 #: Names of the components of a program that consist of a single variable or row.
 _SINGLE = ("load_factor", "live_work", "raising", "objective")
@@ -282,8 +284,8 @@ def export(
     method = method or "static"
     _refuse_program(path, method, force)
     assembly = assemble(scene.assembly.scene if isinstance(scene, Result) else as_scene(scene))
-    # If dilatancy depends on stress, some methods solve several programs. A single exported program requires
-    # constant dilatancy.
+    # For Coulomb methods, refuse dilatancy that depends on stress: such a method then solves several
+    # programs, but only a single program can be exported.
     entry = METHODS["coulomb" if method == "mcp" else method]
     refuses = entry.refuses if entry.associative else entry.refuses | {"dilatancy"}
     refuse_unsuited(replace(entry, name=method, refuses=refuses), assembly)

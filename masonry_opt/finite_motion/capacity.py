@@ -42,13 +42,13 @@ _WEIGHT_TOLERANCE = 1e-2
 #: A kinematic check raises an error if the vertical part of a live force exceeds this fraction of the largest
 #: live force.
 _HORIZONTAL_LOAD_TOLERANCE = 1e-6
-#: Events that a plot of the curve marks: code of the event, and its legend entry, colour and marker.
+#: Events that a plot of the curve marks, with the legend entry, colour and marker of each event.
 _MARKED_EVENTS = {
     Code.JOINT_OPENS: ("a joint opens", HINGING_COLOUR, "o"),
     Code.JOINT_CLOSES: ("a joint closes", JOINT, "s"),
 }
-#: Tables of a case file that define forces, by the role of the forces. A capacity curve cannot take account
-#: of these forces (of ties and props: only in the plane).
+#: Map from the role of a force to the table of a case file that defines the force. Forces with these roles
+#: prevent a capacity curve; in space, ties and props do not.
 _NOT_FOLLOWED = {
     Role.TIE: "[[tie]]",
     Role.PROP: "[[prop]]",
@@ -113,7 +113,9 @@ def capacity(
     curve = Capacity(result, path.end, tuple(path.steps), path.motion, dead, live, control)
     _, rates, control_rate = curve._onset
     if path.motion.any() and abs(control_rate) <= LEAST_RATE * rates.max():
-        raise OptionError(f"block '{block}' does not move along the live load: choose another block or point")
+        raise OptionError(
+            f"block '{block}' does not move in the direction of the live load: choose another block or point"
+        )
     return curve
 
 
@@ -136,7 +138,7 @@ def _refuse_parts_not_followed(result: Result) -> None:
 
 
 def _not_followed(assembly: Assembly) -> dict[str, list[str]]:
-    """Return the parts of a scene that a capacity curve cannot take account of, with names of ties and props.
+    """Return the kinds of parts that prevent a capacity curve, with the names of ties and props.
 
     In space, a capacity curve takes account of ties and props.
     """
@@ -266,7 +268,7 @@ class Capacity:
 
     @property
     def _onset(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Magnitudes and rates of the live forces at the onset of collapse, and rate of the control point.
+        """Magnitudes and displacement rates of the live forces at the onset, and rate of the control point.
 
         Magnitudes and rates of the forces have shape (f,). The rate of a force is the rate of its point of
         action along the force.
@@ -279,7 +281,7 @@ class Capacity:
 
     @property
     def _onset_of_moving(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Magnitudes and rates of the live forces on moving blocks, and rate of the control point.
+        """Magnitudes and displacement rates of live forces on moving blocks, and rate of the control point.
 
         Blocks at rest do not belong to the kinematic chain, so their masses do not participate.
         """

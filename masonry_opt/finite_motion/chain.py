@@ -47,9 +47,9 @@ class Chain:
         self.at = blocks.corner[hinges, touch[hinges].argmax(axis=1)]
 
     def start(self, of_blocks: np.ndarray) -> np.ndarray:
-        """Return the point of the equilibrium curve at which the blocks have given poses, shape (blocks, 3).
+        """Return the point of the equilibrium curve at which the blocks have the poses ``of_blocks``.
 
-        Hinge forces and λ follow from equilibrium by least squares.
+        The poses have shape (blocks, 3). Hinge forces and λ follow from equilibrium by least squares.
         """
         poses, coordinates = np.zeros((self.count + 1, 3)), 3 * self.count
         poses[self.body] = of_blocks

@@ -166,8 +166,8 @@ class EdgePath:
             return reason(Code.LOCKS)
         bracket = angles[after - 1], angles[after]
         last = brentq(lambda angle: min(self._moments(angle)), *bracket, xtol=1e-15, rtol=1e-14)
-        # The path ends where the resisting moment (index 0) or the driving moment (index 1) vanishes. If it
-        # is the driving moment, λ grows without bound.
+        # The path ends where the resisting moment (index 0) or the driving moment (index 1) vanishes. If the
+        # driving moment vanishes, λ grows without bound, and the mechanism locks.
         locks = bool(np.argmin(self._moments(last)) == 1)
         if locks:
             last *= 1 - _POLE_DISTANCE
@@ -198,7 +198,8 @@ class EdgePath:
         if violation <= BORNE:
             return None
         slips = problem.slip_speed(d)
-        # Opening rates at the contact points, without the opening that results from slip by associative flow.
+        # Compute the opening rates at the contact points, without the opening that associative flow adds to
+        # slip.
         opens = problem.rates(d, problem.friction)[problem.table.rocks]
         if slips.max() > opens.max():
             speeds, code = slips, Code.JOINTS_SLIDE

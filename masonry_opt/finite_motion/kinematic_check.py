@@ -31,7 +31,7 @@ class CodeRules:
     ultimate: float  #: ultimate displacement d*_u, as a fraction of the displacement d*_0 at λ = 0
     secant: float  #: displacement d*_s that defines the secant period, as a fraction of d*_u
     period: float  #: secant period T_s divided by √(d*_s / a*_s), with the acceleration a*_s at d*_s
-    has_linear: bool  #: True if the code has a linear check in this limit state
+    has_linear: bool  #: True if the building code has a linear check in this limit state
     #: If True, the demand is the largest spectral displacement at all periods up to the secant period. If
     #: False, the demand is the spectral displacement at the secant period.
     is_largest_demand: bool
@@ -102,7 +102,7 @@ class KinematicCheck:
     def __str__(self) -> str:
         linear = f"a_0 = {self.onset:.4f} g, a*_0 = {self.acceleration:.4f} g"
         if self.demand_acceleration is None:
-            linear += " (the code has no linear check in this limit state)"
+            linear += " (the building code has no linear check in this limit state)"
         else:
             verdict = "satisfied" if self.linear else "not satisfied"
             linear += f", demand {self.demand_acceleration:.4f} g: {verdict}"
@@ -216,9 +216,9 @@ def kinematic_check(
 
 
 def _rules(values: Mapping[str, Any]) -> tuple[str, CodeRules, dict[str, float]]:
-    """Return the name of the code, its rules, and the other parameters of the user.
+    """Return the name of the building code, its rules, and the other parameters that the user specified.
 
-    The user's values of ``ultimate`` and ``secant`` replace those of the code.
+    The user's values of ``ultimate`` and ``secant`` replace the values of the building code.
 
     Raises OptionError if the code is unknown, or a number is wrong.
     """
@@ -265,7 +265,10 @@ def _check_values(values: Mapping[str, float]) -> None:
 
 
 def _least_at(x: float, xs: np.ndarray, ys: np.ndarray) -> float:
-    """Return the smallest ordinate y of a polyline at abscissa x, at which it may have several ordinates."""
+    """Return the smallest ordinate y of a polyline at abscissa x.
+
+    A polyline that is not monotonic may have several ordinates at x.
+    """
     low, high = np.minimum(xs[:-1], xs[1:]), np.maximum(xs[:-1], xs[1:])
     segments = np.flatnonzero((low <= x) & (x <= high) & (high > low))
     share = (x - xs[segments]) / np.diff(xs)[segments]

@@ -176,7 +176,7 @@ class MovedBlocks:
 
     @property
     def at_rest(self) -> np.ndarray:
-        """Mask with a value for each joint and corner: True if the corner touches at rest, shape (joints, 2).
+        """For each of a joint's two corners, True if the corner is in contact at rest, shape (joints, 2).
 
         The corners are the start and the end of a joint. A joint without length has only one corner.
         """
@@ -184,7 +184,7 @@ class MovedBlocks:
 
     @cached_property
     def faces(self) -> np.ndarray:
-        """Mask with a value for each joint corner and block: True if an edge of the block is touched there.
+        """For each corner of a joint and each of its two blocks, True if the block is touched on an edge.
 
         The shape is (joints, 2 corners, 2 blocks).
 
@@ -237,7 +237,7 @@ class MovedBlocks:
     def optimum(
         self, touch: np.ndarray, poses: np.ndarray, load_factor: float | None, effort: Effort
     ) -> ForceOptimum | None:
-        """Return the forces of largest λ or, at a given λ, of least violation of equilibrium and yield.
+        """Maximise λ or, at a fixed λ, minimise the violation of equilibrium and yield; return the optimum.
 
         If ``load_factor`` is None, the load factor is maximised, eq. (9). Otherwise the violation of
         equilibrium and yield at this load factor is minimised. The result is None if the solver fails.

@@ -74,7 +74,7 @@ class _PathEvent(NamedTuple):
 
     code: Code
     which: list[int]  #: indices of the joints that close, or of the blocks that meet
-    #: Optimum of the contact forces, if the optimum shows that a joint opens; otherwise None.
+    #: Optimum of the contact forces, which shows that a joint opens; None for other kinds of events.
     borne: ForceOptimum | None = None
 
 
@@ -236,7 +236,7 @@ class HingingPath:
         return stretch if event_back else back
 
     def _onward(self, chain: Chain, point: np.ndarray, hint: np.ndarray) -> _Stretch | None:
-        """Return a point with the tangent of the path, in the direction of the motion ``hint``.
+        """Return the stretch that starts at a point of the path and continues the motion ``hint``.
 
         The result is None if no block can move. The path ends at a bifurcation, at which several tangents
         exist.
@@ -363,7 +363,7 @@ class HingingPath:
         raise _PathEnded(why)
 
     def _at_zero(self, before: _Stretch) -> _Stretch | None:
-        """Return the state at which λ has decreased to zero, computed from the last state ``before`` it.
+        """Return the state at which λ has decreased to zero, by Newton's method from the state ``before``.
 
         The result is None if Newton's method finds no such state, or if another event occurs first.
         """

@@ -31,11 +31,11 @@ _CONVERGED_STEP = 1e-13
 #: rotates on a straight edge must slip a little, so gaps and slips cannot both vanish. With a smaller value,
 #: the gaps close more exactly.
 _SLIP_WEIGHT = 1e-3
-#: Largest gap at a closed contact, relative to the largest movement of a point. Small gaps remain on surveyed
-#: blocks, because their joints slip a little although they do not count as sliding.
+#: Largest permitted gap at a closed contact, relative to the largest movement of a point. A larger gap raises
+#: an error. Small gaps remain in surveyed scenes, because joints that slip a little do not count as sliding.
 _LARGEST_GAP = SEPARATES
-#: Largest slip at a hinge, relative to the largest movement of a point. A larger slip raises an error,
-#: because the blocks then no longer move in the mechanism of a small settlement.
+#: Largest permitted slip at a hinge, relative to the largest movement of a point. A larger slip raises an
+#: error, because the blocks then no longer move in the mechanism of a small settlement.
 _LARGEST_SLIP = 0.05
 #: A singular value below this fraction of the largest singular value counts as zero.
 _SINGULAR = 1e-10
@@ -266,7 +266,7 @@ class Contacts:
         return change, slope.reshape(len(self.struts), poses.size)
 
     def _refuse_gaps(self, poses: np.ndarray) -> None:
-        """Raise SettlementBlockedError if a contact that should stay closed opens, overlaps or slips."""
+        """Raise SettlementBlockedError if the gap at a closed contact or the slip at a hinge is too large."""
         of_body = np.zeros((self.bodies.max() + 1, 3))
         of_body[self.bodies] = poses
         normal, tangential, _ = self._conditions(of_body)

@@ -30,7 +30,8 @@ _FORM = "'settled' needs the movement of each support by name, such as {'pier': 
 #: An opened joint of limited strength is assumed to carry forces over at least this fraction of its length.
 #: Without this minimum, a joint that carries no force before the settlement could carry none afterwards.
 _LEAST_DEPTH = 0.01
-#: If the blocks cannot follow a movement, it is halved up to this many times to find a possible movement.
+#: If the blocks cannot follow a movement of the supports, the movement is halved up to this many times, to
+#: find a movement that the blocks can follow.
 _MOST_HALVINGS_OF_MOVEMENT = 5
 
 

@@ -22,7 +22,8 @@ from masonry_opt.solution.proof import REACH, Conflict, EnergyBound, KinematicCo
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict
 
-_CONFLICTS_PURPOSE = "conflicts"  #: Key in a result's ``solvers`` for the programs that find conflicts.
+#: Key in the ``solvers`` of a result: its value names the solver that finds conflicts.
+_CONFLICTS_PURPOSE = "conflicts"
 
 #: Largest residual of multipliers with which HiGHS may report a program as infeasible. Every conflict is
 #: verified later, so a large value does no harm. A smaller value leaves more programs undecided.
@@ -227,7 +228,7 @@ class Statics(Theory):
     def _verified(
         self, ray: np.ndarray, problem: Problem, highest: float, cost: np.ndarray, held: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, float] | None:
-        """Turn row multipliers into velocities d and rates p that prove a lower bound of cost·q.
+        """Convert row multipliers to velocities d and rates p that prove a lower bound of the product cost·q.
 
         Return d, p and the bound. If the multipliers prove no bound, those of the size of rounding errors are
         set to zero, and the others are corrected. None is returned if the residuals are still too large.
@@ -250,7 +251,7 @@ class Statics(Theory):
         cost: np.ndarray,
         held: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray, float] | None:
-        """Check that velocities d and rates p prove a lower bound of cost·q, and return d, p and the bound.
+        """Check that velocities d and rates p prove a lower bound of cost·q. Return d, p and the bound.
 
         Negative entries of p are set to zero, except for conditions that are held at yield. None is returned
         if the residuals are too large compared with the bound.
@@ -350,7 +351,7 @@ class Kinematics(Theory):
 def _balancing(
     problem: Problem, flow: sp.csr_array, unbalanced: np.ndarray, resistance: np.ndarray
 ) -> np.ndarray:
-    """Return the least change of forces that balances blocks and cancels small resistances.
+    """Return the least change of forces that restores equilibrium and sets small resistances to zero.
 
     The shape is (3c + t,).
     """

@@ -58,7 +58,7 @@ class LeastProof:
         return 0 if self._search is None else self._search.programs
 
     def lower_to(self, state: Answer) -> None:
-        """Store a given exact state in ``best`` if its load factor is lower."""
+        """Store an exact state in ``best`` if its load factor is lower than that of the stored state."""
         if self.best is None or is_lower(state.load_factor, self.best.load_factor):
             self.best = state
 
@@ -94,7 +94,7 @@ class LeastProof:
 
 
 def _start(known: Answer | None, upper: float | None, settings: ProofSettings) -> float | None:
-    """Return the load factor below which the search begins, or None if no upper bound is known."""
+    """Return the upper limit of the searched load factors, or None if no upper bound is known."""
     if known is not None:
         return known.load_factor
     if upper is None:
@@ -104,11 +104,13 @@ def _start(known: Answer | None, upper: float | None, settings: ProofSettings) -
 
 
 def _without_range(start: float | None) -> str:
-    """Return the reason why no search below a load factor is possible, or "" if a search is possible."""
+    """Return the reason why the range of load factors cannot be searched, or "" if it can be searched."""
     if start is None:
         return "the search has no upper limit: neither an exact state nor an upper bound of λ is known"
     if start <= ZERO:
-        return "the search ends at a load factor of zero or less, and a proof cannot cover λ below zero"
+        return (
+            "the upper limit of the search is zero or less, and a proof cannot cover load factors below zero"
+        )
     return ""
 
 
@@ -119,7 +121,7 @@ def prove_least(
     upper: float | None = None,
     settings: ProofSettings = SETTINGS,
 ) -> LeastProof:
-    """Search for states between λ = 0 and the lowest known λ, and prove that no further state exists.
+    """Search for the least load factor, and prove that no collapse state has a lower load factor.
 
     Parameters
     ----------

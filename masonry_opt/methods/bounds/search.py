@@ -210,7 +210,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
             self._stopped, self._clause = error, []
 
     def _examine(self) -> None:
-        """Try to refute the present assignment, or to find a lower state with it."""
+        """Try to refute the present assignment, or to find an exact state with a lower load factor."""
         self._examined = True
         while True:
             if time.perf_counter() >= self._ends or self.programs >= self._most_programs:
@@ -270,10 +270,10 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
                 return
 
     def _descended(self) -> bool:
-        """Look for a lower exact state near the last mechanism. If it exists, store it and return True.
+        """Look for an exact state with a lower load factor; if it exists, store it and return True.
 
-        Raise Undecided if the net load of all blocks that move in the state is zero. The state is then no
-        answer, and it prevents a proof.
+        The state must be near the last mechanism. Raise Undecided if the net load of all blocks that move in
+        the state is zero. The state is then no answer, and it prevents a proof.
         """
         assert self._motion is not None
         lowest = self._lowest_nearby(*self._motion)
@@ -281,7 +281,8 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
             return False
         if not is_meaningful(analysis_of(self._task), lowest.load_factor, lowest.d):
             raise Undecided(
-                "a lower state exists, but it is no answer, because its moving blocks have no net load"
+                "a state with a lower load factor exists, but it is no answer, because the net load on its "
+                "moving blocks is zero"
             )
         self.best = lowest
         self.lower_to(lowest.load_factor)

@@ -60,8 +60,9 @@ class ProofBudget(Settings):
     ``benchmarks/README.md`` has the measurements.
     """
 
-    #: Scenes with at most this number of joints have the full budget. The full budget suffices for a proof on
-    #: 95 % of random scenes of this size. On larger scenes most searches would end without a proof.
+    #: Scenes with at most this number of joints have the full budget of linear programs, see ``programs``.
+    #: The full budget suffices for a proof on 95 % of random scenes of this size. On larger scenes most
+    #: searches would end without a proof.
     few_joints: int = zero_or_more(15)
 
     #: Scenes of up to ``most_joints`` joints also have the full budget if they have at most this number of
@@ -76,8 +77,8 @@ class ProofBudget(Settings):
     #: No proof is tried on scenes with more than this number of joints, because it would hardly ever succeed.
     most_joints: int = zero_or_more(60)
 
-    #: Reduced budget of scenes that do not have the full budget, relative to the number of programs that the
-    #: method has already solved. With a larger value more searches end with a proof, and the method is
+    #: Budget of linear programs for scenes without the full budget, relative to the number of programs that
+    #: the method has already solved. With a larger value more searches end with a proof, and the method is
     #: slower.
     share: float = zero_or_more(0.6)
 
