@@ -50,8 +50,8 @@ class Session:
     #: Cached joint forces of an earlier scene may also show that a scene is stable. The cache does not change
     #: any answer.
     kept: ProgramCache = field(default_factory=ProgramCache)
-    #: True if the session accepts a scene without live load, and decides if the scene is stable. If False,
-    #: such a scene raises an error.
+    #: If True, the session decides whether a scene without live load is stable. If False, a scene without
+    #: live load raises an error.
     answers_stability: bool = False
     _last: Assembly | None = None
 
@@ -75,7 +75,7 @@ class Session:
         return self.result(*self.answer(scene, progress, effort), effort)
 
     def falls(self, assembly: Assembly, effort: Effort) -> Result | None:
-        """Check a scene under its dead load; return its result if it is unstable, None if it is stable."""
+        """Return the result of a scene that is unstable under its dead load; None if the scene is stable."""
         solution = self._check(assembly, effort).fall()
         return None if solution is None else self.result(assembly, solution, effort)
 

@@ -64,7 +64,7 @@ class Effort:
 
     @property
     def phase(self) -> str:
-        """Name of the current phase. During a step of the method, the name of the step precedes it."""
+        """Name of the current phase. During a step of the method, it begins with the name of the step."""
         return ": ".join(filter(None, dict.fromkeys((self._step, self._phase))))
 
     def begins(self, phase: str) -> None:

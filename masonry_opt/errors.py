@@ -46,7 +46,7 @@ class LongAnalysisWarning(UserWarning):
 
 
 class DrawingWarning(UserWarning):
-    """Part of a drawing file was changed on reading, or its unit of length is doubtful.
+    """Part of a drawing was changed when the file was read, or the unit of length of the file is doubtful.
 
     The message says how.
     """

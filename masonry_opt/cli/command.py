@@ -110,7 +110,7 @@ _SHARED: dict[str, Any] = {
 
 
 class Given(dict[str, Any]):
-    """Arguments that the user typed, by parameter name. Omitted parameters have their default values."""
+    """Dictionary from parameter name to value, with only the arguments that the user typed."""
 
     called: Mapping[str, str] = {}  #: Name of the command-line option for each parameter name.
 

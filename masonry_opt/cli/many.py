@@ -140,7 +140,7 @@ def _names(text: str) -> list[str]:
     time_limit=typer.Option(min=0.1),
     memory_limit=typer.Option(min=1),
     cases=typer.Option(
-        help="Folder of the case files. Default: ./cases if it exists, or the package's folder."
+        help="Folder of the case files. Default: ./cases if it exists, or the folder in the package."
     ),
     scenes=typer.Argument(metavar="CASE...", help="Case files, or names of cases in the folder --cases."),
 )

@@ -33,8 +33,8 @@ from masonry_opt.studies.writing import csv_text
 _NOT_IN_PAPER = "bracket"
 _EXAMPLE_HELP = "Name of an example, or all; without a name the command lists the examples."
 _OUT = "Folder for tables (CSV) and pictures (PNG, SVG)."
-_TABLE_PREFIX = "table"  #: Prefix of a script's variables that are saved as tables.
-_FIGURE = "figure"  #: Prefix of a script's variables that are saved as pictures.
+_TABLE_PREFIX = "table"  #: Prefix of the names of variables that are saved as tables.
+_FIGURE = "figure"  #: Prefix of the names of variables that are saved as pictures.
 _PACKAGE = Path(__file__).parents[1]  #: Folder of the package.
 
 
@@ -66,7 +66,7 @@ def reproduce(_: Given, example: str = "", out: Path = Path("results"), force: b
         )
     if "table1" in names:
         find_solver("pyomo", "casadi")  # raises OptionError now if an optional package is missing
-    # Create the folder before the computation, so that an error is found early.
+    # Create the folder before the computation, so that an unusable folder raises an error at once.
     with writing(out):
         out.mkdir(parents=True, exist_ok=True)
     refuse_unwritable(out / RECORD, force)

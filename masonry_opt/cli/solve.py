@@ -144,7 +144,7 @@ def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, 
 
 
 def _drawn_result(answer: Any) -> mo.Result:
-    """Return the result to draw, which is the result of the governing load case if there are load cases."""
+    """Return the result to draw. For several load cases, this is the result of the governing load case."""
     return answer if isinstance(answer, mo.Result) else answer.to_draw
 
 

@@ -161,7 +161,9 @@ def directions(given: Given, case: Path, plot: Path | None = None, json: bool = 
     leave="lower upper",
     vary=typer.Option(help="Parameter of CASE and the range to search, such as arch.thickness=0.05:0.3."),
     most=typer.Option(
-        "--most", help="Find the greatest value instead, for a parameter whose increase weakens the scene."
+        "--most",
+        help="Find the greatest instead of the least value, for a parameter that weakens the scene as it "
+        "increases.",
     ),
 )
 def least(

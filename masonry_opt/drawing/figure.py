@@ -39,7 +39,7 @@ _TOP_MARGIN = 0.7  #: Space for the title above the axes, in inches.
 _AXIS_LABELS = 0.55  #: Space for tick labels and the axis label below the axes, in inches.
 _COLOUR_BAR = 0.6  #: Height of a colour bar with its label, in inches.
 _LINE_HEIGHT = 0.22  #: Height of a line of the legend or of notes, in inches.
-_NOTE_LENGTH = 95  #: Largest number of characters in a line of a note.
+_NOTE_LENGTH = 95  #: Largest number of characters in a line of a note. Longer notes are wrapped.
 #: Largest number of characters in a row of a legend. The drawn sample of each entry counts as
 #: ``_SAMPLE_WIDTH`` characters. A label that is longer than a row is divided into several lines.
 _ROW_LENGTH = 84
@@ -250,7 +250,10 @@ def write_name(axes: Axes, name: str, at: np.ndarray, letters: float, rim: float
 
 
 def points_in_unit(axes: Axes) -> float:
-    """Return the number of points (1/72 inch) per unit of the axes, whose size must already be set."""
+    """Return the number of points (1/72 inch) per unit of the axes.
+
+    The size of the axes must be set before.
+    """
     return float(72 / axes.figure.dpi * axes.bbox.width / np.ptp(axes.get_xlim()))
 
 

@@ -141,7 +141,7 @@ def _forces(assembly: Assembly, forces: Forces, motion: np.ndarray) -> tuple[np.
 
 
 def _rows(assembly: Assembly, pieces: list[LoadedPiece]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the arrows of edge loads, the lines along their outer ends, and the block of each arrow."""
+    """Return the arrows of edge loads, the lines through their outer ends, and the block of each arrow."""
     longest = 0.8 * _LONGEST * size_of(assembly)
     most = max(np.hypot(*piece.intensity.T).max() for piece in pieces)
     arrows, lines, owners = [], [], []

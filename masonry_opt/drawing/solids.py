@@ -248,8 +248,8 @@ class Raster:
         Points have shape (points, 3), in picture coordinates.
         """
         rows, columns = self.depth.shape
-        # A point is compared with the farthest of the neighbouring pixels. A point on an edge is then visible
-        # if one of the two faces at the edge is visible.
+        # Compare the depth of each point with the farthest depth at neighbouring pixels. A point on an edge
+        # is then visible if one of the two faces at the edge is visible.
         farthest = minimum_filter(self.depth, size=3, mode="nearest")
         at = ((points[:, :2] - self.corner) / self.pixel).astype(int)
         column, row = at.clip(0, [columns - 1, rows - 1]).T

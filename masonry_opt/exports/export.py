@@ -48,20 +48,20 @@ Declared = tuple[pyo.ConcreteModel, list[str]]
 
 
 def _associative(model: type[PyomoStatic | PyomoKinematic], words: str, assembly: Assembly) -> Declared:
-    """Return the static or the kinematic program, eqs (9) and (10), and the comment lines for its file."""
+    """Return the static program, eq. (9), or the kinematic program, eq. (10), and comments for the file."""
     problem = assembly.problem
     return model(problem, ShearLimits.true(problem)).program, [_objective(words, problem)]
 
 
 def _mcp(assembly: Assembly) -> Declared:
-    """Return the mixed complementarity problem of a scene, and the comment lines for its file."""
+    """Return the mixed complementarity problem of a scene, and comments for the file."""
     model = PyomoMcp(assembly.problem)
     with_pairs(model)
     return model.program, ["no objective, because every collapse state is a solution"]
 
 
 def _mpec(assembly: Assembly) -> Declared:
-    """Return the MPEC, with complementarity relaxed to z p ≤ ε, and the comment lines for its file."""
+    """Return the MPEC, with complementarity relaxed to z p ≤ ε, and comments for the file."""
     model = PyomoRelaxed(PyomoMpec(assembly.problem))
     model.epsilon.set_value(EPSILON)
     comment = f"complementarity is relaxed: each product of slack and rate is at most {EPSILON:g}"
@@ -69,7 +69,7 @@ def _mpec(assembly: Assembly) -> Declared:
 
 
 def _global(assembly: Assembly) -> Declared:
-    """Return the mixed-integer program of the least load factor, and the comment lines for its file.
+    """Return the mixed-integer program of the least load factor, and comments for the file.
 
     The program has a binary variable for each yield condition. The bounds of its forces and rates are
     computed first. Raises NoLoadFactorError if the associative load factor is negative.
@@ -86,9 +86,9 @@ def _global(assembly: Assembly) -> Declared:
     bounds = bounds_of(problem, highest, assumed_rates(problem, known), Effort())
     rates = "this limit follows from kinematics" if bounds.rates_derived else "this limit is assumed"
     forces = (
-        "all follow from statics"
+        "all limits follow from statics"
         if bounds.forces_derived
-        else "assumed for forces that statics does not limit"
+        else "a limit is assumed if statics does not limit the force"
     )
     # A rocking condition with rate p opens the joint by 2 p, so the limit of its rate is half the limit of
     # openings.
@@ -104,7 +104,7 @@ def _global(assembly: Assembly) -> Declared:
         _objective("load_factor", problem),
         f"0 <= load_factor <= {highest:.9g} (slightly above the associative load factor)",
         f"the sum of all slips and edge openings is at most {bounds.rates:.9g}; {rates}",
-        f"limits of the forces: {forces}",
+        f"forces: {forces}",
     ]
 
 
@@ -321,7 +321,7 @@ def _clauses(path: Path, scene: Scene | Result | str | Path) -> str:
 
 
 def _refuse_program(path: Path, method: str, force: bool) -> None:
-    """Raise OptionError if a method has no single program, or if the file cannot contain its program."""
+    """Raise OptionError if a method solves several programs, or if the file cannot contain the program."""
     ending = path.suffix.lower()
     if method not in _EXPORTS:
         if method not in METHODS:

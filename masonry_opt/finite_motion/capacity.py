@@ -498,5 +498,8 @@ def _size(forces: Forces) -> float:
 
 
 def _work(forces: Forces, points: np.ndarray) -> float:
-    """Return the work of constant forces as their points of action move to ``points``, shape (f, 2 or 3)."""
+    """Return the work of constant forces whose points of action move to ``points``.
+
+    The array ``points`` has shape (f, 2), in space (f, 3).
+    """
     return float(dots(forces.force, points - forces.point).sum())

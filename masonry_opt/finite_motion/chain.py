@@ -10,7 +10,7 @@ from masonry_opt.scene.rows import dots
 #: A singular value below this fraction of the largest singular value counts as zero. The equations are
 #: linearly dependent if joints share a hinge.
 _RANK_TOLERANCE = 1e-8
-#: Largest number of Newton iterations in one corrector step.
+#: Largest number of Newton iterations in one corrector step. A step that needs more iterations fails.
 _NEWTON_ITERATIONS = 12
 #: Scaled residual below which Newton's method has converged.
 _CONVERGED = 1e-13

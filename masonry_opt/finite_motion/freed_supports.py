@@ -146,7 +146,7 @@ def freed_along(assembly: Assembly, supports: np.ndarray, motions: np.ndarray) -
 
 
 def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
-    """Return a scene with movable supports, whose live loads are replaced by pushes on the supports."""
+    """Make supports of a scene movable, and replace all live loads of the scene by pushes on the supports."""
     zero = (0.0,) * scene.dimension
     live_keys = [key for key in scene.blocks[0].LOADS if key.startswith("live")]
     of_blocks: dict[str, Any] = dict.fromkeys(live_keys, zero) | {"live_at": None}

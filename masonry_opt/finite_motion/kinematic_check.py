@@ -114,7 +114,8 @@ class KinematicCheck:
             "mass": f"e* = {self.mass_fraction:.4f}, M* = {self.mass:.6g}",
             "linear": linear,
             "non-linear": f"d*_u = {used}, demand {demanded} at T_s = {self.period:.4g} s: {non_linear}",
-            "rests on": f"{self.rests_on}; if a lower λ exists, the linear or non-linear check may fail",
+            "rests on": f"{self.rests_on}; if a collapse state with a lower λ exists, the linear or "
+            "non-linear check may fail",
             "displacement": f"d*_0 = {numeral(self.displacement, '.5g')}{short}",
         }
         return labelled(lines)

@@ -304,8 +304,8 @@ class HingingPath:
         poses, load_factor = ahead.poses, float(ahead.point[-1])
         if load_factor < 0:
             return _PathEvent(Code.REACHES_ZERO, [])
-        # A joint that touches in one of its two corners is open by the angle between its edges. If this angle
-        # is negative, the blocks overlap.
+        # If a joint touches in only one of its two corners, the edges of its two blocks enclose an angle. If
+        # the angle is negative, the blocks overlap.
         touch, angles = ahead.chain.touch, np.diff(poses[self.blocks.blocks, 2])[:, 0]
         hinged = self.blocks.at_rest.all(axis=1) & (touch.sum(axis=1) == 1)
         closed = hinged & (np.where(touch[:, 0], -angles, angles) < -_CLOSING_ANGLE)

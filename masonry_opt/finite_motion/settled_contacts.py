@@ -22,7 +22,8 @@ from masonry_opt.solution.thresholds import SEPARATES, SLIDES
 #: Number of steps in which the supports move to their final positions. With more steps, the Gauss–Newton
 #: method starts closer to the solution if rotations are large.
 _STEPS = 10
-#: Largest number of Gauss–Newton iterations in one step of the supports.
+#: Largest number of Gauss–Newton iterations in one step of the supports. After this number, the next step
+#: begins with the last iterate.
 _MOST_CORRECTIONS = 20
 #: Gauss–Newton iterations have converged if positions change by less than this fraction of the size of the
 #: scene.
@@ -353,7 +354,7 @@ class Contacts:
         return depths
 
     def carrying_depths(self, kept: np.ndarray) -> np.ndarray:
-        """Return the depth over which each remaining joint can carry a force, relative to its length.
+        """For each joint of ``kept``, return the depth that can carry a force, relative to the length.
 
         The depth is 1 for closed joints, and 0 for joints that have opened and do not crush. In a joint that
         crushes it is twice the crushed depth, because the crushed depth changes as the forces change.
@@ -364,7 +365,7 @@ class Contacts:
         return np.asarray(np.where(closed, 1.0, depth)[kept])
 
     def far_ends(self, kept: np.ndarray) -> np.ndarray:
-        """Return a mask of the remaining joints whose first end has opened, shape (joints,)."""
+        """Return a mask of the joints of ``kept`` whose first end has opened, shape (joints,)."""
         return np.asarray(~self.touches[self.joints.first_point][kept])
 
 

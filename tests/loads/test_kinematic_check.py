@@ -202,4 +202,4 @@ def test_a_check_says_on_which_load_factor_it_rests(method, words, known):
     check = mo.capacity(mo.solve(scene, method)).check(SPECTRUM)
     assert check.rests_on.startswith(words)
     assert known in check.rests_on
-    assert f"rests on         {check.rests_on}; if a lower λ exists" in str(check)
+    assert f"rests on         {check.rests_on}; if a collapse state with a lower λ exists" in str(check)

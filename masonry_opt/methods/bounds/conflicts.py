@@ -29,13 +29,13 @@ _CONFLICTS_PURPOSE = "conflicts"
 #: verified later, so a large value does no harm. A smaller value leaves more programs undecided.
 _RAY_RESIDUAL = 1e-7
 
-#: Largest residual of a conflict, relative to the residual that the proof check allows. The check uses exact
-#: arithmetic and may reject conflicts if this fraction is larger.
+#: Largest permitted residual of a conflict, as a fraction of the residual that the proof check allows. If the
+#: fraction were larger, the check, which uses exact arithmetic, might reject conflicts.
 _SAFETY = 0.5
 
 
 class Undecided(Exception):
-    """Error that is raised if the existence of lower collapse states cannot be decided."""
+    """Error: it cannot be decided whether a collapse state with a lower load factor exists."""
 
 
 def total_load(problem: Problem, highest: float) -> float:
