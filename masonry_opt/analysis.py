@@ -46,9 +46,9 @@ class Session:
     """Session that solves several scenes in sequence with the same method and options."""
 
     how: HowToSolve  #: method, solver and options
-    #: Cache of compiled programs, which are used again for scenes that differ only in joint properties.
-    #: Cached joint forces of an earlier scene may also show that a scene is stable. The cache does not change
-    #: any answer.
+    #: Cache of compiled programs, which are used again for scenes that differ only in joint properties. Joint
+    #: forces that are cached from an earlier scene may show that a later scene is stable. The cache does not
+    #: change any answer.
     kept: ProgramCache = field(default_factory=ProgramCache)
     #: If True, the session decides whether a scene without live load is stable. If False, a scene without
     #: live load raises an error.
@@ -197,7 +197,7 @@ class Session:
 
 
 def _without_invalid_load_factor(assembly: Assembly, solution: Solution) -> Solution:
-    """Return a solution after removing its load factor if the load factor is not valid.
+    """Remove the load factor from a solution if the load factor is not valid, and return the solution.
 
     A load factor below zero is not valid. For Coulomb friction a load factor is also not valid if the scene
     does not carry its dead load from rest.

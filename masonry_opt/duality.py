@@ -104,12 +104,12 @@ class DualityReport:
             )
         median = numeral(float(self.table["load_factor"].median()), ".7f")
         difference = self.table["difference"].max()
-        relative = f"(largest relative difference {difference:.1e})"
-        answer = [f"associative load factor {median} {relative}"]
+        relative = f"largest relative difference {difference:.1e}"
+        answer = [f"associative load factor {median} ({relative})"]
         if self.of_stability:
             margin = (
                 f"margin of stability: every joint can lose a normal force of {median} times the median "
-                f"block weight {relative}"
+                f"block weight ({relative})"
             )
             answer = [STABLE, margin]
         lines = [

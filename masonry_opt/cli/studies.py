@@ -47,7 +47,7 @@ _VERTICAL = typer.Option(
 )
 _direction = numbers("--direction {}: write it as X,Y or X,Y,Z, such as 0,-1")
 _point = numbers("--point {}: write it as X,Y or X,Y,Z, such as 0.5,2")
-_POINT_HELP = "With --block: point of the block that is followed. Default: centroid of the block."
+_POINT_HELP = "With --block: point whose displacement is followed. Default: centroid of the block."
 _SPECTRUM = (
     "CSV file of the spectrum for a seismic check: each line has a period (s) and an acceleration (g)."
 )

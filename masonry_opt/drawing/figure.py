@@ -81,8 +81,8 @@ _ABOVE_HIGHEST = 0.06  #: Length of the λ axis above the highest λ that is dra
 #: value. A higher load factor appears only in the legend.
 _LARGEST_DRAWN_RATIO = 2.0
 
-#: Style of the marks at which joints start to slide or to open, by column of the table of the curve. A style
-#: consists of a verb, a colour, a marker, the size of the marker in points, and the height at which the
+#: Style of the marks that show where joints start to slide or to open, by column of the table of the curve. A
+#: style consists of a verb, a colour, a marker, the size of the marker in points, and the height at which the
 #: number of joints is written, relative to the height of the axes.
 _MOTION_START_STYLES = {
     "starts_sliding": ("slide", SLIDING_COLOUR, "s", 10.0, 0.085),

@@ -20,9 +20,10 @@ from masonry_opt.solution.thresholds import IDLE
 _MOST_ARROWS = {2: (30, 200), 3: (1, 8)}
 
 _LONGEST = 0.09  #: Length of the longest arrow of each kind of load, relative to the size of the scene.
-#: If a load has more forces than this number, the size of the blocks limits the length of its arrows.
+#: If a kind of load has more forces than this number, the size of the blocks limits the length of the arrows.
 _LONE = 8
-#: Largest length of an arrow if a load has many forces, relative to the median size of a block.
+#: Largest length of an arrow if a kind of load has more than ``_LONE`` forces, relative to the median size of
+#: a block.
 _LARGEST_ARROW_LENGTH = 0.6
 _ALONG = 8  #: Number of intervals into which arrows divide the line of an edge load.
 _SPACE = 0.3  #: Smallest distance between the arrows of an edge load, relative to the longest arrow.

@@ -63,7 +63,7 @@ def keyframes_of(result: Outcome) -> Keyframes | None:
 
 
 def _collapse(d: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Return displacements after the last keyframe, along a mechanism ``motion``, shape (frames, 3b)."""
+    """Return displacements, shape (frames, 3b), that continue the last keyframe along a mechanism."""
     size = max(float(np.abs(d).max()), SMALLEST)
     step = motion * ((COLLAPSE_LENGTH - 1) * size / np.abs(motion).max())
     shares = np.linspace(0.0, 1.0, COLLAPSE_FRAMES + 1)[1:]

@@ -120,7 +120,7 @@ def line_parts(shapes: np.ndarray) -> np.ndarray:
 
 
 def outlines(shapes: np.ndarray) -> list[list[np.ndarray]]:
-    """Return the outlines of each shape and of its holes as closed rings, shape (corners + 1, 2).
+    """Return the outlines of each shape and of its holes as closed rings, each of shape (corners + 1, 2).
 
     The last point of a ring is its first corner.
     """

@@ -343,7 +343,8 @@ class Capacity:
             raise OptionError(f"{case}: {needed}")
         if len(self.steps) < 2:
             raise NoLoadFactorError(
-                f"{case}: the check needs a state after the onset, but the curve has none: {self.message}"
+                f"{case}: the check needs a state after the onset, but the curve ends at the onset: "
+                f"{self.message}"
             )
         share = self._share_of_weight() if quake is None else None
         if share is not None:

@@ -50,7 +50,7 @@ def refuse_idle(assembly: Assembly, freed_of: Assembly, supports: np.ndarray) ->
 
 
 def reaction_at_rest(held: Problem, settling: Problem, own: int) -> tuple[float, np.ndarray] | None:
-    """Return the reaction of supports before they move, and the joint forces, with elastic contacts.
+    """Compute the reaction of supports at rest, and the joint forces, both with elastic contacts.
 
     The reaction is relative to the live load.
 

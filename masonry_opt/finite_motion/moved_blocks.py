@@ -274,7 +274,7 @@ class MovedBlocks:
         return motion
 
     def bodies(self, touch: np.ndarray) -> np.ndarray:
-        """Return the number of the rigid body of each block, shape (blocks,).
+        """Return the index of the rigid body to which each block belongs, shape (blocks,).
 
         The ground is the last body.
 
@@ -300,11 +300,11 @@ class MovedBlocks:
         return motion[blocks][..., :2] + motion[blocks][..., 2:] * rotated_arm
 
     def fastest(self, poses: np.ndarray, motion: np.ndarray) -> float:
-        """Return the speed of the fastest corner of a joint."""
+        """Return the speed of the fastest corner of all joints."""
         return float(np.linalg.norm(self._velocities(poses, motion), axis=-1).max(initial=0.0))
 
     def _fastest_of_blocks(self, poses: np.ndarray, motion: np.ndarray) -> float:
-        """Return the speed of the fastest corner of a block."""
+        """Return the speed of the fastest corner of all blocks."""
         points, block = self.geometry.corners
         arm = turned(points, poses[block])
         velocity = motion[block, :2] + motion[block, 2:] * np.column_stack([-arm[:, 1], arm[:, 0]])
@@ -320,7 +320,7 @@ class MovedBlocks:
     def after(
         self, touch: np.ndarray, poses: np.ndarray, optimum: ForceOptimum
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return masks of the corners that stay in contact and of the joints that slide in a motion.
+        """For a motion, return masks of the corners that stay in contact and of the joints that slide.
 
         The motion is that of ``optimum``. The shapes of the masks are (joints, 2) and (joints,).
 

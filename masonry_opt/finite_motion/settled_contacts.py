@@ -132,8 +132,8 @@ class Contacts:
                 off, at = ends @ joints.normal[number], ends @ joints.tangent[number]
                 on_line = (np.abs(off) <= tolerance).all(axis=0)
                 low, high = at.min(axis=0), at.max(axis=0)
-                # Select the edges of the block on the line of the joint that overlap the joint or touch one
-                # of its ends.
+                # Select the edges of the block that are on the line of the joint, and overlap the joint or
+                # touch one of its ends.
                 near = on_line & (low <= own + tolerance) & (high >= -tolerance)
                 bounds = (low[near].min(), high[near].max()) if near.any() else (0.0, 0.0)
                 intervals[number, side] = bounds
@@ -165,8 +165,8 @@ class Contacts:
         fixed[self.assembly.movable] = False
         given = np.zeros(body.max() + 1, dtype=bool)
         given[body[fixed]] = given[body[self.supports]] = True
-        # A body has the velocities of its largest block. A body that contains a moving support or a fixed
-        # block has the velocities of the support or fixed block instead.
+        # A body has the velocities of its largest block, unless the body contains a moving support or a fixed
+        # block. The body then has the velocities of the support or fixed block.
         order = np.argsort(self.assembly.geometry.size, kind="stable")
         of_body = np.zeros((body.max() + 1, 3))
         for block in [*order, *self.supports, *np.flatnonzero(fixed)]:
@@ -339,7 +339,7 @@ class Contacts:
         return replace(moved, point=point)
 
     def crushed_overlaps(self, poses: np.ndarray) -> dict[frozenset[int], float]:
-        """Return the depth by which each pair of blocks may overlap, because their joints crush.
+        """Return the depth by which each pair of blocks may overlap, because joints between the blocks crush.
 
         If several joints between two blocks crush, the depth is that of the joint that crushes most.
         """

@@ -127,7 +127,7 @@ def _falls(problem: Problem) -> bool:
 
 
 def _mechanism(assembly: Assembly, free: Assembly) -> Solution:
-    """Compute the state in which the reaction of the moving supports is least, by the default method.
+    """Use the default method to compute the state in which the reaction of the moving supports is least.
 
     If the method finds no exact state of Coulomb friction, the state has associative flow. Raises OptionError
     if the least reaction is not found.

@@ -39,7 +39,7 @@ class Undecided(Exception):
 
 
 def total_load(problem: Problem, highest: float) -> float:
-    """Return the sum of the magnitudes of all loads at a load factor, which scales residuals."""
+    """Return the sum of the magnitudes of all loads at a load factor. The sum scales residuals."""
     return float(np.abs(problem.dead).sum() + highest * np.abs(problem.live).sum())
 
 

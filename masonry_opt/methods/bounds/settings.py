@@ -82,8 +82,9 @@ class ProofBudget(Settings):
     #: slower.
     share: float = zero_or_more(0.6)
 
-    #: Largest number of joints of a scene with the reduced budget. The reduced budget suffices for a proof on
-    #: one in ten random scenes of 16 to 25 joints, and on hardly any larger scene.
+    #: Without option ``search``, no proof is tried on scenes that have more joints than this number and do
+    #: not have the full budget. The budget of ``share`` suffices for a proof on one in ten random scenes of
+    #: 16 to 25 joints, and on hardly any larger scene.
     most_joints_with_share: int = zero_or_more(25)
 
     #: Time limit of the proof in seconds. Searches reach it only if linear programs are very slow.
