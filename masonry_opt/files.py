@@ -199,8 +199,8 @@ def refuse_replacing(path: Path, force: bool = False) -> None:
     """Raise OptionError if a file contains data of another program or a user, unless ``force`` is True."""
     if not force and os.path.lexists(path) and not path.is_dir() and not _is_replaceable(path):
         raise OptionError(
-            f"{path}: the file exists, and {WRITER} did not write its present content: choose another name "
-            "or folder, or replace the file with --force (in Python: force=True)"
+            f"{path}: the file exists already, and {WRITER} did not write its present content: choose "
+            "another name or folder, or replace the file with --force (in Python: force=True)"
         )
 
 

@@ -83,7 +83,7 @@ def test_ctrl_c_in_ipopt_ends_with_what_is_known():
     # If IPOPT had begun, CasADi prints a line that it was stopped.
     last = ended.stderr.splitlines()[-1]
     assert last.startswith("error: interrupted: the last step was iteration ")
-    assert last.endswith("not the answer; no file was written")
+    assert last.endswith("not the collapse load factor; no file was written")
 
 
 @pytest.mark.parametrize(
