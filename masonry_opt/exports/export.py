@@ -118,7 +118,9 @@ def _objective(words: str, problem: Problem) -> str:
 #: Map from the name of a method to the function that declares its program.
 _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
     "static": partial(_associative, PyomoStatic, "-load_factor"),
-    "kinematic": partial(_associative, PyomoKinematic, "the work of a mechanism (minimum: load_factor)"),
+    "kinematic": partial(
+        _associative, PyomoKinematic, "the work of a mechanism (the minimum is the load factor)"
+    ),
     "global": _global,
     "mpec": _mpec,
     "mcp": _mcp,
