@@ -113,9 +113,7 @@ def capacity(
     curve = Capacity(result, path.end, tuple(path.steps), path.motion, dead, live, control)
     _, rates, control_rate = curve._onset
     if path.motion.any() and abs(control_rate) <= LEAST_RATE * rates.max():
-        raise OptionError(
-            f"block '{block}' does not move in the direction of the live load: choose another block or point"
-        )
+        raise OptionError(f"block '{block}' does not move along the live load: choose another block or point")
     return curve
 
 
@@ -343,8 +341,7 @@ class Capacity:
             raise OptionError(f"{case}: {needed}")
         if len(self.steps) < 2:
             raise NoLoadFactorError(
-                f"{case}: the check needs a state after the onset, but the curve ends at the onset: "
-                f"{self.message}"
+                f"{case}: the curve has no state after the onset, so no check is possible: {self.message}"
             )
         share = self._share_of_weight() if quake is None else None
         if share is not None:
@@ -499,8 +496,5 @@ def _size(forces: Forces) -> float:
 
 
 def _work(forces: Forces, points: np.ndarray) -> float:
-    """Return the work of constant forces whose points of action move to ``points``.
-
-    The array ``points`` has shape (f, 2), in space (f, 3).
-    """
+    """Return the work of constant forces whose points of action move to ``points``, one for each force."""
     return float(dots(forces.force, points - forces.point).sum())
