@@ -262,7 +262,7 @@ class HowToSolve:
 def _mistake(error: Mapping[str, Any]) -> str:
     """Return the part of an error message that states what is wrong with the value of an option."""
     if error["type"] == "is_instance_of":
-        return f"must be an object of class mo.{error['ctx']['class']}, which can be passed only in Python"
+        return f"must be an object of class mo.{error['ctx']['class']}: set this option in Python"
     return str(error["msg"]).removeprefix("Value error, ")
 
 

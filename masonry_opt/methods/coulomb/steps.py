@@ -74,7 +74,7 @@ class Incremental:
 
 @dataclass(frozen=True)
 class ExactFrom:
-    """Step that looks for an exact state near incremental or associative forces.
+    """Step that looks for an exact state near the forces of the incremental analysis or of associative flow.
 
     Incremental forces are the forces of the state in which the incremental analysis ends. Forces of
     associative flow are used if the load history leads to no exact state, for example if joints hardly slide.
@@ -88,7 +88,7 @@ class ExactFrom:
         return f"exact state from the {self.start} forces"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if incremental forces are known; for an associative start, if no state is known yet."""
+        """Return True if incremental forces are known or, for an associative start, no state is known yet."""
         if run.incremental is None:
             return False
         if self.start == "incremental":
@@ -125,7 +125,7 @@ class FurtherStarts:
     name: str = "further starts"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if lower states are possible and searched for, and the scene is small or in space."""
+        """Return True if the scene is small or in space, and the run seeks lower states that may exist."""
         problem = run.problem
         if run.incremental is None or not run.seeks_lower:
             return False
@@ -159,7 +159,7 @@ class LeastProven:
     name: str = "proof of the least"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if lower states are searched for, and the scene has the budget of this step.
+        """Return True if the run seeks lower states, and the scene has the budget of this step.
 
         The budget of a scene and of a step is either full or reduced.
         """
@@ -260,7 +260,7 @@ def _with_carried_load(ended: Solution, incremental: Solution) -> Solution:
 
 
 def _end_without_loop(run: CoulombRun) -> Solution | None:
-    """Return the solution of cases 2 to 4 of :meth:`Loop.run`, or None if no case applies."""
+    """Return a solution that needs no loop (cases 2 to 4 of :meth:`Loop.run`), or None if no case applies."""
     assert run.incremental is not None
     found = run.known.infeasibility
     grows = [said for said in run.incremental.reasons if said.code is Code.UNBOUNDED]

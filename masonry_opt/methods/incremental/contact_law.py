@@ -67,7 +67,7 @@ class Response:
     #: row.
     forces: np.ndarray
     tangent: np.ndarray  #: derivative of ``forces`` with respect to the trial forces, shape (3, 3, m)
-    #: Elastic trial forces, without the accumulated slip, at which the next load step or time step starts,
+    #: Elastic trial forces, without the accumulated slip, with which the next load step or time step starts,
     #: shape (3, m).
     remembered: np.ndarray
     sliding: np.ndarray  #: True for each closed joint at its friction limit, shape (c,)
@@ -223,8 +223,8 @@ class ContactLaw:
         """Return the slip P ≥ 0 of each joint, shape (c,), by Newton's method safeguarded by bisection."""
         stiff, opens = self._shear_stiffness, self._opening_stiffness
         low, high = np.zeros_like(size), size / stiff
-        # Smallest relevant change of the slip: the excess is a small difference of large terms, and its
-        # rounding errors limit the accuracy.
+        # Smallest relevant change of the slip. Rounding errors limit the accuracy, because ``excess`` is a
+        # small difference of large terms.
         rounding = 1e-15 * high
         slip = low
         for _ in range(self._iterations):
@@ -297,7 +297,7 @@ class PolygonSides:
         return distances
 
     def project(self, points: np.ndarray, distances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the points (2, l) of the polygon nearest to outside points, with derivative (2, 2, l).
+        """Return the points of the polygon nearest to outside points, shape (2, l), and their derivatives.
 
         ``distances`` are the distances of the points from the lines of the sides.
         """

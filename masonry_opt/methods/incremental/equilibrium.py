@@ -63,7 +63,7 @@ class Collapse:
 
 @dataclass(frozen=True)
 class SlowMotion:
-    """Damped motion that is still undecided after ``motion_solves`` linear solves: no rest, no collapse."""
+    """Damped motion that has led to neither rest nor collapse after ``motion_solves`` linear solves."""
 
     state: BlockState  #: state at the end of the motion
 
@@ -122,7 +122,7 @@ class EquilibriumSolver:
     def equilibrate(
         self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None = None
     ) -> Equilibrium | Collapse | SlowMotion:
-        """Find the equilibrium, or the collapse, to which a load, shape (3b,), leads from a state.
+        """Return the equilibrium or the motion that a load, shape (3b,), causes from a given state.
 
         Newton's method starts from the predictor, a displacement (3b,); by default from zero. An equilibrium
         beyond the displacement ``far`` is ignored, because joints that are not quite parallel may jam there.

@@ -135,7 +135,7 @@ def _undecided(result: IncrementalResult) -> dict[str, Any]:
 
 
 def _with_curve(solution: Solution) -> Solution:
-    """Return a solution that shows its load–displacement curve if it has a load history."""
+    """Let a solution report its load–displacement curve if it has a load history."""
     history = solution.load_history
     if history is None:
         return solution

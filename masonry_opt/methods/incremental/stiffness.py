@@ -35,8 +35,8 @@ class StiffnessMatrix:
         self._source, self._stiffness = problem.B, law.stiffness
         B, m = problem.B.tocoo(), law.count
         column = np.flatnonzero(by_joint(np.ones(B.shape[1]), law.joints))[B.col]
-        #: Equilibrium matrix, shape (3b, 3m), with columns in the order of the contact law, and its
-        #: transpose.
+        #: Equilibrium matrix and its transpose. The matrix has shape (3b, 3m), with columns in the order of
+        #: the contact law.
         self.B = sp.csr_array((B.data, (B.row, column)), shape=(B.shape[0], 3 * m))
         self.Bt = self.B.T.tocsr()
         self.size = B.shape[0]
