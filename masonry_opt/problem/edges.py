@@ -127,7 +127,7 @@ class EdgeFactors:
                 yield form
 
     def openings(self) -> Iterator[tuple[Form, int]]:
-        """Yield the opening Aᵀd of each edge that cannot close, and the number of its rate u.
+        """Yield the opening Aᵀd of each edge that cannot close, and the index of the edge's rate u.
 
         Edges of joints with negative dilatancy, which can also close, are left out.
         """

@@ -268,7 +268,7 @@ class Road:
         at_rest: Geometry | None = None,
     ) -> None:
         def relative(points: Sequence[tuple[float, float]], called: str) -> np.ndarray:
-            """Return the points of a road, relative to the origin.
+            """Return the points of a road, relative to the origin of the shapes.
 
             If supports have settled, the points have moved with the blocks below the road.
             """
@@ -303,7 +303,8 @@ class Road:
             breaks = np.r_[breaks[(breaks <= start) | (breaks >= end)], start, end]
         self.breaks = np.unique(breaks)
         pieces = [np.append(below.x[:, 0], below.x[-1, 1]) + self._origin for below, _ in self._fills]
-        # If a fill spreads loads, the road is divided into equal parts too, for integrals over uniform loads.
+        # If a fill spreads loads, also divide the road into equal parts, over which uniform loads are
+        # integrated.
         evenly = np.linspace(*self.ends, _ROAD_DIVISIONS + 1) if self._fills else self.ends
         self._cuts = np.unique(np.concatenate([self._starts, evenly, *pieces]))
 
@@ -323,7 +324,7 @@ class Road:
         pending = (x >= self.ends[0]) & (x <= self.ends[1])
 
         def add(block: np.ndarray, force: np.ndarray, moment: np.ndarray) -> None:
-            """Add vertical forces, and their moments about the origin, to blocks."""
+            """Add vertical forces to blocks, with their moments about the origin of the shapes."""
             np.add.at(total[:, 1], block, force)
             np.add.at(total[:, 2], block, moment - self._centroid[block, 0] * force)
 
@@ -392,7 +393,7 @@ def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray,
 
 
 def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the fraction of each load that each piece on one side carries, and its moment about the load.
+    """Return, for each load, the fraction that each piece on one side carries, and its moment about the load.
 
     The results have shape (loads, pieces), with one entry for each piece of an edge.
 
@@ -400,8 +401,8 @@ def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.
     from the load, shape (loads, pieces, 2).
     """
     (u0, u1), (h0, h1) = np.moveaxis(u, 2, 0), np.moveaxis(h, 2, 0)
-    # A piece that extends to both sides of the load is cut at the load. The call for the opposite side
-    # computes the other part.
+    # A piece that extends to both sides of the load is cut at the load. The remaining part is computed in the
+    # call for the opposite side.
     near = np.maximum(u0, 0.0)
     h0 = h0 + (near - u0) / (u1 - u0) * (h1 - h0)
     u0 = near
@@ -425,7 +426,7 @@ def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.
         np.divide(t * h0 - u0, du - t * dh, out=np.zeros_like(t), where=meets > 0) for t in (first, after)
     )
     at = u0 + (s0 + (s1 - s0) * _centre(h0 + s0 * dh, h0 + s1 * dh)) * du
-    # Rays that reach an upright face act at the far end of the piece before the face.
+    # Rays that end on an upright face are assigned to the far end of the last piece before the face.
     stopped = np.pad(first - before, ((0, 0), (0, 1)))[:, 1:]
     stopped[:, -1] = tangent - after[:, -1]
     return (meets + stopped) / (2 * tangent), (meets * at + stopped * u1) / (2 * tangent)

@@ -144,7 +144,7 @@ def _given_forces(
             entries = given.setdefault((kind, load.group), [])
             entries.append(_GivenForce(row_of[load.block], np.array(force), load.at, mass))
             if mass is not None:
-                mass = 0.0  # count the mass of a load only once, together with its first force
+                mass = 0.0  # count the mass of a load only once, with the first of its forces
     per_weight = [block.live_per_weight for block in blocks]
     given["live", None] += _weight_forces(blocks, weight, per_weight, default_mass)
     return given
@@ -301,7 +301,7 @@ def along(
 def loaded_pieces(
     scene: Scene, shapes: Any, joints: Joints
 ) -> tuple[tuple[LoadedPiece, ...], tuple[float, ...]]:
-    """Return the loaded pieces of edges and, for each edge load, the length of its line that has no effect.
+    """Return the loaded pieces of edges, and the ineffective length of each edge load's line.
 
     A load acts on the edges of movable blocks along its line, within the tolerance, except where joints cover
     the edges. The load has no effect on the rest of its line, whose length is returned.

@@ -177,8 +177,8 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "because the contact has no normal: if the blocks press on each other, cut one block to a narrow face"
     ),
     Code.FACES_TURNED: lambda v: (
-        f"faces of {blocks(v['blocks'])} list their corners in different directions; all faces were turned "
-        "outwards: check the order of the corners"
+        f"the corners of the faces of {blocks(v['blocks'])} are ordered partly clockwise and partly "
+        "counter-clockwise; all faces were turned outwards: check the order of the corners"
     ),
     Code.CORNERS_BEAR: _corners_bear,
     Code.BARE_EDGE_LOAD: (

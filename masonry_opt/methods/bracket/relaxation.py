@@ -94,7 +94,8 @@ class StateBounds:
 
     lowest: float  #: lower end of the interval of λ
     normal: np.ndarray  #: largest normal force of each joint, shape (c,)
-    forces: np.ndarray  #: largest magnitudes of x₂, x₃ and z₀ (or s) of each joint, shape (3c,)
+    #: Largest magnitudes of x₂, x₃ and z₀ (s in joints that cannot slide) of each joint, shape (3c,).
+    forces: np.ndarray
     rates: float  #: largest sum of all slips and edge openings
     #: True if statics imply the limits of the forces. If False, some limits are assumed, and a bound is valid
     #: only for states whose forces are within the limits.

@@ -36,7 +36,7 @@ from masonry_opt.problem.problem import Problem
 def mean_force_and_compliance(
     problem: Problem, settings: IncrementalSettings | None = None
 ) -> tuple[float, np.ndarray]:
-    """Return the mean contact force under the dead load and the elastic compliances, shape (3c + t,).
+    """Return the mean contact force under the dead load, and the elastic compliances, shape (3c + t,).
 
     Under the mean force a joint of mean length (in space: mean area) closes by one unit. The stiffness is
     proportional to the length or area. As is typical of stone, it is half as large in shear as in the normal
@@ -45,7 +45,7 @@ def mean_force_and_compliance(
     settings = settings or IncrementalSettings()
     c, t, points = problem.joints, problem.matrices.limited, problem.layout.points
     products = problem.B @ problem.B.T
-    # Scale the added value with the diagonal: rounding would remove a fixed value from the large rows of
+    # Scale the added value with the diagonal. Rounding would remove a constant value from the large rows of
     # blocks with many joints or long lever arms.
     added = settings.regularisation * np.maximum(products.diagonal(), 1.0)
     blocks = products + sp.diags_array(added)
@@ -264,7 +264,7 @@ class StrengthPolygon:
         return PolygonSides(np.concatenate([upper, upper[-2:0:-1, ::-1]]))
 
     def project(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the admissible normal forces (2, l) nearest to trial forces, with derivative (2, 2, l)."""
+        """Return the admissible normal forces, shape (2, l), nearest to trial forces, and the derivatives."""
         points, sides = trial / self._crushing_force, self._sides
         distances = sides.distances(points)
         outside = np.flatnonzero(distances.max(axis=0) > 0)
@@ -288,7 +288,7 @@ class PolygonSides:
         self._outward = np.stack([self._along[:, 1], -self._along[:, 0]], axis=1)
 
     def distances(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of each point (2, l) from the line of each side, shape (corners, l).
+        """Return signed distances of points, shape (2, l), from the lines of all sides, shape (corners, l).
 
         Distances are positive outside the polygon.
         """

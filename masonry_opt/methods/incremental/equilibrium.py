@@ -210,7 +210,7 @@ class EquilibriumSolver:
         return factors
 
     def solve_linear(self, tangent: np.ndarray, damping: float, right: np.ndarray) -> np.ndarray:
-        """Solve for the displacements under loads, shape (3b,) or (3b, count), with a tangent (3, 3, m).
+        """Solve for displacements under loads, shape (3b,) or (3b, count), with a contact tangent (3, 3, m).
 
         Raises TimeLimitReached if the time limit of the analysis is over.
         """
@@ -285,7 +285,7 @@ class EquilibriumSolver:
         return self._evaluate(start.state, load, damping, step.displacement + x)
 
     def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
-        """Halve a time step until the tangent predicts the forces well. Return the step and its fraction.
+        """Halve a time step until the tangent predicts the forces well. Return the step and its length.
 
         The tangent predicts that the unbalanced forces change linearly to those that the damping balances.
         """

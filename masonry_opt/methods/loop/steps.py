@@ -105,8 +105,8 @@ def sub_problems(
         if number == 1:
             small_cohesion = parameters.c0 * _largest_nearby(problem, state)[problem.sliding]
         elif stands_still and alpha > parameters.alpha_min:
-            # λ has converged: continue with the smallest α, because sliding joints contract by α μ per unit
-            # slip.
+            # λ has converged. Continue with the smallest α, so that sliding joints contract least: by α μ per
+            # unit slip.
             next_alpha = parameters.alpha_min
         alpha = next_alpha  # step 5
         next_alpha = parameters.shrink * alpha if alpha > parameters.alpha_min else parameters.alpha_min
