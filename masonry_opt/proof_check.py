@@ -54,7 +54,8 @@ class ProofCheck:
         return (
             f"proven: no collapse state has a load factor from 0 to {self.bound:.9g}. The proof consists of "
             f"{self.static} static and {self.kinematic} kinematic conflicts, checked in exact arithmetic. It "
-            f"covers forces and motions up to {self.reach:.1e} times the loads and their velocity"
+            f"covers forces and motions up to {self.reach:.1e} times the loads and the velocity of the live "
+            "load"
         )
 
 

@@ -46,8 +46,9 @@ _NEGLIGIBLE_WORK = 1e-3
 #: fails on two blocks in space.
 _DEAD_LOAD_SHARES = 0.75, 0.5
 
-#: Largest number of estimates λ₀ of the load factor that are tried: the modified loads equal the loads of the
-#: scene only at λ₀. Usually the first estimate, the associative load factor, is the answer.
+#: Largest number of estimates λ₀ of the load factor that are tried. Several estimates may be needed, because
+#: the modified loads equal the loads of the scene only at λ₀. Usually the first estimate, the associative
+#: load factor, is the answer.
 _MOST_LOAD_FACTORS = 8
 
 #: Fields of a method's step records that contain load factors.

@@ -111,7 +111,7 @@ class EdgeFactors:
             }
 
     def compatibility(self) -> Iterator[Form]:
-        """Yield the three compatibility equations of each joint, Aᵀd − G v = 0 with v = (u, p).
+        """Yield the three compatibility equations of each joint, Aᵀd − G v = 0, for rates v = (u, p).
 
         The first two equations are the openings of the joint's two edges; the third is its slip.
         """

@@ -170,7 +170,8 @@ def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, n
     for k in np.flatnonzero(top - bottom > shapes.tolerance):
         foot = np.array([x[k], bottom[k]])
         edge, spans = along(tail, tip, foot, np.array([x[k], top[k]]), shapes.tolerance)
-        # A block is on the left of its directed edges, so an edge runs upwards if the fill is on its right.
+        # A block is on the left of its directed edges, so an edge runs upwards if the fill is on the right of
+        # the edge.
         facing = up[edge] == (right[k] < left[k])
         for number, span in zip(edge[facing].tolist(), spans[facing], strict=True):
             height = bottom[k] + (span if right[k] < left[k] else span[::-1])
@@ -211,8 +212,8 @@ def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[Limited
         fill, block, height = scene.fills[piece.fill], scene.blocks[piece.block], piece.height
         if fill.pressure and not block.fixed and height:
             vertical = scene.factor_of_pressure * scene.thickness * float(piece.stress.mean()) * height
-            # Position of the resultant of the pressure, which varies linearly, as a fraction of the length of
-            # the piece.
+            # Position of the resultant of the linearly varying pressure, as a fraction of the length of the
+            # piece.
             share = (piece.stress[0] + 2 * piece.stress[1]) / (3 * piece.stress.sum())
             point = (1 - share) * piece.ends[0] + share * piece.ends[1]
             # The block is on the left of its edge.

@@ -228,7 +228,7 @@ def _forces(
 class LoadedPiece:
     """Free piece of a block's edge with a load that varies linearly between its ends."""
 
-    load: int  #: index of the load among the scene's edge loads, or of the fill among its fills
+    load: int  #: index of the load among the scene's edge loads, or of the fill among the scene's fills
     block: int  #: index of the block in the scene's list of blocks
     kind: Kind  #: "dead" or "live"
     ends: np.ndarray  #: ends of the piece, relative to the geometry's origin, shape (2, 2)

@@ -253,7 +253,7 @@ class Problem(ProblemParts):
 
     @cached_property
     def face_constant(self) -> np.ndarray:
-        """Return the constant term of each yield condition without its cohesion, shape (faces,).
+        """Return the constant term of each yield condition without the part from cohesion, shape (faces,).
 
         The constant is nonzero only for chords of crushing and for limits of forces.
         """

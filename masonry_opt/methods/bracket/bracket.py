@@ -71,7 +71,7 @@ def global_search(task: Task) -> Solution:
     if start.interrupted and not start.has(Code.TIME_LIMIT):
         raise KeyboardInterrupt
     if start.proof is not None:
-        # The default method has already proven that no state has a lower load factor: no relaxations are
+        # The default method has already proven that no state has a lower load factor, so no relaxations are
         # needed.
         return replace(start, status=Status.OPTIMAL, associative=upper.load_factor)
     exact = start.is_exact(problem)
@@ -139,7 +139,7 @@ def _raised(task: Task, solution: Solution, rising: Rising, began: float, ends: 
 
 
 def _concluded(problem: Problem, solution: Solution, of: StateBounds, options: GlobalOptions) -> Solution:
-    """Return a solution with the status and the reason that follow from its lower bound."""
+    """Set the status and the reason of a solution, depending on its lower bound."""
     answer = solution.answer
     if answer is None:
         return solution.ended(Status.SOLVER_FAILED, Code.NO_EXACT_STATE, time_limit=options.time_limit)

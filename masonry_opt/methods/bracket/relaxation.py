@@ -112,7 +112,7 @@ class StateBounds:
 
 
 def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Effort) -> StateBounds:
-    """Return bounds on the forces and rates of all states with 0 ≤ λ ≤ ``highest``.
+    """Return upper bounds of the forces and rates of all states with 0 ≤ λ ≤ ``highest``.
 
     The forces are the largest that statics allow. The rates are the largest that kinematics allow for each
     face, if raising the blocks takes at most the work of the live load. When the rate of sliding in one sense
@@ -270,7 +270,7 @@ def distances(problem: Problem) -> Pairs:
 def relaxed(
     problem: Problem, highest: float, of: StateBounds, kept: Pairs, seconds: float, effort: Effort
 ) -> tuple[float, list[np.ndarray], LpSize]:
-    """Solve one relaxation, and return a lower bound of λ, joint forces and the size of the program.
+    """Solve one relaxation. Return a lower bound of λ, joint forces and the size of the linear program.
 
     The bound is valid for all states with λ from ``of.lowest`` to ``highest`` within the limits ``of``. It
     follows from the multipliers that the solver reaches within ``seconds``. A search can start from the
@@ -292,7 +292,7 @@ def relaxed(
     reach = np.empty(len(column))
     reach[column] = of_statics * fastest[k]
     point, multipliers = _solved(lp, reach, (of.lowest, highest), seconds, effort)
-    # The multipliers are not exactly feasible: reduce the bound by their infeasibility times the largest
+    # The multipliers are not exactly feasible. Reduce the bound by their infeasibility times the largest
     # products.
     value, short = lp.least(multipliers)
     shortfall = np.bincount(k, of_statics * short[column], model.factors.unit + 1)

@@ -83,7 +83,7 @@ class CoulombRun:
 
     @cached_property
     def states(self) -> "LowestState":
-        """Record of the exact states found so far and of the lowest one."""
+        """Record of the exact states found so far, and of the state with the lowest load factor."""
         return LowestState(self.task, self.analysis, self.settings)
 
     @property

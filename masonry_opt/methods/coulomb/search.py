@@ -167,7 +167,7 @@ class _Lowest:
         self._keep(origin, state)
 
     def prove(self, programs: int) -> None:
-        """Try to prove that no state is lower. Solve up to ``programs`` linear programs for the proof.
+        """Try to prove that no state has a lower λ. Solve up to ``programs`` linear programs for the proof.
 
         A lower state that the attempt finds is stored.
         """

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class CoulombStep(Protocol):
-    """Interface of a step of the default method. A step can end the run: it then sets ``run.ended``."""
+    """Interface of a step of the default method. A step that ends the run sets ``run.ended``."""
 
     @property
     def name(self) -> str:
@@ -61,8 +61,8 @@ class Incremental:
         if found is None or not found.history:
             found = incremental(task.with_options(IncrementalOptions(settings=self.settings)))
         else:
-            # The load history was already computed with the incremental load factor. Add its solver and its
-            # load steps to the counts of this method.
+            # The load history was already computed with the incremental load factor. Add the solver and the
+            # load steps of the history to the counts of this method.
             run.effort.uses(task.solver.name, "incremental analysis")
             run.effort.iterations += len(found.history)
             run.seconds_before = run.effort.seconds["incremental"]
@@ -135,7 +135,7 @@ class FurtherStarts:
         return not run.is_only_state
 
     def run(self, run: CoulombRun) -> None:
-        """Look for states with a lower load factor."""
+        """Look for states with a lower load factor than the present answer."""
         assert run.incremental is not None
         if run.problem.layout.round:
             run.states.look_further_in_space(run.incremental.load_history)
@@ -249,7 +249,7 @@ class Loop:
 
 
 def _with_carried_load(ended: Solution, incremental: Solution) -> Solution:
-    """Add a reason to the solution of the loop if the load history reached a higher load factor."""
+    """Add a reason to the loop's solution if the load history reached a higher load factor than the loop."""
     history = incremental.load_history
     if history is None or ended.load_factor is None or not incremental.has(Code.UNDECIDED):
         return ended

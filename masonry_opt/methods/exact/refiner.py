@@ -70,7 +70,7 @@ class RefinerTimeout(Exception):
 
 
 def programs(problem: Problem) -> tuple[LinearProgram, LinearProgram]:
-    """Return the linear program of forces and the linear program of a mechanism, without costs.
+    """Return the linear programs of forces and of a mechanism, with all costs zero.
 
     Both are built from the matrices, and equal the programs that CVXPY compiles from
     :class:`~masonry_opt.models.cvxpy_exact.CvxpyForces` and ``CvxpyMotion``. The first has the columns "q"
@@ -321,6 +321,6 @@ class ConeRefiner(StateFinder):
 
 
 def exact_state_of(problem: Problem, answer: Answer) -> ExactState:
-    """Convert an answer to an exact state, in which unknown rates and dual variables are zero."""
+    """Convert an answer to an exact state, with zeros for the unknown rates and dual variables."""
     nothing = np.zeros(problem.faces)
     return ExactState(problem, answer.load_factor, answer.q, answer.d, nothing, nothing)

@@ -85,8 +85,8 @@ class Search:
     ) -> None:
         self._finder, self._analysis, self.problem, self.met = finder, analysis, finder.problem, met
         self._settings = settings
-        #: State with the lowest λ from another source, such as the search for a proof, or None. Later starts
-        #: use forces close to the forces of this state.
+        #: State with the lowest λ that another search has found, such as the search for a proof; None if
+        #: there is no such state. Later starts use forces close to the forces of this state.
         self.known: ExactState | None = None
 
     @property

@@ -23,17 +23,18 @@ class SearchSettings(Settings):
     yielding_shares: tuple[float, float] = (0.02, 0.3)
 
     #: Number of successive starts without a lower state after which the default method ends its search on
-    #: small scenes in the plane. More starts take proportionally longer and find rarer states.
+    #: small scenes in the plane. With more starts the search takes proportionally longer, and rarer states
+    #: are found.
     starts_in_vain: int = 100
 
-    #: Number of successive starts without a lower state after which the search ends if a proof exists. The
-    #: starts then look only for negative load factors, which the proof does not cover. More starts take
-    #: proportionally longer.
+    #: Number of successive starts without a lower state after which the search ends if λ is proven to be the
+    #: least. These starts look only for negative load factors, which the proof does not cover. With more
+    #: starts the search takes proportionally longer.
     starts_after_proof: int = 20
 
-    #: Steps of the load history whose forces are the first starts of the search in space. A step is given by
-    #: its position in the load history: 0.5 is the step halfway through it. Forces of early steps lead to
-    #: states that differ from the collapse state of the load history.
+    #: Steps of the load history whose forces are the first starts of the search in space. Each number is the
+    #: position of a step in the load history: 0.5 is the step halfway through the history. Forces of early
+    #: steps lead to states that differ from the collapse state of the load history.
     steps_in_space: tuple[float, ...] = zero_or_more((0.9, 0.5))
 
     #: Number of random starts of the search in space, after the starts from load steps. With more starts,

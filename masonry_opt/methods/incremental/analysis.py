@@ -75,7 +75,7 @@ class IncrementalResult:
 
     @property
     def load_factor(self) -> float | None:
-        """Load factor of the exact state, or ``carried`` if there is no exact state.
+        """Load factor of the exact state or, without an exact state, the largest load factor in equilibrium.
 
         None if the analysis did not end in a collapse.
         """

@@ -115,7 +115,7 @@ class ContactLaw:
         return self.stiffness.shape[1]
 
     def of_problem(self, forces: np.ndarray) -> np.ndarray:
-        """Return forces (3, m) in the problem's order, shape (3c + t,): the inverse of :func:`by_joint`."""
+        """Rearrange forces, shape (3, m), to shape (3c + t,) of a problem: inverse of :func:`by_joint`."""
         return np.concatenate([forces[:2, : self.joints].ravel(), forces[2]])
 
     def respond(self, trial: np.ndarray) -> Response:
@@ -134,7 +134,7 @@ class ContactLaw:
     def _limit_forces(
         self, trial: np.ndarray, forces: np.ndarray, tangent: np.ndarray, remembered: np.ndarray
     ) -> None:
-        """Compute the response of limited forces (ties, props and earth), and write it to the arguments."""
+        """Write the response of limited forces (ties, props and earth) into the arrays that are passed."""
         limited = slice(self.joints, None)
         free = trial[2, limited]
         forces[2, limited] = np.clip(free, self.lowest, self.highest)
@@ -157,7 +157,7 @@ class ContactLaw:
     def _map_joints(
         self, trial: np.ndarray, forces: np.ndarray, tangent: np.ndarray, remembered: np.ndarray
     ) -> np.ndarray:
-        """Compute the response of the joints by eqs (1) to (4), and write it to the arguments.
+        """Write the response of the joints, by eqs (1) to (4), into the arrays that are passed.
 
         Return True for each joint at its friction limit, shape (c,).
         """
@@ -206,7 +206,7 @@ class ContactLaw:
         tangent[shear, shear] += np.where(slides, ratio * across, np.eye(2)[:, :, None])
 
     def _press(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the normal forces (points, c) by eq. (1) without slip, and their derivative.
+        """Return the normal forces by eq. (1) without slip, shape (points, c), and their derivative.
 
         The derivative with respect to the trial forces has shape (points, points, c).
         """

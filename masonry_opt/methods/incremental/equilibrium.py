@@ -55,7 +55,7 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class Collapse:
-    """Motion of the blocks by more than the displacement ``far``, which counts as collapse."""
+    """Motion that counts as collapse, because its displacement exceeds ``far``."""
 
     state: BlockState  #: state of the blocks during the motion
     motion: np.ndarray  #: displacement of the last step of the motion, shape (3b,)
@@ -114,7 +114,7 @@ class EquilibriumSolver:
         self._last: tuple[np.ndarray, float, Factors] | None = None
 
     def at_rest(self, forces: np.ndarray | None = None) -> BlockState:
-        """Return a state without displacement. Its forces, shape (3c + t,), are zero by default."""
+        """Return a state without displacement. The forces, shape (3c + t,), are zero by default."""
         if forces is None:
             forces = np.zeros(self.problem.B.shape[1])
         return BlockState(by_joint(forces, self.law.joints), np.zeros(self.matrix.size))
@@ -219,7 +219,7 @@ class EquilibriumSolver:
         return self.factors(tangent, damping).solve(right)
 
     def far(self, load: np.ndarray) -> float:
-        """Return the size of displacement beyond which the blocks count as collapsed under a load.
+        """Return the displacement beyond which the blocks count as collapsed under a load.
 
         The load has shape (3b,).
         """

@@ -113,7 +113,7 @@ def _at_collapse(analysis: IncrementalAnalysis, result: IncrementalResult, solut
 
 
 def _last_state(analysis: IncrementalAnalysis, result: IncrementalResult) -> Answer:
-    """Return the equilibrium under the load factor ``carried``, together with the motion of the collapse."""
+    """Return the equilibrium under the largest carried load, together with the motion of the collapse."""
     problem, collapse = analysis.problem.by_cone, result.collapse
     assert collapse is not None
     work = float(problem.live @ collapse.motion)

@@ -61,9 +61,9 @@ class IncrementalSettings(Settings):
     #: Factor by which the damping decreases after a complete time step and increases after a shortened time
     #: step. With a smaller factor the motion takes more steps. With a larger factor more steps are shortened.
     acceleration: float = above_one(4.0)
-    #: Largest number of linear solves in a damped motion. If the blocks still move after that, but by less
-    #: than ``far``, the motion is undecided. With a smaller number more slow slides remain undecided. With a
-    #: larger number slow slides take longer.
+    #: Largest number of linear solves in a damped motion. If the blocks still move after this number of
+    #: solves, but by less than ``far``, the motion is undecided. With a smaller number more slow slides
+    #: remain undecided. With a larger number slow slides take longer.
     motion_solves: int = 4000
     #: Largest number of solves for the exact state of a collapse, each after a displacement of ``far``. With
     #: fewer solves fewer exact states are found in space, because directions of slip may change from solve to

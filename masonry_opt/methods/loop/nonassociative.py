@@ -61,7 +61,7 @@ def _more_damping(last: Attempt) -> Attempt | None:
 
 
 def _cohesive_start(last: Attempt) -> Attempt | None:
-    """Return an attempt with the paper's cohesive start (section 6.3), or None if it was already tried.
+    """Return an attempt with the paper's cohesive start (section 6.3), or None if the last attempt had it.
 
     Dilatancy cannot lock the joints in the first sub-problem of this start.
     """
@@ -127,7 +127,8 @@ def nonassociative(task: Task) -> Solution:
     original, options = task.problem, task.options or LoopOptions()
     attempt: Attempt | None = Attempt(options.parameters(original.joints, task.solver), task.solver)
     runs: list[_Ran] = []
-    # Solver and tolerance of the current driver. A new driver is compiled only if they change.
+    # Solver and tolerance of the current driver. A new driver is compiled only if the solver or the tolerance
+    # changes.
     declared: tuple[Solver, float | None] | None = None
     remaining: _RemainingRemedies = {failure: iter(remedies) for failure, remedies in REMEDIES.items()}
     # Least load factor of all sub-problems whose residuals, under the joints' own flow rule, are at most
