@@ -350,8 +350,8 @@ def _law(scene: Scene, joints: Joints, limited: Sequence[LimitedForce], force_un
             )
     lowest, highest = np.array([(force.lowest, force.highest) for force in limited]).reshape(-1, 2).T
     joint, _ = joints.parts
-    # Area on which the stresses of each contact act. A contact at a corner has no area, so its dilatancy
-    # cannot depend on stress.
+    # Compute the area on which the stresses of each contact act. A contact at a corner has no area, so its
+    # dilatancy cannot depend on stress.
     section = shares(joints, joint) * scene.thickness
     is_corner = section == 0
     sliding = np.flatnonzero(np.isfinite(joints.friction[joint]))

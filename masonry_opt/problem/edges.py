@@ -48,7 +48,7 @@ class EdgeFactors:
         self.rates = [4 * j + f for j in range(c) for f in range(4 if slides[j] else 2)]
         self.signed = {3 * j + 2 for j in range(c) if not slides[j]}
         self.at_rest = {(3 * j + f, 4 * j + f) for j in range(c) for f in range(3 if slides[j] else 2)}
-        # Friction, cohesion and dilatancy of each joint; zero for a joint that cannot slide.
+        # Collect friction, cohesion and dilatancy of each joint, with zero for a joint that cannot slide.
         properties = np.zeros((3, c))
         properties[:, problem.sliding] = problem.friction, problem.cohesion, problem.dilatancy
         self._friction, self._cohesion, self._dilatancy = properties.tolist()

@@ -150,7 +150,7 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
         middle = at[:, 0].mean() + offset
         height = line_height(share)
         backed = bool(height.sum() > 0 and line[0, 0] <= middle <= line[-1, 0])
-        # Height of the backing above both ends of the piece. Soil fills the remaining depth.
+        # Compute the height of the backing above both ends of the piece. Soil fills the remaining depth.
         height = np.minimum(np.maximum(height, 0.0), below) if backed else np.zeros(2)
         stress = zones[0].unit_weight * (below - height) + zones[1].unit_weight * height
         yield replace(whole, ends=at, depth=below, stress=stress, zone=int(backed))
@@ -160,8 +160,8 @@ def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, n
     """Yield the edge index, the ends and the depths of each upright piece that a fill touches."""
     tail, tip, _ = shapes.edges
     up = tip[:, 1] > tail[:, 1]
-    # Heights of the edges to the left and right of each boundary between two edges. Beyond the ends of the
-    # road, where there is no fill, the height is infinite.
+    # Collect the heights of the edges to the left and right of each boundary between two edges. Beyond the
+    # ends of the road, where there is no fill, the height is infinite.
     left = np.append(np.inf, profile.y[:, 1])
     right = np.append(profile.y[:, 0], np.inf)
     x = np.append(profile.x[:, 0], profile.x[-1, 1])
@@ -212,8 +212,7 @@ def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[Limited
         fill, block, height = scene.fills[piece.fill], scene.blocks[piece.block], piece.height
         if fill.pressure and not block.fixed and height:
             vertical = scene.factor_of_pressure * scene.thickness * float(piece.stress.mean()) * height
-            # Position of the resultant of the linearly varying pressure, as a fraction of the length of the
-            # piece.
+            # Locate the resultant of the linearly varying pressure, as a fraction of the length of the piece.
             share = (piece.stress[0] + 2 * piece.stress[1]) / (3 * piece.stress.sum())
             point = (1 - share) * piece.ends[0] + share * piece.ends[1]
             # The block is on the left of its edge.
@@ -316,8 +315,8 @@ class Road:
         are positive downwards and act at abscissae x, shape (loads,).
         """
         total = np.zeros((len(self._centroid), 3))
-        # Index of the road section directly below each load. A load at a boundary between two sections
-        # belongs to the section on its right.
+        # Find the road section directly below each load. A load at a boundary between two sections belongs to
+        # the section on its right.
         piece = np.searchsorted(self._starts, x, side="right") - 1
         block = self._block[np.clip(piece, 0, len(self._block) - 1)]
         at = x - self._origin
@@ -410,8 +409,8 @@ def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.
     u1 = np.maximum(u1, near)
     du, dh = u1 - u0, h1 - h0
     u, h = np.stack([u0, u1]), np.stack([h0, h1])
-    # Tangents of the angles from the vertical to the rays that reach both ends of each piece. Rays that are
-    # flatter than the angle of spread are replaced by the ray at this angle.
+    # Compute the tangents of the angles from the vertical to the rays that reach both ends of each piece.
+    # Rays that are flatter than the angle of spread are replaced by the ray at this angle.
     within = np.divide(u, h, out=np.full_like(u, tangent), where=u < tangent * h)
     t0, t1 = np.where(u > 0, within, 0.0)
     # Rays whose tangent is at most `before` end on earlier pieces. Rays whose tangent is between `before` and
@@ -420,9 +419,9 @@ def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.
     before = np.pad(after, ((0, 0), (1, 0)))[:, :-1]
     first = np.maximum(before, t0)
     meets = after - first
-    # Positions, from 0 to 1 on each piece, of the first and the last ray that reach the piece. The density of
-    # the rays along the piece is proportional to 1 / h², and the resultant acts at the centroid of this
-    # density.
+    # Compute the positions, from 0 to 1 on each piece, of the first and the last ray that reach the piece.
+    # The density of the rays along the piece is proportional to 1 / h², and the resultant acts at the
+    # centroid of this density.
     s0, s1 = (
         np.divide(t * h0 - u0, du - t * dh, out=np.zeros_like(t), where=meets > 0) for t in (first, after)
     )

@@ -284,14 +284,14 @@ def along(
     length = np.hypot(*line)
     ahead = line / length
     across = np.array([-line[1], line[0]]) / length
-    # Coordinates of the segments' ends: x along the line, y perpendicular to it.
+    # Compute the coordinates of the segments' ends: x along the line, y perpendicular to the line.
     x0, x1 = (tail - start) @ ahead, (tip - start) @ ahead
     y0, y1 = (tail - start) @ across, (tip - start) @ across
     low, high = np.maximum(np.minimum(x0, x1), 0.0), np.minimum(np.maximum(x0, x1), length)
     slope = np.divide(y1 - y0, x1 - x0, out=np.full_like(y0, np.inf), where=x1 != x0)
     overlapping = np.flatnonzero(high - low > tolerance)
     ends = np.column_stack([low, high])[overlapping]
-    # Distances between each segment and the line, at both ends of the part that they share.
+    # Compute the distances between each segment and the line, at both ends of the part that they share.
     at_ends = y0[overlapping, None] + slope[overlapping, None] * (ends - x0[overlapping, None])
     distance = np.abs(at_ends).max(axis=1, initial=0)
     near = distance <= np.minimum(tolerance, LEAN * (high - low)[overlapping])

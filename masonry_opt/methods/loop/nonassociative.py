@@ -131,8 +131,8 @@ def nonassociative(task: Task) -> Solution:
     # changes.
     declared: tuple[Solver, float | None] | None = None
     remaining: _RemainingRemedies = {failure: iter(remedies) for failure, remedies in REMEDIES.items()}
-    # Least load factor of all sub-problems whose residuals, under the joints' own flow rule, are at most
-    # ``BORNE_OUT``.
+    # Track the least load factor of all sub-problems whose residuals, under the joints' own flow rule, are at
+    # most ``BORNE_OUT``.
     least: float | None = None
 
     def follow(step: Iteration) -> None:

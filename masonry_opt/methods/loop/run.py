@@ -317,7 +317,7 @@ def accurate_end(
 
 
 def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) -> Answer | None:
-    """Return an exact state near the solution of a sub-problem with a large tolerance, or None.
+    """Return an exact state near a sub-problem's inaccurate solution, or None if no state is found.
 
     The solution belongs to a sub-problem. None of its rates is exactly zero, so the moving faces are not
     known. The first program finds forces of low λ that leave little energy z·p for the rates of the solution.
