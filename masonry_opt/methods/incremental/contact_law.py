@@ -223,8 +223,8 @@ class ContactLaw:
         """Return the slip P ≥ 0 of each joint, shape (c,), by Newton's method safeguarded by bisection."""
         stiff, opens = self._shear_stiffness, self._opening_stiffness
         low, high = np.zeros_like(size), size / stiff
-        # Ignore changes of the slip below this value. Rounding errors limit the accuracy, because ``excess`` is
-        # a small difference of large terms.
+        # Ignore changes of the slip below this value. Rounding errors limit the accuracy, because ``excess``
+        # is a small difference of large terms.
         rounding = 1e-15 * high
         slip = low
         for _ in range(self._iterations):
