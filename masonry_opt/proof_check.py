@@ -54,7 +54,8 @@ class ProofCheck:
         return (
             f"proven: no collapse state has a load factor from 0 to {self.bound:.9g}. The proof consists of "
             f"{self.static} static and {self.kinematic} kinematic conflicts, checked in exact arithmetic. It "
-            f"covers forces and motions up to {self.reach:.1e} times the loads and their velocity"
+            f"covers forces and motions up to {self.reach:.1e} times the loads and the velocity of the live "
+            "load"
         )
 
 
@@ -109,7 +110,7 @@ def _faults_of_form(problem: Problem, proof: Proof) -> list[str]:
         return ["some multipliers of the proof are missing, or are not finite numbers"]
     every = np.concatenate(indices)
     if len(every) and (every.min() < 0 or every.max() >= problem.faces):
-        return ["the proof names a yield condition that the scene does not have"]
+        return ["the proof refers to a yield condition that the scene does not have"]
     return []
 
 
@@ -125,7 +126,8 @@ class _Checker:
         self._bound = Fraction(proof.bound)
         self._load = sum(map(abs, self._dead)) + self._bound * sum(map(abs, self._live))
         self._sliders = len(problem.sliding)
-        self.reach = float("inf")  #: smallest reach of all checked conflicts, see :class:`ProofCheck`
+        #: Size of the states that all checked conflicts exclude, see :class:`ProofCheck`.
+        self.reach = float("inf")
         self._energy: list[Fraction | None] = list(self._cohesion)
 
     def faults(self) -> list[str]:
@@ -198,7 +200,7 @@ class _Checker:
         """
         motion, rates = _exact(d), _exact(p)
         if any(rate < 0 and condition not in held for condition, rate in enumerate(rates)):
-            return "a multiplier is negative, although the clause does not name its yield condition"
+            return "a multiplier is negative, although its yield condition is not in the clause"
         of_motion, of_rates = self._B.transposed_times(motion), self._C.transposed_times(rates)
         residual = max(
             (abs(a + own - b) for a, own, b in zip(of_motion, cost, of_rates, strict=True)),
@@ -211,7 +213,7 @@ class _Checker:
         return self._outweighed(gain - least, residual * self._load, "static")
 
     def _fault_of_kinematics(self, conflict: KinematicConflict) -> str:
-        """Return the reason why a kinematic conflict does not prove its clause, or "" if it proves it.
+        """Return the reason why a kinematic conflict does not prove its clause, or "" if it is a proof.
 
         With the multipliers q, λ' and w, all mechanisms with f_L·d = Σ|f_L| have
         d·(B q + λ' f_L + w f_D) = (C(tan ψ) q)·p + λ' Σ|f_L| + w f_D·d, and f_D·d ≥ e·p − bound Σ|f_L| in all

@@ -46,7 +46,9 @@ class LeastLoadFactor:
     def _without_proof(self) -> str:
         """Return the text to print if the search ended without a proof."""
         if self.load_factor is None:
-            return f"no collapse state was found, and there is no proof by conflicts: {self.why}"
+            return (
+                f"no collapse state was found, and no proof by conflicts excludes collapse states: {self.why}"
+            )
         return (
             f"λ = {self.load_factor:.6g} is the lowest load factor found, but it is not proven to be the "
             f"least: {self.why}"
@@ -55,7 +57,7 @@ class LeastLoadFactor:
 
 @suggests_arguments
 def prove_least(scene: Scene | str | Path, seconds: float = 60.0) -> LeastLoadFactor:
-    """Find the least load factor of a plane scene with Coulomb friction, and prove that none is lower.
+    """Find the least load factor of a plane scene with Coulomb friction, and prove that it is the least.
 
     The search starts from the answer of the default method, which proves most scenes of up to 15 joints.
     The proof needs no bound on forces or rates. Scenes of up to about 25 joints are proven within seconds.

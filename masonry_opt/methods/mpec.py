@@ -93,7 +93,7 @@ class RelaxationStep:
 
 
 class CasadiIpopt:
-    """Interface to IPOPT through CasADi, which reads a Pyomo program once from an ``.nl`` file.
+    """Interface to IPOPT through CasADi. CasADi reads the Pyomo program once, from an ``.nl`` file.
 
     A solve starts from the present values of the program's variables, and stores its solution in them.
     """

@@ -46,8 +46,9 @@ _NEGLIGIBLE_WORK = 1e-3
 #: fails on two blocks in space.
 _DEAD_LOAD_SHARES = 0.75, 0.5
 
-#: Largest number of estimates λ₀ of the load factor that are tried: the modified loads equal the loads of the
-#: scene only at λ₀. Usually the first estimate, the associative load factor, is the answer.
+#: Largest number of estimates λ₀ of the load factor that are tried. Several estimates may be needed, because
+#: the modified loads equal the loads of the scene only at λ₀. Usually the first estimate, the associative
+#: load factor, is the answer.
 _MOST_LOAD_FACTORS = 8
 
 #: Fields of a method's step records that contain load factors.
@@ -113,7 +114,7 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
         if answer is None:
             return None
         size, work = _size(answer.load_factor, at, share), _live_work(problem, answer.load_factor, answer.d)
-        # Extrapolate the next λ₀ linearly, because λ is a linear function of the size of the loads while the
+        # Extrapolate the next λ₀ linearly: λ is a linear function of the size of the loads as long as the
         # mechanism does not change. The first line passes through λ = 0 for loads of size zero, which is
         # exact if only friction limits the forces.
         slope = (answer.load_factor - last[1]) / (size - last[0] or ZERO)
@@ -121,7 +122,7 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
         if min(size, load_factor) <= ZERO or work > _NEGLIGIBLE_WORK:
             return None
         if alike or abs(size - 1) <= LIMITS[solution.kind].equilibrium:
-            # The certificate remains valid for scaled forces and velocities, because its residuals are
+            # Scale the forces and velocities. The certificate remains valid, because its residuals are
             # relative.
             d = answer.d * problem.live_norm / float(problem.dead @ answer.d)
             found = replace(answer, load_factor=load_factor, q=answer.q / size, d=d)
@@ -159,7 +160,7 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
 
 
 def _size(load_factor: float, at: float, share: float) -> float:
-    """Return the ratio s of the modified loads at λ to the scene's loads at λ / s."""
+    """Return the scale s for which the modified loads at λ equal s times the scene's loads at λ / s."""
     return 1 + share * (load_factor / at - 1)
 
 
@@ -172,7 +173,7 @@ def _live_work(problem: Problem, load_factor: float, d: np.ndarray) -> float:
 
 
 def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, share: float) -> Solution:
-    """Convert a solution under modified loads to a solution of the scene, with the answer ``found``.
+    """Convert a solution under modified loads to a solution of the scene, with a given answer.
 
     If the modified loads are s times those of the scene, a load factor λ becomes λ / s, or NaN if the loads
     vanish. ``alike`` is True if a state remains valid when loads and forces are scaled. If it is False,

@@ -33,8 +33,9 @@ _VARYING = frozenset({"dilatancy"})
 #: Properties of scenes that method "global" does not support.
 _REFUSED_BY_GLOBAL = _VARYING | {"strength", "forces", "space"}
 
-#: Solvers of the loop, by model. Interior-point methods come first: a simplex method returns a vertex, at
-#: which some joints have no normal force, and the loop would lock these joints.
+#: Solvers of the loop, by model. Interior-point methods come first. A simplex method returns a vertex, at
+#: which some joints have no normal force. The shear limits of the next sub-problem would keep these normal
+#: forces near zero.
 _OF_LOOP = {"cvxpy": (), "pyomo": ("highs-ipm", "highs", "highs-hipo")}
 
 #: Solver of methods that work on the matrices directly, without a modelling language.
@@ -74,7 +75,7 @@ METHODS = {method.name: method for method in _ALL}
 DEFAULT = "coulomb"  #: Name of the default method.
 INCREMENTAL_METHOD = "incremental"  #: Name of the method whose answer is the incremental load factor.
 
-#: Former names of methods, each with the words that an error message uses for the present name.
+#: Former names of methods. Each value is the text with which an error message states the present name.
 FORMER_METHODS = {
     "mcp": "called 'coulomb'",
     "compliant": "called 'incremental'",
@@ -106,7 +107,8 @@ class HowToSolve:
     incremental: bool = True
     time_limit: float | None = None  #: longest time of an analysis in seconds; None if there is no limit
     options: Mapping[str, Any] = field(default_factory=dict)  #: options of the method, by name
-    #: argument names of the calling function, which errors about unknown options suggest
+    #: Names of the arguments of the calling function. An error about an unknown option suggests a similar
+    #: name from this list.
     arguments: Sequence[str] = ()
 
     def __post_init__(self) -> None:
@@ -169,7 +171,7 @@ class HowToSolve:
                     f"method '{method.name}' has no option '{option}'{self._instead(option, known)}"
                 )
         try:
-            # If an option is a result, pass only its ``solution`` to the method.
+            # If an option is a result of an analysis, pass only the ``solution`` of the result to the method.
             values = {name: getattr(value, "solution", value) for name, value in given.items()}
             return method.options(**values) if method.options else None
         except ValidationError as error:
@@ -262,7 +264,7 @@ class HowToSolve:
 def _mistake(error: Mapping[str, Any]) -> str:
     """Return the part of an error message that states what is wrong with the value of an option."""
     if error["type"] == "is_instance_of":
-        return f"must be an object of class mo.{error['ctx']['class']}, which can be passed only in Python"
+        return f"must be an object of class mo.{error['ctx']['class']}: set this option in Python"
     return str(error["msg"]).removeprefix("Value error, ")
 
 

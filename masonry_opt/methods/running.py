@@ -15,8 +15,8 @@ from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import SAME
 
-#: Largest number of joints of a scene on which the program searches for a collapse in which the live load
-#: does no work. The search follows if a method finds no load factor.
+#: If a method finds no load factor, a search follows for a collapse in which the live load does no work. On
+#: scenes with more joints than this number, the search is omitted.
 _MOST_JOINTS_NO_WORK = 8000
 
 #: Number of joints of plane scenes above which a Coulomb method takes more than a few minutes, so that a
@@ -83,7 +83,7 @@ def run_method(method: Method, task: Task) -> Solution:
 
 
 def _ends_without_work(problem: Problem, solution: Solution) -> bool:
-    """Return True if a load history ends in a range of λ and its live load does no work in the motion."""
+    """Return True if a load history ends in a range of λ, and the live load does no work in the collapse."""
     if not solution.has(Code.RANGE) or solution.followed_to_end or solution.d is None:
         return False
     sizes = np.linalg.norm(problem.live) * np.linalg.norm(solution.d)

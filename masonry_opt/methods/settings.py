@@ -16,7 +16,7 @@ _CHECK = "check"
 
 @dataclass(frozen=True)
 class _Check:
-    """Check of a number, and the words of an error message that state which numbers pass."""
+    """Check of a number, with the words that an error message uses for the permitted numbers."""
 
     passes: Callable[[float], bool]
     words: str

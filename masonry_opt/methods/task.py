@@ -55,7 +55,7 @@ def of_same_scene(solution: Solution, problem: Problem) -> Solution:
     """
     if solution.q is None or solution.d is None:
         raise OptionError(
-            "option 'start' is a result without forces, from which no analysis can start: pass another result"
+            "option 'start' is a result without forces, so no analysis can start from it: pass another result"
         )
     if (solution.q.size, solution.d.size) != (problem.B.shape[1], problem.B.shape[0]):
         raise OptionError("option 'start' is a result of another scene: pass a result of this scene")

@@ -43,8 +43,8 @@ class Assembly:
     geometry: Any  #: shapes of the blocks: ``Geometry`` in the plane, ``Shapes`` in space
     joints: Joints
     movable: np.ndarray  #: index of each movable block in the scene's list of blocks, shape (b,)
-    #: For each edge load, the length of its line that is not on a free edge of a movable block. The load has
-    #: no effect there.
+    #: For each edge load, the length of the part of its line that is on no free edge of a movable block. The
+    #: load has no effect on this part.
     bare_edge_loads: tuple[float, ...] = ()
     loaded_pieces: tuple[LoadedPiece, ...] = ()  #: pieces of edges on which edge loads act
     filled_pieces: tuple[FilledPiece, ...] = ()  #: pieces of edges that fills touch
@@ -86,7 +86,7 @@ class Assembly:
 
     @property
     def joint(self) -> np.ndarray:
-        """Return, for each joint of the problem, the index of the scene's joint to which it belongs.
+        """Return the index of the scene's joint for each joint of the problem.
 
         The indices are in ascending order. In space the problem's joints are contact points, and a joint of
         the scene has several.
@@ -100,13 +100,13 @@ class Assembly:
 
     @property
     def of_point(self) -> np.ndarray:
-        """Return, for each contact point, the index of the problem's joint to which it belongs."""
+        """Return the index of the problem's joint for each contact point."""
         of_point = np.empty(len(self.joints.joint), dtype=int)
         of_point[self.pressed] = np.arange(self.problem.joints)
         return of_point
 
     def joints_of(self, indices: np.ndarray) -> np.ndarray:
-        """Return the indices of the scene's joints to which given joints of the problem belong.
+        """Return the indices of the scene's joints for given joints of the problem, without duplicates.
 
         In space, the problem's joints are contact points. Duplicates are removed.
         """
@@ -114,7 +114,7 @@ class Assembly:
         return joints[np.sort(np.unique(joints, return_index=True)[1])]
 
     def most_of_joints(self, values: np.ndarray) -> np.ndarray:
-        """Return, for each joint of the scene, the largest of the values at its contact points.
+        """Return the largest value at the contact points of each joint of the scene.
 
         ``values`` has one value for each joint of the problem. In space, the problem's joints are contact
         points.
@@ -222,8 +222,8 @@ def _settled(at_rest: Assembly, state: SettledState) -> Assembly:
     problem = Problem(matrices, law, dead, live, force_unit)
     if np.array_equal(before.dead, state.dead) and not problem.statics_fix_forces:
         of_limited = state.limited
-        # If the settlement inclines edges below a fill that were level, they carry an earth pressure that
-        # ``state.limited`` does not contain. All limited forces then start at their lower limits.
+        # Edges below a fill that were level carry an earth pressure if the settlement inclines them. This
+        # pressure is missing in ``state.limited``. All limited forces then start at their lower limits.
         if len(of_limited) != len(limited):
             of_limited = problem.lowest_forces[len(state.forces) :]
         problem = replace(problem, settled=np.concatenate([state.forces, of_limited]))
@@ -350,8 +350,8 @@ def _law(scene: Scene, joints: Joints, limited: Sequence[LimitedForce], force_un
             )
     lowest, highest = np.array([(force.lowest, force.highest) for force in limited]).reshape(-1, 2).T
     joint, _ = joints.parts
-    # Area on which the stresses of each contact act. A contact at a corner has no area, so its dilatancy
-    # cannot depend on stress.
+    # Compute the area on which the stresses of each contact act. A contact at a corner has no area, so its
+    # dilatancy cannot depend on stress.
     section = shares(joints, joint) * scene.thickness
     is_corner = section == 0
     sliding = np.flatnonzero(np.isfinite(joints.friction[joint]))

@@ -48,7 +48,7 @@ class EdgeFactors:
         self.rates = [4 * j + f for j in range(c) for f in range(4 if slides[j] else 2)]
         self.signed = {3 * j + 2 for j in range(c) if not slides[j]}
         self.at_rest = {(3 * j + f, 4 * j + f) for j in range(c) for f in range(3 if slides[j] else 2)}
-        # Friction, cohesion and dilatancy of each joint; zero for a joint that cannot slide.
+        # Collect friction, cohesion and dilatancy of each joint, with zero for a joint that cannot slide.
         properties = np.zeros((3, c))
         properties[:, problem.sliding] = problem.friction, problem.cohesion, problem.dilatancy
         self._friction, self._cohesion, self._dilatancy = properties.tolist()
@@ -111,7 +111,7 @@ class EdgeFactors:
             }
 
     def compatibility(self) -> Iterator[Form]:
-        """Yield the three compatibility equations of each joint, Aᵀd − G v = 0 with v = (u, p).
+        """Yield the three compatibility equations of each joint, Aᵀd − G v = 0, for rates v = (u, p).
 
         The first two equations are the openings of the joint's two edges; the third is its slip.
         """
@@ -127,7 +127,7 @@ class EdgeFactors:
                 yield form
 
     def openings(self) -> Iterator[tuple[Form, int]]:
-        """Yield the opening Aᵀd of each edge that cannot close, and the number of its rate u.
+        """Yield the opening Aᵀd of each edge that cannot close, and the index of the edge's rate u.
 
         Edges of joints with negative dilatancy, which can also close, are left out.
         """

@@ -63,7 +63,7 @@ MISSED = 0.0065
 
 
 def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Return the rates p ≥ 0 of the chords that produce a given motion of joints with the least dissipation.
+    """Return the rates p ≥ 0 of chords that produce a given joint motion with the least dissipation.
 
     Parameters
     ----------
@@ -82,8 +82,8 @@ def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
     turning = np.abs(rotation)
     p = np.zeros((2, len(opening), len(slope)))
     sense = (rotation > 0).astype(int)
-    # The ratio of opening to rotation is between the slopes of the chords `after - 1` and `after`, so these
-    # two chords share the motion.
+    # The ratio of opening to rotation is between the slopes of the chords `after - 1` and `after`, so only
+    # these two chords have rates.
     after = (opening[:, None] < slope * turning[:, None]).sum(axis=1)
     inner = (after > 0) & (after < len(slope))
     i, k = joints[inner], after[inner]
@@ -153,7 +153,7 @@ class Layout:
     __repr__ = brief
 
     def rates(self, slip: np.ndarray) -> np.ndarray:
-        """Return the rates of sliding in each sense that produce given slips, shape (senses, k).
+        """Return the rates of sliding in each sense, shape (senses, k), that produce given slips.
 
         The slips have shape (dimension − 1, k).
         """
@@ -177,7 +177,7 @@ class SpaceLayout(Layout):
     called = "contacts"
 
     def rates(self, slip: np.ndarray) -> np.ndarray:
-        """Return the rates of sliding in each sense that produce given slips, shape (senses, k).
+        """Return the rates of sliding in each sense, shape (senses, k), that produce given slips.
 
         The slips have shape (2, k).
 
@@ -308,8 +308,8 @@ class Faces:
         ``slope``, shape (k,), is that of the shear limits: the increase of the limit per unit of normal
         force.
         """
-        # The code fills the sparse arrays directly, because sparse products and sums would dominate the time
-        # to check a solution.
+        # Fill the sparse arrays directly, because sparse products and sums would dominate the time to check a
+        # solution.
         k = len(self.sliding)
         rest = self.R
         senses, shears = self.layout.senses.shape
@@ -339,7 +339,7 @@ class Faces:
 
     @cached_property
     def face_joint(self) -> np.ndarray:
-        """Return the index of the joint of each yield condition, shape (faces − limits,).
+        """Return the index of the joint to which each yield condition belongs, shape (faces − limits,).
 
         The last conditions, which limit forces, belong to no joint and are left out.
         """

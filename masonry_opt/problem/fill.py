@@ -150,7 +150,7 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
         middle = at[:, 0].mean() + offset
         height = line_height(share)
         backed = bool(height.sum() > 0 and line[0, 0] <= middle <= line[-1, 0])
-        # Height of the backing above both ends of the piece. Soil fills the remaining depth.
+        # Compute the height of the backing above both ends of the piece. Soil fills the remaining depth.
         height = np.minimum(np.maximum(height, 0.0), below) if backed else np.zeros(2)
         stress = zones[0].unit_weight * (below - height) + zones[1].unit_weight * height
         yield replace(whole, ends=at, depth=below, stress=stress, zone=int(backed))
@@ -160,8 +160,8 @@ def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, n
     """Yield the edge index, the ends and the depths of each upright piece that a fill touches."""
     tail, tip, _ = shapes.edges
     up = tip[:, 1] > tail[:, 1]
-    # Heights of the edges to the left and right of each boundary between two edges. Beyond the ends of the
-    # road, where there is no fill, the height is infinite.
+    # Collect the heights of the edges to the left and right of each boundary between two edges. Beyond the
+    # ends of the road, where there is no fill, the height is infinite.
     left = np.append(np.inf, profile.y[:, 1])
     right = np.append(profile.y[:, 0], np.inf)
     x = np.append(profile.x[:, 0], profile.x[-1, 1])
@@ -170,7 +170,8 @@ def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, n
     for k in np.flatnonzero(top - bottom > shapes.tolerance):
         foot = np.array([x[k], bottom[k]])
         edge, spans = along(tail, tip, foot, np.array([x[k], top[k]]), shapes.tolerance)
-        # A block is on the left of its directed edges, so an edge runs upwards if the fill is on its right.
+        # A block is on the left of its directed edges, so an edge runs upwards if the fill is on the right of
+        # the edge.
         facing = up[edge] == (right[k] < left[k])
         for number, span in zip(edge[facing].tolist(), spans[facing], strict=True):
             height = bottom[k] + (span if right[k] < left[k] else span[::-1])
@@ -211,8 +212,7 @@ def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[Limited
         fill, block, height = scene.fills[piece.fill], scene.blocks[piece.block], piece.height
         if fill.pressure and not block.fixed and height:
             vertical = scene.factor_of_pressure * scene.thickness * float(piece.stress.mean()) * height
-            # Position of the resultant of the pressure, which varies linearly, as a fraction of the length of
-            # the piece.
+            # Locate the resultant of the linearly varying pressure, as a fraction of the length of the piece.
             share = (piece.stress[0] + 2 * piece.stress[1]) / (3 * piece.stress.sum())
             point = (1 - share) * piece.ends[0] + share * piece.ends[1]
             # The block is on the left of its edge.
@@ -268,7 +268,7 @@ class Road:
         at_rest: Geometry | None = None,
     ) -> None:
         def relative(points: Sequence[tuple[float, float]], called: str) -> np.ndarray:
-            """Return the points of a road, relative to the origin.
+            """Return the points of a road, relative to the origin of the shapes.
 
             If supports have settled, the points have moved with the blocks below the road.
             """
@@ -303,7 +303,8 @@ class Road:
             breaks = np.r_[breaks[(breaks <= start) | (breaks >= end)], start, end]
         self.breaks = np.unique(breaks)
         pieces = [np.append(below.x[:, 0], below.x[-1, 1]) + self._origin for below, _ in self._fills]
-        # If a fill spreads loads, the road is divided into equal parts too, for integrals over uniform loads.
+        # If a fill spreads loads, also divide the road into equal parts, over which uniform loads are
+        # integrated.
         evenly = np.linspace(*self.ends, _ROAD_DIVISIONS + 1) if self._fills else self.ends
         self._cuts = np.unique(np.concatenate([self._starts, evenly, *pieces]))
 
@@ -314,8 +315,8 @@ class Road:
         are positive downwards and act at abscissae x, shape (loads,).
         """
         total = np.zeros((len(self._centroid), 3))
-        # Index of the road section directly below each load. A load at a boundary between two sections
-        # belongs to the section on its right.
+        # Find the road section directly below each load. A load at a boundary between two sections belongs to
+        # the section on its right.
         piece = np.searchsorted(self._starts, x, side="right") - 1
         block = self._block[np.clip(piece, 0, len(self._block) - 1)]
         at = x - self._origin
@@ -323,7 +324,7 @@ class Road:
         pending = (x >= self.ends[0]) & (x <= self.ends[1])
 
         def add(block: np.ndarray, force: np.ndarray, moment: np.ndarray) -> None:
-            """Add vertical forces, and their moments about the origin, to blocks."""
+            """Add vertical forces to blocks, with their moments about the origin of the shapes."""
             np.add.at(total[:, 1], block, force)
             np.add.at(total[:, 2], block, moment - self._centroid[block, 0] * force)
 
@@ -392,7 +393,7 @@ def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray,
 
 
 def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the fraction of each load that each piece on one side carries, and its moment about the load.
+    """Return, for each load, the fraction that each piece on one side carries, and its moment about the load.
 
     The results have shape (loads, pieces), with one entry for each piece of an edge.
 
@@ -400,16 +401,16 @@ def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.
     from the load, shape (loads, pieces, 2).
     """
     (u0, u1), (h0, h1) = np.moveaxis(u, 2, 0), np.moveaxis(h, 2, 0)
-    # A piece that extends to both sides of the load is cut at the load. The call for the opposite side
-    # computes the other part.
+    # A piece that extends to both sides of the load is cut at the load. The remaining part is computed in the
+    # call for the opposite side.
     near = np.maximum(u0, 0.0)
     h0 = h0 + (near - u0) / (u1 - u0) * (h1 - h0)
     u0 = near
     u1 = np.maximum(u1, near)
     du, dh = u1 - u0, h1 - h0
     u, h = np.stack([u0, u1]), np.stack([h0, h1])
-    # Tangents of the angles from the vertical to the rays that reach both ends of each piece. Rays that are
-    # flatter than the angle of spread are replaced by the ray at this angle.
+    # Compute the tangents of the angles from the vertical to the rays that reach both ends of each piece.
+    # Rays that are flatter than the angle of spread are replaced by the ray at this angle.
     within = np.divide(u, h, out=np.full_like(u, tangent), where=u < tangent * h)
     t0, t1 = np.where(u > 0, within, 0.0)
     # Rays whose tangent is at most `before` end on earlier pieces. Rays whose tangent is between `before` and
@@ -418,14 +419,14 @@ def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.
     before = np.pad(after, ((0, 0), (1, 0)))[:, :-1]
     first = np.maximum(before, t0)
     meets = after - first
-    # Positions, from 0 to 1 on each piece, of the first and the last ray that reach the piece. The density of
-    # the rays along the piece is proportional to 1 / h², and the resultant acts at the centroid of this
-    # density.
+    # Compute the positions, from 0 to 1 on each piece, of the first and the last ray that reach the piece.
+    # The density of the rays along the piece is proportional to 1 / h², and the resultant acts at the
+    # centroid of this density.
     s0, s1 = (
         np.divide(t * h0 - u0, du - t * dh, out=np.zeros_like(t), where=meets > 0) for t in (first, after)
     )
     at = u0 + (s0 + (s1 - s0) * _centre(h0 + s0 * dh, h0 + s1 * dh)) * du
-    # Rays that reach an upright face act at the far end of the piece before the face.
+    # Rays that end on an upright face are assigned to the far end of the last piece before the face.
     stopped = np.pad(first - before, ((0, 0), (0, 1)))[:, 1:]
     stopped[:, -1] = tangent - after[:, -1]
     return (meets + stopped) / (2 * tangent), (meets * at + stopped * u1) / (2 * tangent)

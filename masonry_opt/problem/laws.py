@@ -167,7 +167,7 @@ class Law:
     cohesion: np.ndarray
     dilatancy: np.ndarray  #: dilatancy tan φ₀ of the joints that can slide, shape (k,)
     #: Range of normal forces over which the dilatancy of each sliding joint falls to zero, shape (k, 2). The
-    #: dilatancy is full up to the first force and zero from the second force. Both are ``inf`` if the
+    #: dilatancy is full up to the first force and zero from the second force. Both forces are ``inf`` if the
     #: dilatancy does not depend on the normal force.
     dilatancy_force: np.ndarray
     crushing: np.ndarray  #: indices of the joints of limited strength, shape (l,)

@@ -144,7 +144,7 @@ def _given_forces(
             entries = given.setdefault((kind, load.group), [])
             entries.append(_GivenForce(row_of[load.block], np.array(force), load.at, mass))
             if mass is not None:
-                mass = 0.0  # count the mass of a load only once, together with its first force
+                mass = 0.0  # count the mass of a load only once, with the first of its forces
     per_weight = [block.live_per_weight for block in blocks]
     given["live", None] += _weight_forces(blocks, weight, per_weight, default_mass)
     return given
@@ -228,7 +228,7 @@ def _forces(
 class LoadedPiece:
     """Free piece of a block's edge with a load that varies linearly between its ends."""
 
-    load: int  #: index of the load among the scene's edge loads, or of the fill among its fills
+    load: int  #: index of the load among the scene's edge loads, or of the fill among the scene's fills
     block: int  #: index of the block in the scene's list of blocks
     kind: Kind  #: "dead" or "live"
     ends: np.ndarray  #: ends of the piece, relative to the geometry's origin, shape (2, 2)
@@ -284,14 +284,14 @@ def along(
     length = np.hypot(*line)
     ahead = line / length
     across = np.array([-line[1], line[0]]) / length
-    # Coordinates of the segments' ends: x along the line, y perpendicular to it.
+    # Compute the coordinates of the segments' ends: x along the line, y perpendicular to the line.
     x0, x1 = (tail - start) @ ahead, (tip - start) @ ahead
     y0, y1 = (tail - start) @ across, (tip - start) @ across
     low, high = np.maximum(np.minimum(x0, x1), 0.0), np.minimum(np.maximum(x0, x1), length)
     slope = np.divide(y1 - y0, x1 - x0, out=np.full_like(y0, np.inf), where=x1 != x0)
     overlapping = np.flatnonzero(high - low > tolerance)
     ends = np.column_stack([low, high])[overlapping]
-    # Distances between each segment and the line, at both ends of the part that they share.
+    # Compute the distances between each segment and the line, at both ends of the part that they share.
     at_ends = y0[overlapping, None] + slope[overlapping, None] * (ends - x0[overlapping, None])
     distance = np.abs(at_ends).max(axis=1, initial=0)
     near = distance <= np.minimum(tolerance, LEAN * (high - low)[overlapping])
@@ -301,7 +301,7 @@ def along(
 def loaded_pieces(
     scene: Scene, shapes: Any, joints: Joints
 ) -> tuple[tuple[LoadedPiece, ...], tuple[float, ...]]:
-    """Return the loaded pieces of edges and, for each edge load, the length of its line that has no effect.
+    """Return the loaded pieces of edges, and the ineffective length of each edge load's line.
 
     A load acts on the edges of movable blocks along its line, within the tolerance, except where joints cover
     the edges. The load has no effect on the rest of its line, whose length is returned.

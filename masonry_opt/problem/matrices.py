@@ -70,8 +70,8 @@ class Matrices:
         points = joints.point[pressed]
         count = len(joint)
         normal, *tangents = joints.axes[:, joint]
-        # Point of action and direction of each force component. Normal forces act at the contact points;
-        # shears act at the mean of the contact points.
+        # Collect the point of action and the direction of each force component. Normal forces act at the
+        # contact points; shears act at the mean of the contact points.
         normal_forces = [(point, normal) for point in points]
         shears = [(points.mean(axis=0), tangent) for tangent in tangents]
         row_of = np.full(len(shapes.size), -1)

@@ -73,7 +73,7 @@ class Problem(ProblemParts):
         return f"<Problem of {sizes}, {counted(self.matrices.limited, 'limited force')}: {matrices}>"
 
     def same_program(self, other: "Problem") -> bool:
-        """Return True if one compiled program can serve both problems.
+        """Return True if one compiled program can solve this problem and another problem.
 
         The problems may then differ only in friction, cohesion and dilatancy, which are parameters of
         programs.
@@ -253,7 +253,7 @@ class Problem(ProblemParts):
 
     @cached_property
     def face_constant(self) -> np.ndarray:
-        """Return the constant term of each yield condition without its cohesion, shape (faces,).
+        """Return the constant term of each yield condition without the part from cohesion, shape (faces,).
 
         The constant is nonzero only for chords of crushing and for limits of forces.
         """
@@ -270,7 +270,7 @@ class Problem(ProblemParts):
 
     @cached_property
     def steep(self) -> np.ndarray:
-        """Return a divisor for each yield condition that makes all slacks comparable, shape (faces,).
+        """Return divisors for the slacks of the yield conditions, shape (faces,), to make slacks comparable.
 
         The divisor is max(1, μ) for sliding and 1 for all other conditions. With a large friction
         coefficient, the slack of sliding is about μ times the normal force.

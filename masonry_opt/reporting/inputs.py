@@ -79,7 +79,7 @@ def friction_high(v: dict[str, Any]) -> str:
 
 
 def dilatancy_low(v: dict[str, Any]) -> str:
-    """Return a warning that the dilatancy of a joint is less than its negative friction."""
+    """Return a warning that the dilatancy of a joint is less than the negative friction coefficient."""
     return (
         f"the dilatancy {v['dilatancy']:g} of {_place_of_property(v)} is below the negative friction "
         f"−{v['friction']:g}, so sliding would release energy: check the sign of 'dilatancy'"
@@ -117,8 +117,8 @@ def bridged_by_tolerance(v: dict[str, Any]) -> str:
     wide = [f"up to {rounded_up(width, 2)} wide" for width in v["widths"]]
     remedy = f"{set_contact_tolerance(max(v['widths']))} and remove 'tolerance'"
     return (
-        "'tolerance' closes gaps as wide as mortar joints, and moves corners by as much, which changes λ: "
-        f"{pairs(v, wide)}; if the drawing omits the mortar, {remedy}"
+        "'tolerance' closes gaps as wide as mortar joints and moves corners by the width of the gaps, so λ "
+        f"changes: {pairs(v, wide)}; if the drawing omits the mortar, {remedy}"
     )
 
 
@@ -177,8 +177,8 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "because the contact has no normal: if the blocks press on each other, cut one block to a narrow face"
     ),
     Code.FACES_TURNED: lambda v: (
-        f"faces of {blocks(v['blocks'])} list their corners in different directions; all faces were turned "
-        "outwards: check the order of the corners"
+        f"the corners of the faces of {blocks(v['blocks'])} are ordered partly clockwise and partly "
+        "counter-clockwise; all faces were turned outwards: check the order of the corners"
     ),
     Code.CORNERS_BEAR: _corners_bear,
     Code.BARE_EDGE_LOAD: (

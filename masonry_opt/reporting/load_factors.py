@@ -46,7 +46,7 @@ _NO_EXACT_STATE = "no exact collapse state was found, but exact states with a lo
 _LOAD_FACTOR_MEANINGS = {
     LOWEST: "exact collapse states that are not proven to have the least load factors",
     LEAST: "exact collapse states, proven to have the least load factors",
-    FOUND: "collapse states that are not exact, or have a larger λ than the end of the load history",
+    FOUND: "collapse states that are not exact, or whose λ is larger than at the end of the load history",
     INCREMENTAL: "equilibrium is lost as the live load grows from zero; lower collapse states may exist",
     ASSOCIATIVE: "upper bounds, by classical limit analysis",
 }

@@ -69,7 +69,9 @@ def test_a_state_of_a_scene_whose_statics_carry_any_load_is_proven(monkeypatch):
 
 def test_a_proof_of_another_kind_is_no_contradiction():
     found = mo.LeastLoadFactor(None, None, "proven: no load factor λ ≥ 0 exists")
-    assert str(found) == f"no collapse state was found, and there is no proof by conflicts: {found.why}"
+    assert str(found) == (
+        f"no collapse state was found, and no proof by conflicts excludes collapse states: {found.why}"
+    )
 
 
 @pytest.mark.parametrize(("count", "proven"), [(1, "proven by 1 conflict"), (2, "proven by 2 conflicts")])

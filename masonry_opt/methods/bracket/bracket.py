@@ -26,9 +26,9 @@ from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.stopped import without_answer
 from masonry_opt.solvers.registry import MATRICES, find_solver
 
-#: Number of joints above which both ends of the bracket seldom become equal. On larger scenes the method
-#: first searches for lower states, which lower the upper end of the bracket and thus the limits of the
-#: forces.
+#: Number of joints above which the lower and the upper end of the bracket seldom become equal. On scenes with
+#: more joints, the method first searches for lower states. A lower state lowers the upper end of the bracket,
+#: and with it the limits of the forces.
 _MANY_JOINTS = 60
 
 #: Fraction of the time limit that the search for lower states may use on scenes with many joints.
@@ -61,8 +61,8 @@ def global_search(task: Task) -> Solution:
     with limited(options.time_limit):
         upper = associative(task.with_options(None, find_solver("cvxpy", None)))
     if upper.load_factor is None:
-        # Unlimited load under associative flow does not prove unlimited load with Coulomb friction, so the
-        # solution is marked as a Coulomb answer.
+        # An unlimited load under associative flow does not prove that the load is unlimited with Coulomb
+        # friction. Mark the solution as an answer for Coulomb friction.
         upper = replace(upper, kind=Kind.EXACT)
     if upper.load_factor is None and upper.status is not Status.LOCKED:
         return upper
@@ -71,11 +71,11 @@ def global_search(task: Task) -> Solution:
     if start.interrupted and not start.has(Code.TIME_LIMIT):
         raise KeyboardInterrupt
     if start.proof is not None:
-        # The default method has already proven that no state has a lower load factor: no relaxations are
+        # The default method has already proven that no state has a lower load factor, so no relaxations are
         # needed.
         return replace(start, status=Status.OPTIMAL, associative=upper.load_factor)
     exact = start.is_exact(problem)
-    # If associative flow locks the joints, only an exact state yields an upper bound.
+    # If associative flow sets no limit to λ, only an exact state yields an upper bound of the least λ.
     upper_bounds = [upper.load_factor, start.load_factor if exact else None]
     if upper_bounds == [None, None]:
         return upper
@@ -87,8 +87,8 @@ def global_search(task: Task) -> Solution:
     solution = replace(solution, associative=upper.load_factor, flow_rule_matters=start.flow_rule_matters)
     rising = Rising(problem, best, options.rate_bound or assumed_rates(problem, solution.d), task.effort)
     if best > 0:
-        # A study of several scenes has its own time limit, which may end before the time limit of the method.
-        # The method divides the remaining time among its programs itself.
+        # The time limit of a study of several scenes may be earlier than the time limit of this method. The
+        # sequence of programs stops by itself at the earlier limit.
         ends = min(began + options.time_limit, time.perf_counter() + seconds_left())
         with unlimited():
             solution = _raised(task, solution, rising, began, ends)
@@ -98,7 +98,7 @@ def global_search(task: Task) -> Solution:
 
 
 def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
-    """Return the lowest state that the default method finds in the time left of method "global".
+    """Return the lowest state that the default method finds before the time limit of method "global".
 
     ``search`` is the time of an additional search in seconds, or None. At the time limit the lowest state so
     far is returned, or a solution without an answer if no state is known.
@@ -108,15 +108,15 @@ def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
         with limited(left):
             own = task.with_options(CoulombOptions(search=search), find_solver(MATRICES, None))
             start = coulomb(own)
-            # Without a search, look for an exact state near the forces of the solution. Even the forces of a
-            # scene that is unstable under its dead load may lead to an exact state.
+            # If no search was made, look for an exact state near the forces of the solution. Even if the
+            # scene is unstable under its dead load, its forces may lead to an exact state.
             return start if search is not None else search_lower(task, start, SearchLimits())
     except TimeLimitReached as stop:
         return without_answer(Kind.EXACT, stop, task.effort)
 
 
 def _raised(task: Task, solution: Solution, rising: Rising, began: float, ends: float) -> Solution:
-    """Raise the lower bound of λ by a sequence of larger and larger relaxations until the time is over.
+    """Raise the lower bound of λ by a sequence of larger and larger relaxations until the time limit.
 
     ``began`` and ``ends`` are values of ``time.perf_counter``.
 
@@ -139,7 +139,7 @@ def _raised(task: Task, solution: Solution, rising: Rising, began: float, ends: 
 
 
 def _concluded(problem: Problem, solution: Solution, of: StateBounds, options: GlobalOptions) -> Solution:
-    """Return a solution with the status and the reason that follow from its lower bound."""
+    """Set the status and the reason of a solution, depending on its lower bound."""
     answer = solution.answer
     if answer is None:
         return solution.ended(Status.SOLVER_FAILED, Code.NO_EXACT_STATE, time_limit=options.time_limit)
@@ -149,7 +149,7 @@ def _concluded(problem: Problem, solution: Solution, of: StateBounds, options: G
     values: dict[str, Any] = {"bound": bound, "load_factor": answer.load_factor}
     values |= {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
     if not of.allow(problem, answer.q, answer.d):
-        # The assumed limits exclude this known state, so the bound is not valid for all states.
+        # This known state is outside the assumed limits, so the bound is not valid for all states.
         return replace(solution, bound=0.0).ended(Status.CONVERGED, Code.TOUCHES_IMPOSED, **values)
     if not closed(bound, answer.load_factor):
         code = Code.OUT_OF_TIME if derived else Code.OUT_OF_TIME_WITHIN_IMPOSED

@@ -25,8 +25,8 @@ from masonry_opt.solution.acceptance import BEYOND_LIMITS, CLOSED, SMALLEST
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 
-#: If statics set no limit of the forces, this multiple of the sum of all loads is assumed. A smaller value
-#: may exclude states with large forces.
+#: If statics set no limit to the forces, this multiple of the sum of all loads is assumed as their limit. A
+#: smaller value may exclude states with large forces.
 _TIMES_LOADS = 10.0
 
 #: Largest rate or velocity of the mechanisms that an infeasibility proof must exclude. Faster mechanisms are
@@ -42,27 +42,28 @@ _TOLERANCE = 1e-7
 _FEW_ROWS = 20_000
 
 #: Tolerance of HiPO, as a fraction of the relative gap between the bounds of λ. With a smaller tolerance,
-#: half of the iterations improve a bound by only a hundredth. The next program, with more products, improves
+#: half of all iterations would improve the bound by only 1 %. The next program, with more products, improves
 #: the bound much more.
 _COARSE = 0.05
 
-#: Limit of velocities for columns without bounds, in units of the live load's mean velocity. The solver needs
-#: it, because HiPO stalls or fails on unbounded columns, and the older interior-point method of HiGHS fails
-#: on a few scenes. The proof does not use this number.
+#: Largest velocity that is assumed for variables without bounds, in units of the live load's mean velocity.
+#: Without bounds, HiPO stalls or fails, and the older interior-point method of HiGHS fails on a few scenes.
+#: The proof of the lower bound does not use this number.
 _FASTEST = 20.0
 
 #: Rate or velocity below which a face or a block counts as at rest.
 _NEGLIGIBLE_MOTION = 1e-3
 
-#: Largest number of iterations of one program. The limit also ends programs that have no time limit.
+#: Largest number of solver iterations for one program. This number also ends programs that have no time
+#: limit.
 _MOST_PROGRAM_ITERATIONS = 500
 
 #: Smallest time limit of one program, in seconds.
 LEAST_TIME = 1.0
 
-#: Largest distances, in blocks, between the two factors of a product, one pair per program. In each pair, the
-#: first number is for products of a force and a rate, the second for products of a force and a velocity. The
-#: next pair is used if the bounds of λ still differ and time remains.
+#: Largest distances, in blocks, between the two factors of a product: one pair of distances for each program.
+#: The first distance is for products of a force and a rate, the second for products of a force and a
+#: velocity. The next pair is used if the bounds of λ still differ and time remains.
 RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
 #: Relative margin by which the largest λ of the programs exceeds the lowest known λ. Without a margin, the
@@ -74,16 +75,16 @@ _LOAD_FACTOR_MARGIN = 1e-4
 #: products and takes three to ten times as long.
 _WORTH_REPEATING = 0.5
 
-#: Largest number of products in a program. A larger number needs more memory.
+#: Largest number of products in a program. Larger programs are not solved, because they need too much memory.
 _MOST_PRODUCTS = 400_000
 
-#: Smallest limit of the sum of all rates that is assumed if kinematics set no limit, in units of the mean
-#: velocity of the live load.
+#: If kinematics set no limit to the sum of all rates, the assumed limit is at least this value, in units of
+#: the mean velocity of the live load.
 _LEAST_RATES = 100.0
 
-#: If kinematics set no limit of the sum of all rates, this multiple of the sum in the lowest known state is
-#: assumed. A smaller value may exclude states with large rates. On walls, the sum in the lowest known state
-#: is 30 to 140.
+#: If kinematics set no limit to the sum of all rates, the assumed limit is the sum in the lowest known state,
+#: multiplied by this value. A smaller value may exclude states with large rates. On walls, the sum in the
+#: lowest known state is 30 to 140.
 _OVER_KNOWN = 10.0
 
 
@@ -93,10 +94,11 @@ class StateBounds:
 
     lowest: float  #: lower end of the interval of λ
     normal: np.ndarray  #: largest normal force of each joint, shape (c,)
-    forces: np.ndarray  #: largest magnitudes of x₂, x₃ and z₀ (or s) of each joint, shape (3c,)
+    #: Largest magnitudes of x₂, x₃ and z₀ (s in joints that cannot slide) of each joint, shape (3c,).
+    forces: np.ndarray
     rates: float  #: largest sum of all slips and edge openings
     #: True if statics imply the limits of the forces. If False, some limits are assumed, and a bound is valid
-    #: only for states with smaller forces.
+    #: only for states whose forces are within the limits.
     forces_derived: bool
     #: True if kinematics imply the limit of the rates. If False, the limit is assumed.
     rates_derived: bool
@@ -110,7 +112,7 @@ class StateBounds:
 
 
 def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Effort) -> StateBounds:
-    """Return bounds on the forces and rates of all states with 0 ≤ λ ≤ ``highest``.
+    """Return upper bounds of the forces and rates of all states with 0 ≤ λ ≤ ``highest``.
 
     The forces are the largest that statics allow. The rates are the largest that kinematics allow for each
     face, if raising the blocks takes at most the work of the live load. When the rate of sliding in one sense
@@ -132,7 +134,7 @@ def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Ef
 def tightened(
     of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
 ) -> StateBounds:
-    """Tighten the bounds ``of`` for states with ``lowest`` ≤ λ ≤ ``highest``.
+    """Tighten the bounds of the forces for collapse states with ``lowest`` ≤ λ ≤ ``highest``.
 
     The bounds of forces are smaller for a narrower interval of λ, because less self-stress is possible at a
     higher λ.
@@ -148,7 +150,7 @@ def tightened(
 def _force_limits(
     problem: Problem, within: tuple[float, float], effort: Effort
 ) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Return upper bounds of the joint forces, and True if statics imply all bounds.
+    """Return upper bounds of the joint forces, and True if all bounds follow from statics.
 
     The first array has the largest normal forces, shape (c,), the second the largest edge forces, shape
     (3c,). The flag is False if a limit is assumed. Linear programs maximise the forces that limit all others:
@@ -161,7 +163,7 @@ def _force_limits(
     of_shears = selection(2 * c + cannot_slide, problem.table.width)
     targets = sp.vstack([problem.table.normal_sums, of_shears]).toarray()
     steep = max(1.0, float(problem.friction.max(initial=0.0)))
-    # No force is larger than ``share`` · (1 + the sum of all target forces).
+    # No force is larger than ``share`` · (1 + the sum of all forces that the programs maximise).
     share = steep + float(problem.cohesion.max(initial=0.0))
     values, short = np.zeros((2, len(targets)))
     columns = session.columns(q)
@@ -187,7 +189,7 @@ def _force_limits(
 
 
 def _with_shortfall(values: np.ndarray, short: np.ndarray) -> np.ndarray:
-    """Return upper bounds of all entries of x ≥ 0, given that xⱼ ≤ valuesⱼ + shortⱼ (1 + Σ x) for all j.
+    """Return upper bounds of numbers xⱼ ≥ 0 that satisfy xⱼ ≤ valuesⱼ + shortⱼ (1 + Σ x) for all j.
 
     If the sum of ``short`` is too large to bound Σ x, the bound is infinite for each j with shortⱼ > 0.
     """
@@ -198,7 +200,7 @@ def _with_shortfall(values: np.ndarray, short: np.ndarray) -> np.ndarray:
 
 
 def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
-    """Return the largest sum of slips and edge openings of all mechanisms possible up to λ = ``highest``.
+    """Return an upper bound of the sum of slips and edge openings of any mechanism with λ ≤ ``highest``.
 
     Raising the blocks takes at most ``highest`` times the work of the live load in these mechanisms. The
     result is infinite if the solver finds no largest rate of some face.
@@ -239,7 +241,8 @@ class BoundStep:
 
     #: Lower bound of λ that the multipliers prove. It is valid for states within the assumed limits.
     bound: float
-    lowest: float  #: lower bound of λ from earlier programs, and least λ in this program
+    #: Lower bound of λ from earlier programs, which is also the smallest λ that this program admits.
+    lowest: float
     load_factor: float  #: load factor λ of the best known state
     #: The relaxation has a variable for the product of a force and a rate only if their joints are at most
     #: this many blocks apart.
@@ -252,7 +255,7 @@ class BoundStep:
 
 
 def distances(problem: Problem) -> Pairs:
-    """Return the distances from joint to joint, shape (c, c), and from joint to block, shape (c, b).
+    """Return distances, in blocks, between joints, shape (c, c), and from joints to blocks, shape (c, b).
 
     A distance is the number of steps from block to block through joints.
     """
@@ -267,7 +270,7 @@ def distances(problem: Problem) -> Pairs:
 def relaxed(
     problem: Problem, highest: float, of: StateBounds, kept: Pairs, seconds: float, effort: Effort
 ) -> tuple[float, list[np.ndarray], LpSize]:
-    """Solve one relaxation, and return a lower bound of λ, joint forces and the size of the program.
+    """Solve one relaxation. Return a lower bound of λ, joint forces and the size of the linear program.
 
     The bound is valid for all states with λ from ``of.lowest`` to ``highest`` within the limits ``of``. It
     follows from the multipliers that the solver reaches within ``seconds``. A search can start from the
@@ -277,19 +280,19 @@ def relaxed(
         model = PyomoProducts(problem, (of.lowest, highest), of.normal, kept)
     with effort.measure("compile"):
         lp = LinearProgram.of_pyomo(model.program)
-    # Each variable is a product of two factors: collect the column of each product and the indices of its
-    # factors.
+    # Each variable is a product of two factors. Collect the column number of each variable, and the indices
+    # of both factors.
     column, (i, k) = np.concatenate(list(lp.columns.values())), np.array(list(model.product)).T
     of_statics, velocities = np.append(of.forces, [highest, 1.0])[i], model.factors.velocities
     fastest = np.full(model.factors.unit + 1, _FASTEST)
     fastest[-1] = 1.0
-    # The limit of angular velocities is the limit of velocities divided by 2, because joints are about 2 long
-    # in the unit of length of the problem.
+    # The limit of angular velocities is half the limit of velocities, because joints are about 2 units of
+    # length long.
     problem.moments(fastest[velocities.start : -1])[:] /= 2
     reach = np.empty(len(column))
     reach[column] = of_statics * fastest[k]
     point, multipliers = _solved(lp, reach, (of.lowest, highest), seconds, effort)
-    # The multipliers are not exactly feasible: reduce the bound by their infeasibility times the largest
+    # The multipliers are not exactly feasible. Reduce the bound by their infeasibility times the largest
     # products.
     value, short = lp.least(multipliers)
     shortfall = np.bincount(k, of_statics * short[column], model.factors.unit + 1)
@@ -298,21 +301,21 @@ def relaxed(
 
 
 def _largest_per_rate(model: PyomoProducts, shortfall: np.ndarray) -> float:
-    """Return the largest infeasibility of the multipliers per unit of the sum of all rates.
+    """Return the reduction of the lower bound by infeasible multipliers, per unit of the sum of all rates.
 
     ``shortfall`` has the infeasibility of the reduced costs per unit of each rate and of each velocity, shape
     (rates + velocities,). The velocities follow from the rates.
     """
     problem, factors, start = model.problem, model.factors, model.factors.velocities.start
     by_rates = np.abs(velocities_by_rates(problem)).T @ shortfall[start:]
-    # Convert rocking rates to edge openings. A rocking rate is half of an edge opening, which is a factor of
-    # 1/2. The second factor of 1/2 cancels the factor of 2 that in_edges applies to rocking rates.
+    # Convert rocking rates to edge openings: a rocking rate is half of an edge opening. The second factor of
+    # 1/2 cancels the factor of 2 that ``in_edges`` applies to rocking rates.
     by_rates[problem.table.rocks] /= 4
     return float((shortfall[:start] + factors.in_edges(by_rates)).max())
 
 
 def _forces(model: PyomoProducts, of_products: np.ndarray) -> list[np.ndarray]:
-    """Return joint forces, each of shape (3c,), that are computed from the values of the products.
+    """Return vectors of joint forces, shape (3c,) each, computed from the values of the products.
 
     The first array has the forces that are not multiplied by a rate or velocity. For each rate or velocity
     that is not zero, a further array has the products of the forces with it, divided by it. The further
@@ -332,7 +335,7 @@ def _forces(model: PyomoProducts, of_products: np.ndarray) -> list[np.ndarray]:
 def _solved(
     lp: LinearProgram, reach: np.ndarray, within: tuple[float, float], seconds: float, effort: Effort
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Solve a linear program within a time limit, and return its columns and its row multipliers.
+    """Solve a linear program within a time limit. Return the primal point and the multipliers of the rows.
 
     The shapes are (columns,) and (rows,). Both arrays are zero if no solver ends with finite numbers.
     """
@@ -348,7 +351,7 @@ def _solved(
         left = ends - time.perf_counter()
         if left < LEAST_TIME and multipliers.any():
             break
-        # Presolve is off, because multipliers of the original program would be missing at the time limit.
+        # Presolve is off, because it would leave no multipliers of the original program at the time limit.
         # HiPO uses the normal equations, because it stalls with the augmented system.
         options: dict[str, Any] = {"kkt_tolerance": coarse} if name == "highs-hipo" else {}
         options |= {
@@ -418,7 +421,7 @@ class Rising:
 
 
 def a_little_above(best: float) -> float:
-    """Return the largest λ of the programs, which is slightly larger than the lowest known load factor."""
+    """Return the largest λ that the programs admit: slightly more than the lowest known load factor."""
     return best + _LOAD_FACTOR_MARGIN * max(abs(best), 1e-3)
 
 

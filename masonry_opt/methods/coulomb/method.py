@@ -79,7 +79,7 @@ class CoulombOptions(Options):
     def _ends_a_search(self) -> "CoulombOptions":
         if self.until is not None and self.search is None:
             raise ValueError(
-                "'until' only ends a search early: also set option 'search', its time limit in seconds"
+                "'until' only ends a search early: also set option 'search' to a time limit in seconds"
             )
         return self
 
@@ -88,7 +88,7 @@ class CoulombOptions(Options):
     def _is_a_result(cls, start: Any) -> Any:
         if start is None or isinstance(start, Solution):
             return start
-        raise ValueError("must be a result of mo.solve(scene), which can be passed only in Python")
+        raise ValueError("must be a result of mo.solve(scene): set this option in Python")
 
 
 def coulomb(task: Task) -> Solution:
@@ -157,7 +157,7 @@ def _run_step(step: CoulombStep, run: CoulombRun) -> None:
 
 
 def _search_on(task: Task, first: Solution, options: CoulombOptions) -> Solution:
-    """Search for exact states with a lower λ than a solution has, and return the lowest state.
+    """Search for exact states with a lower λ than the first solution has, and return the lowest state.
 
     The log of the returned solution has an additional entry for the search.
     """

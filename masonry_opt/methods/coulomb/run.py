@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 class CoulombRun:
-    """Data of one run of the default method. Its steps read and extend the data.
+    """Data of one run of the default method, which the steps of the method read and extend.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class CoulombRun:
     ) -> None:
         self.task, self.problem, self.effort = task, task.problem, task.effort
         self.settings, self.budget = settings, budget
-        # A study counts the linear programs of all its runs together, so the count at the start of this run
+        # The linear programs of all runs of a study are counted together. The count at the start of this run
         # is subtracted later.
         self._solved_before = task.effort.lp_solves
         self.seeks_lower = seeks_lower
@@ -83,7 +83,7 @@ class CoulombRun:
 
     @cached_property
     def states(self) -> "LowestState":
-        """Record of the exact states found so far and of the lowest one."""
+        """Record of the exact states found so far, and of the state with the lowest load factor."""
         return LowestState(self.task, self.analysis, self.settings)
 
     @property
@@ -95,7 +95,7 @@ class CoulombRun:
 
     @property
     def load_factor(self) -> float | None:
-        """Load factor of the present answer; without an answer, the incremental load factor, or None."""
+        """Load factor of the answer so far; without an answer, the incremental load factor or None."""
         if self.ended is not None:
             return self.ended.load_factor
         if self.answer is not None:
@@ -170,7 +170,7 @@ class LowestState:
         return self._lowest.answer if self._lowest else self._by_programs
 
     def lower_to(self, state: Answer) -> None:
-        """Store an exact state of lower λ that was found during the search for a proof.
+        """Store an exact state from the search for a proof as the new lowest state.
 
         A state with a load factor of zero or less is recorded, but it is not an answer, because the scene
         would then collapse without live load.
@@ -203,7 +203,7 @@ class LowestState:
             self.met.count(found if found is not None and found.exact else exact)
 
     def look_further_in_the_plane(self, starts: int) -> None:
-        """Look for states with a lower load factor, until ``starts`` successive starts have found none."""
+        """Look for states with a lower λ. End after ``starts`` successive starts without success."""
         assert self._search is not None
         for state in self._search.until_in_vain(self._lowest, starts):
             self._keep(state)
@@ -237,7 +237,7 @@ class LowestState:
             self._effort.lowers(self.answer.load_factor)
 
     def _counts(self, state: Answer | ExactState, below: float = inf) -> bool:
-        """Record the load factor of a physically meaningful state; return True if it may be the answer.
+        """Record the λ of a physically meaningful state. Return True if the state may be the answer.
 
         If the forces at rest are prescribed, a state with a negative load factor is not an answer.
         """
@@ -262,6 +262,6 @@ def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> li
 
 
 def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
-    """Return the exact answer of two answers, or the lower answer if both or neither are exact."""
+    """Return one of two answers: the exact answer or, if both or neither are exact, the lower answer."""
     exact = [answer for answer in (one, other) if answer and answer.exact]
     return exact[0] if len(exact) == 1 else lower_of(one, other)

@@ -82,7 +82,7 @@ def search_lower(
     settings: SearchSettings = SEARCH,
     budget: ProofBudget = BUDGET,
 ) -> Solution:
-    """Search for lower exact states, from the forces of a solution and from further starts.
+    """Search for exact states with a lower λ, from the forces of a solution and from further starts.
 
     Return the exact state with the lowest load factor as a solution. The search ends when its time is over,
     when a proof shows that no state has a lower load factor, or when the user or the time limit interrupts
@@ -117,7 +117,7 @@ def search_lower(
 
 
 def _search_on(search: Search, lowest: "_Lowest", limits: SearchLimits, budget: ProofBudget) -> None:
-    """Search from successive starts until λ is low enough or is proven to be the least.
+    """Search from successive starts until λ is at most ``limits.until`` or is proven to be the least.
 
     On small scenes the starts alternate with the search for a proof. The lengths of these periods are numbers
     of linear programs rather than times, so that one seed always leads to the same states in the same order.
@@ -140,7 +140,7 @@ def _search_on(search: Search, lowest: "_Lowest", limits: SearchLimits, budget: 
 
 
 class _Lowest:
-    """Record of the lowest state found so far, and of all states that were the lowest before it."""
+    """Record of the lowest state so far, and of earlier states that were the lowest when they were found."""
 
     def __init__(self, task: Task, finder: StateFinder) -> None:
         self._task, self._finder, self._began = task, finder, time.perf_counter()
@@ -167,7 +167,7 @@ class _Lowest:
         self._keep(origin, state)
 
     def prove(self, programs: int) -> None:
-        """Try to prove that no state is lower. Solve up to ``programs`` linear programs for the proof.
+        """Try to prove that no state has a lower λ. Solve up to ``programs`` linear programs for the proof.
 
         A lower state that the attempt finds is stored.
         """
@@ -193,7 +193,8 @@ class _Lowest:
         if not is_meaningful(analysis_of(self._task), state.load_factor, state.d):
             return False
         self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
-        # If a start leads to a known state, the finder returns the same object as before.
+        # A start may lead to the lowest state again. The finder then returns the object that is already
+        # stored.
         return state is not self.state and lower_of(self.state, state) is state
 
     def _keep(self, origin: str, state: ExactState) -> None:

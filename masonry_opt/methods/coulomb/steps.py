@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class CoulombStep(Protocol):
-    """Interface of a step of the default method. A step can end the run: it then sets ``run.ended``."""
+    """Interface of a step of the default method. A step that ends the run sets ``run.ended``."""
 
     @property
     def name(self) -> str:
@@ -61,8 +61,8 @@ class Incremental:
         if found is None or not found.history:
             found = incremental(task.with_options(IncrementalOptions(settings=self.settings)))
         else:
-            # The load history was already computed with the incremental load factor. Add its solver and its
-            # load steps to the counts of this method.
+            # The load history was already computed with the incremental load factor. Add the solver and the
+            # load steps of the history to the counts of this method.
             run.effort.uses(task.solver.name, "incremental analysis")
             run.effort.iterations += len(found.history)
             run.seconds_before = run.effort.seconds["incremental"]
@@ -74,7 +74,7 @@ class Incremental:
 
 @dataclass(frozen=True)
 class ExactFrom:
-    """Step that looks for an exact state near incremental or associative forces.
+    """Step that looks for an exact state near the forces of the incremental analysis or of associative flow.
 
     Incremental forces are the forces of the state in which the incremental analysis ends. Forces of
     associative flow are used if the load history leads to no exact state, for example if joints hardly slide.
@@ -88,7 +88,7 @@ class ExactFrom:
         return f"exact state from the {self.start} forces"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if incremental forces are known; for an associative start, if no state is known yet."""
+        """Return True if incremental forces are known or, for an associative start, no state is known yet."""
         if run.incremental is None:
             return False
         if self.start == "incremental":
@@ -125,7 +125,7 @@ class FurtherStarts:
     name: str = "further starts"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if lower states are possible and searched for, and the scene is small or in space."""
+        """Return True if the scene is small or in space, and the run seeks lower states that may exist."""
         problem = run.problem
         if run.incremental is None or not run.seeks_lower:
             return False
@@ -135,7 +135,7 @@ class FurtherStarts:
         return not run.is_only_state
 
     def run(self, run: CoulombRun) -> None:
-        """Look for states with a lower load factor."""
+        """Look for states with a lower load factor than the present answer."""
         assert run.incremental is not None
         if run.problem.layout.round:
             run.states.look_further_in_space(run.incremental.load_history)
@@ -159,7 +159,7 @@ class LeastProven:
     name: str = "proof of the least"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if lower states are searched for, and the scene has the budget of this step.
+        """Return True if the run seeks lower states, and the scene has the budget of this step.
 
         The budget of a scene and of a step is either full or reduced.
         """
@@ -249,7 +249,7 @@ class Loop:
 
 
 def _with_carried_load(ended: Solution, incremental: Solution) -> Solution:
-    """Add a reason to the solution of the loop if the load history reached a higher load factor."""
+    """Add a reason to the loop's solution if the load history reached a higher load factor than the loop."""
     history = incremental.load_history
     if history is None or ended.load_factor is None or not incremental.has(Code.UNDECIDED):
         return ended
@@ -260,7 +260,7 @@ def _with_carried_load(ended: Solution, incremental: Solution) -> Solution:
 
 
 def _end_without_loop(run: CoulombRun) -> Solution | None:
-    """Return the solution of cases 2 to 4 of :meth:`Loop.run`, or None if no case applies."""
+    """Return a solution that needs no loop (cases 2 to 4 of :meth:`Loop.run`), or None if no case applies."""
     assert run.incremental is not None
     found = run.known.infeasibility
     grows = [said for said in run.incremental.reasons if said.code is Code.UNBOUNDED]

@@ -27,7 +27,7 @@ _EXACT_STATE_PURPOSE = "exact state"
 
 
 class _PlaneForces:
-    """Program of joint forces in the plane, ``CvxpyForces``, whose costs are a parameter."""
+    """Program ``CvxpyForces`` of the joint forces in the plane, with its cost coefficients as a parameter."""
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
@@ -41,7 +41,7 @@ class _PlaneForces:
 
 
 class _PlaneMotion:
-    """Program of a mechanism in the plane, ``CvxpyMotion``, whose costs (the slacks) are a parameter."""
+    """Program ``CvxpyMotion`` of a mechanism in the plane, with its cost coefficients as a parameter."""
 
     def __init__(self, problem: Problem, slope: np.ndarray) -> None:
         self._problem = problem
@@ -65,7 +65,7 @@ class ExactPrograms:
     def __init__(
         self, scaled: Scaled, solvers: Iterable[Solver], effort: Effort, purpose: str, nearly: bool
     ) -> None:
-        """Store the arguments. With ``nearly``, nearly optimal points of the last solver are accepted."""
+        """Store the arguments. If ``nearly`` is True, accept nearly optimal points of the last solver."""
         self._problem, self._solvers = scaled.problem, tuple(solvers)
         self._effort, self._purpose, self._nearly = effort, purpose, nearly
         self._slope = self._problem.dilatancy
@@ -85,16 +85,16 @@ class ExactPrograms:
 
     @cached_property
     def _engines_of_forces(self) -> list[CvxpyEngine]:
-        """Return one engine per solver, each of which solves the program that computes forces."""
+        """Return the program that computes forces, compiled for each solver."""
         return self._engines(self._forces.program)
 
     @cached_property
     def _engines_of_motion(self) -> list[CvxpyEngine]:
-        """Return one engine per solver, each of which solves the program that computes a mechanism."""
+        """Return the program that computes a mechanism, compiled for each solver."""
         return self._engines(self._motion.program)
 
     def _engines(self, program: cp.Problem) -> list[CvxpyEngine]:
-        """Return one engine per solver, each of which solves the given program."""
+        """Return the given program, compiled for each solver."""
         effort, purpose = self._effort, self._purpose
         return [CvxpyEngine(program, solver, effort, purpose, repeats=True) for solver in self._solvers]
 
@@ -122,7 +122,7 @@ class ExactPrograms:
         return np.asarray(self._motion.mechanism.d.value)
 
     def _follow_dilatancy(self, slope: np.ndarray) -> None:
-        """Discard the program that computes a mechanism if its dilatancy is not ``slope``, shape (k,)."""
+        """Set the dilatancy, shape (k,). If it changes, discard the program that computes a mechanism."""
         if not np.array_equal(slope, self._slope):
             self._slope = slope
             self.__dict__.pop("_motion", None)
@@ -158,7 +158,7 @@ class Alternation:
         )
 
     def again_for(self, problem: Problem, effort: Effort) -> "Alternation":
-        """Return this state finder, or a new one if the problem or the effort is another object."""
+        """Return this state finder if it was made for the given problem and effort, otherwise a new one."""
         same = problem is self._given and effort is self._effort
         return self if same else Alternation(problem, effort, self._settings)
 
@@ -188,7 +188,7 @@ class Alternation:
     def _in_turn(
         self, q: np.ndarray, d: np.ndarray | None, weights: Iterable[float], before_each: Callable[[], None]
     ) -> Answer | None:
-        """Solve both programs alternately; return the last exact state, or else the last acceptable state."""
+        """Solve both programs alternately. Return the last exact state, or else the last acceptable state."""
         problem, scaled = self._problem, self._scaled
         # The given forces may not balance the loads, for example if they are forces of elastic contacts.
         # Start with the load factor for which the unbalanced forces are smallest.

@@ -48,7 +48,7 @@ class RandomForces:
     def draw(
         self, load_factor: float, rng: np.random.Generator, strength_share: float = 1.0, seconds: float = inf
     ) -> np.ndarray | None:
-        """Return random forces in equilibrium at a load factor, or None if none are found in time.
+        """Return random forces in equilibrium at a load factor, or None if no forces are found in time.
 
         The forces have shape (3c + t,). A force with two finite limits may use at most ``strength_share`` of
         the range between its limits.

@@ -40,7 +40,7 @@ _REFINEMENT_PURPOSE = "refinement"
 
 @dataclass(frozen=True)
 class ExactState:
-    """Collapse state with the flow rule of its joints, exact up to rounding errors of the solver."""
+    """Collapse state that obeys the flow rule of its joints, exact up to rounding errors of the solver."""
 
     problem: Problem
     load_factor: float  #: load factor λ
@@ -50,7 +50,8 @@ class ExactState:
     #: Dual variable of the condition z = 0 of each moving face, shape (faces,). The larger the dual variable
     #: is, the more λ would decrease without this condition.
     strength: np.ndarray
-    #: Load factor of a further state that was found from this state and has λ ≤ 0; infinite if there is none.
+    #: Load factor of a lower state that was reached from this state and has λ ≤ 0; infinite if no such state
+    #: is known.
     below: float = inf
 
     @property
@@ -69,7 +70,7 @@ class RefinerTimeout(Exception):
 
 
 def programs(problem: Problem) -> tuple[LinearProgram, LinearProgram]:
-    """Return the linear program of forces and the linear program of a mechanism, without costs.
+    """Return the linear programs of forces and of a mechanism, with all costs zero.
 
     Both are built from the matrices, and equal the programs that CVXPY compiles from
     :class:`~masonry_opt.models.cvxpy_exact.CvxpyForces` and ``CvxpyMotion``. The first has the columns "q"
@@ -113,7 +114,7 @@ class StateFinder(ABC):
         self.deadline = inf  #: value of ``time.perf_counter`` at which the search must end
         #: Number of programs, since the last step to a lower state, that the solver neither solved nor proved
         #: infeasible. If the number is not zero, a lower state may have been missed. None if the finder does
-        #: not count undecided programs.
+        #: not count these programs.
         self.undecided: int | None = None
         self.size: LpSize | None = None  #: size of the linear program of forces; None if unknown
 
@@ -150,15 +151,15 @@ class Refiner(StateFinder):
         self.size = forces.size
         self._kinematics = HighsSession(motion, effort, _REFINEMENT_PURPOSE)
         self.undecided = 0
-        #: Results of earlier searches for lower states, by the state from which a search began. Results are
-        #: reused, because many starts lead to the same few states. Results with undecided programs are not
-        #: stored.
+        #: Results of earlier searches for lower states. A key identifies the state from which a search began.
+        #: Results are reused, because many starts lead to the same few states. A result is not stored if the
+        #: solver left programs undecided.
         self._ends: dict[tuple[str, bytes], ExactState | None] = {}
 
     def mechanism(
         self, cost: np.ndarray, banned: np.ndarray | bool = False
     ) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return the rates p and the velocities d of the mechanism with the least cost·p.
+        """Return the rates p and the velocities d of the mechanism with the least total cost·p.
 
         The shapes are (faces,) and (3b,). This is program (a) of this module. The banned faces are at rest.
         None is returned if there is no mechanism.
@@ -170,10 +171,10 @@ class Refiner(StateFinder):
         return self._kinematics.values("p"), self._kinematics.values("d")
 
     def least(self, rates: np.ndarray, d: np.ndarray) -> ExactState | None:
-        """Return the state of least λ with all moving faces at yield, or None if no such state exists.
+        """Return the state of least λ with a given mechanism, or None if no such state exists.
 
-        This is program (b) of this module. The mechanism has the rates ``rates``, shape (faces,), and the
-        velocities ``d``, shape (3b,).
+        This is program (b) of this module: all moving faces are at yield. The mechanism has the rates
+        ``rates``, shape (faces,), and the velocities ``d``, shape (3b,).
         """
         support = rates > self._settings.at_rest
         if not self._forces_at(self.problem.live_norm, np.zeros(self.problem.B.shape[1]), support):
@@ -208,7 +209,7 @@ class Refiner(StateFinder):
         return state
 
     def _lowest_from(self, first: ExactState) -> ExactState | None:
-        """Step from ``first`` to lower and lower states. Return the last state if it is exact, else None."""
+        """Step from ``first`` to lower and lower λ. Return the last state if it is exact, otherwise None."""
         state, lower = first, self._lower(first)
         while lower is not None and not lower.load_factor <= ZERO < state.load_factor:
             state, lower = lower, self._lower(lower)
@@ -258,7 +259,7 @@ class Refiner(StateFinder):
         return weightless(self.problem, state.load_factor, state.d)
 
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """Maximise λ Σ|f_L| − cost·n over the joint forces, and return the forces and the rates.
+        """Maximise λ Σ|f_L| minus the cost·n of normal forces n. Return the joint forces and the rates.
 
         The shapes are (3c,) and (faces,). The rates are dual variables. The cost, shape (k,), has one entry
         for the normal force n of each joint that can slide. None is returned if the program has no optimum.
@@ -269,7 +270,7 @@ class Refiner(StateFinder):
         return self._statics.values("q"), np.abs(self._statics.duals("yield")) / problem.steep
 
     def _forces_at(self, load_cost: float, force_cost: np.ndarray, held: np.ndarray | bool = False) -> bool:
-        """Find the forces of least cost with the ``held`` faces at yield, and return True if forces exist."""
+        """Minimise the cost of forces with the ``held`` faces at yield. Return True if an optimum exists."""
         self._statics.set_costs("load_factor", np.array([load_cost]))
         self._statics.set_costs("q", force_cost)
         self._statics.set_room("yield", np.where(held, 0.0, np.full(self.problem.faces, inf)))
@@ -320,6 +321,6 @@ class ConeRefiner(StateFinder):
 
 
 def exact_state_of(problem: Problem, answer: Answer) -> ExactState:
-    """Convert an answer to an exact state, in which unknown rates and dual variables are zero."""
+    """Convert an answer to an exact state, with zeros for the unknown rates and dual variables."""
     nothing = np.zeros(problem.faces)
     return ExactState(problem, answer.load_factor, answer.q, answer.d, nothing, nothing)

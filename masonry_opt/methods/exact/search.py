@@ -57,7 +57,7 @@ class StateRecord:
 
     @property
     def reasons(self) -> list[Reason]:
-        """Reasons that report the number of states with λ > 0 and, if it is zero or less, the lowest λ."""
+        """Reasons that report the number of states with λ > 0, and the lowest λ if it is zero or less."""
         above = self._above_zero
         values = {"candidates": self.candidates, "count": len(above), "least": min(above), "most": max(above)}
         below = [reason(Code.BELOW_ZERO, load_factor=self.lowest)] if self._has_state_below else []
@@ -85,13 +85,13 @@ class Search:
     ) -> None:
         self._finder, self._analysis, self.problem, self.met = finder, analysis, finder.problem, met
         self._settings = settings
-        #: State with the lowest λ from another source, such as the search for a proof, or None. Later starts
-        #: use forces close to the forces of this state.
+        #: State with the lowest λ that another search has found, such as the search for a proof; None if
+        #: there is no such state. Later starts use forces close to the forces of this state.
         self.known: ExactState | None = None
 
     @property
     def effort(self) -> Effort:
-        """Return the counts of programs, times and solvers."""
+        """Return the record of the programs, times and solvers used so far."""
         return self._finder.effort
 
     @cached_property
@@ -105,7 +105,7 @@ class Search:
         return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
-        """Count a start, and return the exact state that is found from its forces, or None.
+        """Count a start, and return the exact state that is found from the forces of the start, or None.
 
         The joint forces ``q`` have shape (3c,). They are None if no forces were found for the start.
         """
@@ -115,7 +115,7 @@ class Search:
         return state
 
     def until_in_vain(self, lowest: ExactState | None, starts: int) -> Iterator[ExactState | None]:
-        """Yield states from further starts until ``starts`` successive starts find no lower state."""
+        """Yield states from further starts. End after ``starts`` successive starts without a lower state."""
         in_vain = 0
         for _, state in self.endless(lowest, 0):
             yield state
@@ -230,7 +230,7 @@ class Search:
         return q
 
     def neighbour(self, state: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
-        """Return forces near a state: a random interpolation between its forces and forces of a lower λ.
+        """Return a random interpolation between the forces of a state and forces with a lower load factor.
 
         Program (b) yields the forces of lower λ after a few of the active yield conditions are released.
         """
@@ -285,11 +285,11 @@ _START_FUNCTIONS: dict[str, _Start] = {
     _NEIGHBOUR: Search.neighbour,
 }
 
-#: Sequence of kinds of starts in the plane, which the search repeats. Random forces and neighbours take a
-#: tenth of the time of a load history, and fixed points take a third. Fixed points find lower states of
-#: slopes that slide as a whole.
+#: Kinds of starts in the plane, in the order in which the search repeats them. Compared with a load history,
+#: random forces and neighbours take a tenth of the time, and fixed points take a third. Starts from fixed
+#: points lead to lower states of slopes that slide as a whole.
 _KINDS_IN_PLANE = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
-#: Sequence of kinds of starts in space, which the search repeats. Starts from random forces find lower states
-#: in less time than starts from load histories ("self-stress").
+#: Kinds of starts in space, in the order in which the search repeats them. Starts from random forces find
+#: lower states in less time than starts from load histories ("self-stress").
 _KINDS_IN_SPACE = (_RANDOM_FORCES, _RANDOM_FORCES, _STRESS, _RANDOM_FORCES)

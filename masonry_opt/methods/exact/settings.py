@@ -7,14 +7,14 @@ from masonry_opt.methods.settings import Settings, zero_or_more
 
 @dataclass(frozen=True)
 class SearchSettings(Settings):
-    """Settings of the search for lower exact states.
+    """Settings of the search for exact states with a lower λ.
 
     ``benchmarks/lowest.py`` measures how often the lowest load factor with the default settings exceeds the
     lowest load factor that is known.
     """
 
     #: Range of load factors for random forces, relative to the lowest known load factor. With smaller values
-    #: the starts lead to more different states, but more starts lead to no state.
+    #: the starts lead to a larger number of different states, but more starts lead to no state.
     load_shares: tuple[float, float] = (0.5, 1.0)
 
     #: Range of the fraction of yield conditions that are chosen at random to draw random forces: the forces
@@ -23,17 +23,18 @@ class SearchSettings(Settings):
     yielding_shares: tuple[float, float] = (0.02, 0.3)
 
     #: Number of successive starts without a lower state after which the default method ends its search on
-    #: small scenes in the plane. More starts take proportionally longer and find rarer states.
+    #: small scenes in the plane. With more starts the search takes proportionally longer, and rarer states
+    #: are found.
     starts_in_vain: int = 100
 
-    #: Number of successive starts without a lower state after which the search ends if a proof exists. The
-    #: starts then look only for negative load factors, which the proof does not cover. More starts take
-    #: proportionally longer.
+    #: Number of successive starts without a lower state after which the search ends if λ is proven to be the
+    #: least. These starts look only for negative load factors, which the proof does not cover. With more
+    #: starts the search takes proportionally longer.
     starts_after_proof: int = 20
 
-    #: Steps of the load history whose forces are the first starts of the search in space. A step is given by
-    #: its position in the load history: 0.5 is the step halfway through it. Forces of early steps lead to
-    #: states that differ from the collapse state of the load history.
+    #: Steps of the load history whose forces are the first starts of the search in space. Each number is the
+    #: position of a step in the load history: 0.5 is the step halfway through the history. Forces of early
+    #: steps lead to states that differ from the collapse state of the load history.
     steps_in_space: tuple[float, ...] = zero_or_more((0.9, 0.5))
 
     #: Number of random starts of the search in space, after the starts from load steps. With more starts,
@@ -50,10 +51,10 @@ class SearchSettings(Settings):
     simplex_up_to: int = zero_or_more(500)
 
     #: Fraction of the active yield conditions that a start near the lowest state releases. At least one
-    #: condition is released. With a larger fraction the starts lead to more different states.
+    #: condition is released. With a larger fraction the starts lead to a larger number of different states.
     released_share: float = zero_or_more(0.02)
 
-    #: Fractions of their strength to which ties and other limited forces are limited in the first starts, one
+    #: Fractions of the strength of ties and other limited forces that may be used in the first starts: one
     #: fraction for each start. With more fractions, states in which ties do not yield are found more often.
     strength_shares: tuple[float, ...] = (0.75, 0.5, 0.25)
 
@@ -98,8 +99,8 @@ class SearchSettings(Settings):
     )
 
     #: Tolerances of the interior-point solver for scenes in space. If the solver does not reach a tolerance,
-    #: the next tolerance is tried. For scenes in the plane only the first tolerance is used, because larger
-    #: tolerances permit larger violations of yield conditions: on façades, 3e-8 at a tolerance of 1e-10.
+    #: the next tolerance is tried. For scenes in the plane only the first tolerance is used: on façades, a
+    #: tolerance of 1e-10 already permits violations of yield conditions by 3e-8.
     tolerances: tuple[float, ...] = (1e-11, 1e-10, 1e-9)
 
     #: Largest energy z·p, relative to λ, of a state that the alternation may return. With a larger limit

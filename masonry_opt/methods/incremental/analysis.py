@@ -66,16 +66,16 @@ class IncrementalResult:
     #: Motion of the blocks in the collapse, under the load factor ``not_carried`` or, if the scene is
     #: unstable, under the dead load.
     collapse: Collapse | None = None
-    #: Unbalanced forces under ``carried``, divided by the norm of the live load, shape (3b,); None if the
-    #: scene is unstable. They are within the tolerance of an equilibrium.
+    #: Unbalanced forces under the load factor ``carried``, divided by the norm of the live load, shape (3b,).
+    #: The forces are small enough to count as equilibrium. None if the scene is unstable.
     unbalanced: np.ndarray | None = None
-    #: Largest excess of ``carried`` that the unbalanced forces may explain. It is less than the accuracy of
-    #: the load history.
+    #: Largest excess of ``carried`` over the load factor of an exact state that is attributed to unbalanced
+    #: forces. The excess is less than the accuracy of the load history.
     most_excess: float = 0.0
 
     @property
     def load_factor(self) -> float | None:
-        """Load factor of the exact state, or ``carried`` if there is no exact state.
+        """Load factor of the exact state or, without an exact state, the largest load factor in equilibrium.
 
         None if the analysis did not end in a collapse.
         """
@@ -106,7 +106,7 @@ def _is_between(state: Answer, carried: float, not_carried: float, size: float) 
 
 
 def _excess(state: Answer, unbalanced: np.ndarray | None, most: float) -> float:
-    """Return by how much unbalanced forces (3b,) may let the carried load exceed the load of an exact state.
+    """Return the largest excess of the carried load over an exact state's load due to unbalanced forces.
 
     If no joint slips, virtual work limits the excess to the work of the unbalanced forces in the motion of
     the state, in which the live load does unit work: ``unbalanced`` is divided by the norm of the live load.
@@ -131,7 +131,7 @@ class IncrementalAnalysis:
 
     @cached_property
     def preload(self) -> Equilibrium | Collapse | SlowMotion:
-        """Equilibrium under the dead load from rest, or the motion of the blocks if none is found."""
+        """Equilibrium under the dead load from rest; the motion of the blocks if no equilibrium is found."""
         return self.solver.equilibrate(self.solver.at_rest(self.problem.settled), self.problem.dead)
 
     def run(self, progress: Callable[[LoadStep], None] = lambda _: None) -> IncrementalResult:
@@ -199,7 +199,8 @@ class _LoadRaising:
         self.progress = progress
         self.reached, self.carried = preload, 0.0
         self.not_carried = self.unreached = inf
-        self.slow: list[float] = []  # load factors of undecided, slow motions since the last equilibrium
+        # Load factors of motions, since the last equilibrium, that ended undecided.
+        self.slow: list[float] = []
         self.collapse: Collapse | None = None
         self.state: Answer | None = None
         self.state_in_motion: Answer | None = None
@@ -256,7 +257,7 @@ class _LoadRaising:
         self.state_in_motion = state if is_lower else None
 
     def _pass_slow_motion(self) -> bool:
-        """Try larger loads after a slow motion. Return False if these motions are slow too."""
+        """Try larger loads after a slow motion. Return False if the resulting motions are slow too."""
         slow, increment = self.slow[0], self.settings.smallest_increment
         while self.slow and self.not_carried == inf and increment < 1:
             self._raise_to(slow * (1 + increment))
@@ -293,13 +294,13 @@ class _LoadRaising:
 
     @property
     def _unbalanced(self) -> np.ndarray:
-        """Unbalanced forces under ``carried``, divided by the norm of the live load, shape (3b,)."""
+        """Unbalanced forces under the load factor ``carried``, per unit of the live load, shape (3b,)."""
         forces = self.solver.unbalanced(self.reached.response, self._load(self.carried))
         return forces / self.problem.live_norm
 
     @property
     def _most_excess(self) -> float:
-        """Largest excess of ``carried`` over the load of an exact state that unbalanced forces may explain.
+        """Largest excess of ``carried`` over an exact state's λ that is attributed to unbalanced forces.
 
         It is half the distance between an exact state and the load that is tested above it, so that this load
         is larger than ``carried``.
@@ -307,7 +308,7 @@ class _LoadRaising:
         return self.settings.tolerance / 4 * self._size_of(self.carried)
 
     def _size_of(self, load_factor: float) -> float:
-        """Return the positive number that scales differences of a load factor."""
+        """Return a load factor, or a positive minimum, as the reference for relative differences."""
         return max(load_factor, self.settings.smallest_increment * self.unit)
 
     def _choose_increment(self) -> float:
@@ -316,7 +317,7 @@ class _LoadRaising:
         load_factor = self._size_of(self.carried)
         if self.reached.by_motion:
             # Contacts that slipped during the damped motion may stick now. Use a small increment to find out
-            # which contacts stick, and double it after each successive motion.
+            # which contacts stick. Double the increment after each further damped motion.
             motions = sum(1 for _ in takewhile(lambda step: step.is_jump, reversed(self.steps)))
             share = settings.tolerance * 2.0 ** min(motions - 1, 60)
             return min(share, settings.smallest_increment) * load_factor
@@ -387,8 +388,8 @@ class _LoadRaising:
             return False
         settings, size = self.settings, self._size_of(self.not_carried)
         if self._is_close(self.carried, self.not_carried):
-            # A live load that is negligible compared with the dead load is not bisected, because rounding
-            # errors would determine the result.
+            # If the live load is negligible compared with the dead load, do not bisect the load factor,
+            # because rounding errors would determine the result.
             is_negligible = self.carried == 0
             is_fine = self.unreached - self.carried <= SAME * size
             return self.state is not None or is_negligible or is_fine

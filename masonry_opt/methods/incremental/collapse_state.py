@@ -26,12 +26,12 @@ from masonry_opt.solution.answer import Answer, certified
 
 @dataclass(frozen=True)
 class _FarState:
-    """State of the blocks after a motion that is so large that contacts only slip or open."""
+    """State of the blocks after a motion so large that contacts deform no further, but only slip or open."""
 
     load_factor: float
-    trial: np.ndarray  #: trial forces after the motion, without the slip, shape (3, m)
-    forces: np.ndarray  #: shape (3, m)
-    d: np.ndarray  #: displacement, shape (3b,)
+    trial: np.ndarray  #: elastic trial forces after the motion, without the accumulated slip, shape (3, m)
+    forces: np.ndarray  #: forces of the contacts, shape (3, m)
+    d: np.ndarray  #: displacements of the blocks, shape (3b,)
     mechanism: np.ndarray  #: y, shape (3b,)
 
 
@@ -74,7 +74,7 @@ def find_collapse_state(
 def _solve_far_along(
     solver: EquilibriumSolver, trial: np.ndarray, motion: np.ndarray, load_factor: float
 ) -> _FarState | None:
-    """Return the state after a displacement of size ``far`` along a motion, shape (3b,).
+    """Return the state after a displacement of size ``far`` in the direction of a motion, shape (3b,).
 
     None is returned if Newton's method fails.
     """

@@ -36,7 +36,7 @@ from masonry_opt.problem.problem import Problem
 def mean_force_and_compliance(
     problem: Problem, settings: IncrementalSettings | None = None
 ) -> tuple[float, np.ndarray]:
-    """Return the mean contact force under the dead load and the elastic compliances, shape (3c + t,).
+    """Return the mean contact force under the dead load, and the elastic compliances, shape (3c + t,).
 
     Under the mean force a joint of mean length (in space: mean area) closes by one unit. The stiffness is
     proportional to the length or area. As is typical of stone, it is half as large in shear as in the normal
@@ -45,7 +45,7 @@ def mean_force_and_compliance(
     settings = settings or IncrementalSettings()
     c, t, points = problem.joints, problem.matrices.limited, problem.layout.points
     products = problem.B @ problem.B.T
-    # Scale the added value with the diagonal: rounding would remove a fixed value from the large rows of
+    # Scale the added value with the diagonal. Rounding would remove a constant value from the large rows of
     # blocks with many joints or long lever arms.
     added = settings.regularisation * np.maximum(products.diagonal(), 1.0)
     blocks = products + sp.diags_array(added)
@@ -67,7 +67,7 @@ class Response:
     #: row.
     forces: np.ndarray
     tangent: np.ndarray  #: derivative of ``forces`` with respect to the trial forces, shape (3, 3, m)
-    #: Elastic trial forces, without the accumulated slip, at which the next load step or time step starts,
+    #: Elastic trial forces, without the accumulated slip, with which the next load step or time step starts,
     #: shape (3, m).
     remembered: np.ndarray
     sliding: np.ndarray  #: True for each closed joint at its friction limit, shape (c,)
@@ -115,7 +115,7 @@ class ContactLaw:
         return self.stiffness.shape[1]
 
     def of_problem(self, forces: np.ndarray) -> np.ndarray:
-        """Return forces (3, m) in the problem's order, shape (3c + t,): the inverse of :func:`by_joint`."""
+        """Rearrange forces, shape (3, m), to shape (3c + t,) of a problem: inverse of :func:`by_joint`."""
         return np.concatenate([forces[:2, : self.joints].ravel(), forces[2]])
 
     def respond(self, trial: np.ndarray) -> Response:
@@ -134,7 +134,7 @@ class ContactLaw:
     def _limit_forces(
         self, trial: np.ndarray, forces: np.ndarray, tangent: np.ndarray, remembered: np.ndarray
     ) -> None:
-        """Compute the response of limited forces (ties, props and earth), and write it to the arguments."""
+        """Write the response of limited forces (ties, props and earth) into the arrays that are passed."""
         limited = slice(self.joints, None)
         free = trial[2, limited]
         forces[2, limited] = np.clip(free, self.lowest, self.highest)
@@ -157,7 +157,7 @@ class ContactLaw:
     def _map_joints(
         self, trial: np.ndarray, forces: np.ndarray, tangent: np.ndarray, remembered: np.ndarray
     ) -> np.ndarray:
-        """Compute the response of the joints by eqs (1) to (4), and write it to the arguments.
+        """Write the response of the joints, by eqs (1) to (4), into the arrays that are passed.
 
         Return True for each joint at its friction limit, shape (c,).
         """
@@ -206,7 +206,7 @@ class ContactLaw:
         tangent[shear, shear] += np.where(slides, ratio * across, np.eye(2)[:, :, None])
 
     def _press(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the normal forces (points, c) by eq. (1) without slip, and their derivative.
+        """Return the normal forces by eq. (1) without slip, shape (points, c), and their derivative.
 
         The derivative with respect to the trial forces has shape (points, points, c).
         """
@@ -223,8 +223,8 @@ class ContactLaw:
         """Return the slip P ≥ 0 of each joint, shape (c,), by Newton's method safeguarded by bisection."""
         stiff, opens = self._shear_stiffness, self._opening_stiffness
         low, high = np.zeros_like(size), size / stiff
-        # Smallest relevant change of the slip: the excess is a small difference of large terms, and its
-        # rounding errors limit the accuracy.
+        # Ignore changes of the slip below this value. Rounding errors limit the accuracy, because ``excess``
+        # is a small difference of large terms.
         rounding = 1e-15 * high
         slip = low
         for _ in range(self._iterations):
@@ -264,7 +264,7 @@ class StrengthPolygon:
         return PolygonSides(np.concatenate([upper, upper[-2:0:-1, ::-1]]))
 
     def project(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the admissible normal forces (2, l) nearest to trial forces, with derivative (2, 2, l)."""
+        """Return the admissible normal forces, shape (2, l), nearest to trial forces, and the derivatives."""
         points, sides = trial / self._crushing_force, self._sides
         distances = sides.distances(points)
         outside = np.flatnonzero(distances.max(axis=0) > 0)
@@ -288,7 +288,7 @@ class PolygonSides:
         self._outward = np.stack([self._along[:, 1], -self._along[:, 0]], axis=1)
 
     def distances(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of each point (2, l) from the line of each side, shape (corners, l).
+        """Return signed distances of points, shape (2, l), from the lines of all sides, shape (corners, l).
 
         Distances are positive outside the polygon.
         """
@@ -297,7 +297,7 @@ class PolygonSides:
         return distances
 
     def project(self, points: np.ndarray, distances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the points (2, l) of the polygon nearest to outside points, with derivative (2, 2, l).
+        """Return the points of the polygon nearest to outside points, shape (2, l), and their derivatives.
 
         ``distances`` are the distances of the points from the lines of the sides.
         """

@@ -55,7 +55,7 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class Collapse:
-    """Motion of the blocks by more than the displacement ``far``, which counts as collapse."""
+    """Motion that counts as collapse, because its displacement exceeds ``far``."""
 
     state: BlockState  #: state of the blocks during the motion
     motion: np.ndarray  #: displacement of the last step of the motion, shape (3b,)
@@ -63,7 +63,7 @@ class Collapse:
 
 @dataclass(frozen=True)
 class SlowMotion:
-    """Damped motion that is still undecided after ``motion_solves`` linear solves: no rest, no collapse."""
+    """Damped motion that has led to neither rest nor collapse after ``motion_solves`` linear solves."""
 
     state: BlockState  #: state at the end of the motion
 
@@ -114,7 +114,7 @@ class EquilibriumSolver:
         self._last: tuple[np.ndarray, float, Factors] | None = None
 
     def at_rest(self, forces: np.ndarray | None = None) -> BlockState:
-        """Return a state without displacement. Its forces, shape (3c + t,), are zero by default."""
+        """Return a state without displacement. The forces, shape (3c + t,), are zero by default."""
         if forces is None:
             forces = np.zeros(self.problem.B.shape[1])
         return BlockState(by_joint(forces, self.law.joints), np.zeros(self.matrix.size))
@@ -122,7 +122,7 @@ class EquilibriumSolver:
     def equilibrate(
         self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None = None
     ) -> Equilibrium | Collapse | SlowMotion:
-        """Find the equilibrium, or the collapse, to which a load, shape (3b,), leads from a state.
+        """Return the equilibrium or the motion that a load, shape (3b,), causes from a given state.
 
         Newton's method starts from the predictor, a displacement (3b,); by default from zero. An equilibrium
         beyond the displacement ``far`` is ignored, because joints that are not quite parallel may jam there.
@@ -210,7 +210,7 @@ class EquilibriumSolver:
         return factors
 
     def solve_linear(self, tangent: np.ndarray, damping: float, right: np.ndarray) -> np.ndarray:
-        """Solve for the displacements under loads, shape (3b,) or (3b, count), with a tangent (3, 3, m).
+        """Solve for displacements under loads, shape (3b,) or (3b, count), with a contact tangent (3, 3, m).
 
         Raises TimeLimitReached if the time limit of the analysis is over.
         """
@@ -219,7 +219,7 @@ class EquilibriumSolver:
         return self.factors(tangent, damping).solve(right)
 
     def far(self, load: np.ndarray) -> float:
-        """Return the size of displacement beyond which the blocks count as collapsed under a load.
+        """Return the displacement beyond which the blocks count as collapsed under a load.
 
         The load has shape (3b,).
         """
@@ -285,7 +285,7 @@ class EquilibriumSolver:
         return self._evaluate(start.state, load, damping, step.displacement + x)
 
     def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
-        """Halve a time step until the tangent predicts the forces well. Return the step and its fraction.
+        """Halve a time step until the tangent predicts the forces well. Return the step and its length.
 
         The tangent predicts that the unbalanced forces change linearly to those that the damping balances.
         """

@@ -113,7 +113,7 @@ def _at_collapse(analysis: IncrementalAnalysis, result: IncrementalResult, solut
 
 
 def _last_state(analysis: IncrementalAnalysis, result: IncrementalResult) -> Answer:
-    """Return the equilibrium under the load factor ``carried``, together with the motion of the collapse."""
+    """Return the equilibrium under the largest carried load, together with the motion of the collapse."""
     problem, collapse = analysis.problem.by_cone, result.collapse
     assert collapse is not None
     work = float(problem.live @ collapse.motion)
@@ -122,7 +122,7 @@ def _last_state(analysis: IncrementalAnalysis, result: IncrementalResult) -> Ans
 
 
 def _falling_state(analysis: IncrementalAnalysis) -> Answer | None:
-    """Return an exact state of collapse under the dead load or a part of it, or None if none is found."""
+    """Return an exact collapse state under at most the dead load, or None if no state is found."""
     problem = analysis.problem
     raised = replace(problem, dead=np.zeros_like(problem.dead), live=problem.dead, settled=None)
     result = IncrementalAnalysis(raised, analysis.solver.settings).run()
@@ -135,7 +135,7 @@ def _undecided(result: IncrementalResult) -> dict[str, Any]:
 
 
 def _with_curve(solution: Solution) -> Solution:
-    """Return a solution that shows its load–displacement curve if it has a load history."""
+    """Let a solution report its load–displacement curve if it has a load history."""
     history = solution.load_history
     if history is None:
         return solution

@@ -13,20 +13,20 @@ class IncrementalSettings(Settings):
     mean length (in space: mean area) under the mean contact force.
     """
 
-    #: Largest width of the range of the collapse load, relative to the load factor, if the range contains no
-    #: exact state. Loads at half this distance below and above an exact state are tested. The first load
-    #: increment after a damped motion also has this size. The increment doubles with each successive motion,
-    #: up to ``smallest_increment``. With a smaller value the search takes more steps. With a larger value the
-    #: range is wider, and the exact state may be missed.
+    #: Largest width of the range of possible collapse loads, relative to the load factor, if the range
+    #: contains no exact state. If an exact state is found, loads at half this distance below and above it are
+    #: tested. The first load increment after a damped motion also has this size. The increment doubles with
+    #: each further damped motion, up to ``smallest_increment``. With a smaller value the search takes more
+    #: steps. With a larger value the range is wider, and the exact state may be missed.
     tolerance: float = 1e-3
     #: Change of the contact forces in one load increment, relative to their mean. With a smaller value there
-    #: are more increments. With a larger value, contacts that slip back and forth may lead to another
+    #: are more increments. With a larger value, contacts that slip back and forth may lead to a different
     #: equilibrium.
     increment: float = 0.1
     #: Displacement beyond which the blocks count as collapsed, relative to the elastic displacement under the
-    #: mean contact force. For loads larger than the mean contact force, it is multiplied by their ratio. With
-    #: a smaller value, a long slide to a new equilibrium counts as collapse. With a larger value, joints that
-    #: are not quite parallel may jam first.
+    #: mean contact force. If the load is larger than the mean contact force, the displacement is multiplied
+    #: by the ratio of both. With a smaller value, a long slide to a new equilibrium counts as collapse. With
+    #: a larger value, joints that are not quite parallel may jam first.
     far: float = 1e4
 
     #: Largest number of joints (in space: contacts) of scenes for which other methods also compute the
@@ -38,12 +38,12 @@ class IncrementalSettings(Settings):
     #: an exact state. With a smaller value there are more increments near collapse. With a larger value the
     #: load history is less accurate near collapse.
     smallest_increment: float = 1e-2
-    #: Largest number of increments. With a smaller number, analyses of unlimited loads end earlier, but long
-    #: load histories may remain undecided.
+    #: Largest number of increments. With a smaller number, analyses of unlimited loads end earlier, but
+    #: analyses that need many increments may end undecided.
     increments: int = 2000
-    #: The load counts as unlimited if it can grow by this factor without a change at any contact. Otherwise
-    #: it is raised up to this multiple of the mean contact force. With a smaller factor, a change under a
-    #: very large load may be missed. With a larger factor, wedged scenes may take longer.
+    #: The load counts as unlimited if it can grow by this factor without a change at any contact. If contacts
+    #: change, the load is raised at most to this multiple of the mean contact force. With a smaller factor, a
+    #: change under a very large load may be missed. With a larger factor, wedged scenes may take longer.
     unbounded: float = 1e5
 
     #: Largest unbalanced force at equilibrium, relative to the mean contact force or to the load, whichever
@@ -61,13 +61,13 @@ class IncrementalSettings(Settings):
     #: Factor by which the damping decreases after a complete time step and increases after a shortened time
     #: step. With a smaller factor the motion takes more steps. With a larger factor more steps are shortened.
     acceleration: float = above_one(4.0)
-    #: Largest number of linear solves in a damped motion. If the blocks still move after that, but by less
-    #: than ``far``, the motion is undecided. With a smaller number more slow slides remain undecided. With a
-    #: larger number slow slides take longer.
+    #: Largest number of linear solves in a damped motion. If the blocks still move after this number of
+    #: solves, but by less than ``far``, the motion is undecided. With a smaller number more slow slides
+    #: remain undecided. With a larger number slow slides take longer.
     motion_solves: int = 4000
     #: Largest number of solves for the exact state of a collapse, each after a displacement of ``far``. With
-    #: fewer solves fewer exact states are found in space, because directions of slip change there. With more
-    #: solves collapses without an exact state take longer.
+    #: fewer solves fewer exact states are found in space, because directions of slip may change from solve to
+    #: solve. With more solves collapses without an exact state take longer.
     exact_solves: int = zero_or_more(4)
     #: Blocks count as free to move without resistance if more than this fraction of the unbalanced forces
     #: remains even though all contacts stick. With a smaller fraction rounding errors may look like a free
@@ -77,8 +77,8 @@ class IncrementalSettings(Settings):
     #: up to ``far``. With a smaller fraction collapse is recognised later. With a larger fraction a contact
     #: that stops the blocks may be missed.
     steady: float = 1e-2
-    #: Relative size of rounding errors, for the distance of a joint from its friction limit, for forces
-    #: (relative to the mean contact force), and for the motion of joints (relative to the motion of the
+    #: Relative tolerance for rounding errors. It applies to the distance of a joint from its friction limit,
+    #: to forces (relative to the mean contact force), and to motions of joints (relative to the motion of the
     #: blocks). With a smaller value rounding errors affect the result. With a larger value joints near their
     #: friction limit slide too early.
     rounding: float = 1e-9

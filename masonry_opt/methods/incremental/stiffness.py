@@ -35,8 +35,8 @@ class StiffnessMatrix:
         self._source, self._stiffness = problem.B, law.stiffness
         B, m = problem.B.tocoo(), law.count
         column = np.flatnonzero(by_joint(np.ones(B.shape[1]), law.joints))[B.col]
-        #: Equilibrium matrix, shape (3b, 3m), with columns in the order of the contact law, and its
-        #: transpose.
+        #: Equilibrium matrix and its transpose. The matrix has shape (3b, 3m), with columns in the order of
+        #: the contact law.
         self.B = sp.csr_array((B.data, (B.row, column)), shape=(B.shape[0], 3 * m))
         self.Bt = self.B.T.tocsr()
         self.size = B.shape[0]
@@ -64,7 +64,7 @@ class StiffnessMatrix:
         self._order: Band | SparseOrder = band if is_narrow else SparseOrder(rows, columns, self.size)
 
     def suits(self, problem: Problem, law: ContactLaw) -> bool:
-        """Return True if this matrix is valid for a problem: equal joints and equal elastic stiffness."""
+        """Return True if a problem has the joints and elastic stiffness for which this matrix was built."""
         return self._source is problem.B and np.array_equal(self._stiffness, law.stiffness)
 
     def factorise(self, tangent: np.ndarray, damping: float) -> Factors:

@@ -38,7 +38,7 @@ _RemainingRemedies = dict[Failure | None, Iterator[Remedy]]
 
 
 def _accurately(last: Attempt) -> Attempt | None:
-    """Return an attempt with accurate sub-problems, or None if the failed run already had them."""
+    """Return an attempt with accurate sub-problems, or None if the failed run had accurate sub-problems."""
     if last.parameters.tolerance is None:
         return None
     parameters = last.parameters.model_copy(update={"tolerance": None})
@@ -61,7 +61,7 @@ def _more_damping(last: Attempt) -> Attempt | None:
 
 
 def _cohesive_start(last: Attempt) -> Attempt | None:
-    """Return an attempt with the paper's cohesive start (section 6.3), or None if it was already tried.
+    """Return an attempt with the paper's cohesive start (section 6.3), or None if the last attempt had it.
 
     Dilatancy cannot lock the joints in the first sub-problem of this start.
     """
@@ -78,15 +78,15 @@ def _another_solver(last: Attempt) -> Attempt | None:
 
 
 def _with(last: Attempt, option: str, value: float | str) -> Attempt:
-    """Return an attempt in which one option has another value. ``remedy`` records the change."""
+    """Return an attempt with a new value of one option. ``remedy`` records the change."""
     text = value if isinstance(value, str) else f"{value:.2g}"
     parameters = last.parameters.model_copy(update={option: value})
     return replace(last, parameters=parameters, remedy=f"{option}={text}")
 
 
-#: Remedies for each kind of failure, in the order in which they are tried. Each entry is tried once, and
-#: solves at least one of the test scenes on which a run fails. A change of the small cohesion is no remedy:
-#: it solved 3 of 193 scenes, which method "coulomb" also solves.
+#: Remedies for each kind of failure, in the order in which they are tried, once for each entry. Each remedy
+#: solves at least one test scene on which a run of the loop fails. A change of the small cohesion is no
+#: remedy: it solved 3 of 193 scenes, and method "coulomb" solves these 3 scenes too.
 REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
     Status.NO_STATE: (*(less_slope,) * 5, _accurately),
@@ -127,11 +127,12 @@ def nonassociative(task: Task) -> Solution:
     original, options = task.problem, task.options or LoopOptions()
     attempt: Attempt | None = Attempt(options.parameters(original.joints, task.solver), task.solver)
     runs: list[_Ran] = []
-    # Solver and tolerance of the current driver. A new driver is compiled only if they change.
+    # Solver and tolerance of the current driver. A new driver is compiled only if the solver or the tolerance
+    # changes.
     declared: tuple[Solver, float | None] | None = None
     remaining: _RemainingRemedies = {failure: iter(remedies) for failure, remedies in REMEDIES.items()}
-    # Least load factor of all sub-problems whose residuals, under the joints' own flow rule, are at most
-    # ``BORNE_OUT``.
+    # Track the least load factor of all sub-problems whose residuals, under the joints' own flow rule, are at
+    # most ``BORNE_OUT``.
     least: float | None = None
 
     def follow(step: Iteration) -> None:

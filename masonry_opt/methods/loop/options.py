@@ -9,9 +9,9 @@ from pydantic import Field, Strict, model_validator
 from masonry_opt.methods.task import Options
 from masonry_opt.solvers.registry import Solver
 
-#: Options of the preset "paper": the values of the paper's section 5, without the exact state at the end.
-#: Only one of the remedies remains: after an infeasible sub-problem, which the paper does not discuss, the
-#: loop starts again with a smaller slope.
+#: Options of the preset "paper": the values of the paper's section 5, without the exact state at the end. The
+#: preset permits only one remedy: after an infeasible sub-problem, which the paper does not discuss, the loop
+#: starts again with a smaller slope.
 PAPER: dict[str, Any] = {
     "sub_problems": "accurate",
     "alpha": 0.3,
@@ -93,7 +93,7 @@ class LoopOptions(Options):
     @model_validator(mode="before")
     @classmethod
     def _of_preset(cls, given: Any) -> Any:
-        """Return the given options. With preset "paper", add its values for options that are not set."""
+        """Return the options. With preset "paper", options that are not set get the values of the preset."""
         has_preset = isinstance(given, dict) and given.get("preset") == "paper"
         return PAPER | given if has_preset else given
 

@@ -22,10 +22,10 @@ from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Solver, in_cvxpy
 
-#: Energy error of sliding joints in a sub-problem, relative to λ, below which the loop tries to end early
-#: with an exact state. The constant is used only if sub-problems are rough, that is, solved to a large
-#: tolerance. With a smaller value more sub-problems are needed: with 1e-3 on façades, two to three times as
-#: many. The constant ``MOST_ENERGY`` limits the energy error of the exact state.
+#: If the energy error of sliding joints in a sub-problem, relative to λ, is below this value, the loop tries
+#: to end early with an exact state. The value is used only if sub-problems are rough, that is, solved to a
+#: large tolerance. With a smaller value more sub-problems are needed: with 1e-3 on façades, two to three
+#: times as many. The constant ``MOST_ENERGY`` limits the energy error of the exact state.
 _NEARLY_TRUE = 5e-3
 
 #: Number of sub-problems between two attempts to end a run early with an exact state.
@@ -51,9 +51,9 @@ LONGEST_PERIOD = 6
 #: larger value slowly damped oscillations count as cycles.
 _STEADY = 0.05
 
-#: Rate above which a yield condition counts as moving, relative to the largest rate. The first value is
-#: larger than the rates that solvers return for zero. The second value is tried if the first leads to no
-#: exact state, which happens in some cycles.
+#: Rates, relative to the largest rate, above which a yield condition counts as moving. The first value is
+#: larger than the rates that solvers return in place of zero. The second value is tried if the first value
+#: leads to no exact state, which happens in some cycles.
 _MOVING_RATE_SHARES = (1e-6, 1e-4)
 
 #: Key in a result's ``solvers`` for the programs that find the exact state at the end of a run.
@@ -75,8 +75,8 @@ class Iteration:
     #: Energy that the slips of the sub-problem would dissipate with the true shear limits, in units of λ: the
     #: paper's corrected energy.
     coulomb_sliding: float
-    #: Error of the dissipated energy, in units of λ: the sum, over all joints, of the absolute difference
-    #: between the energies with the shear limits of the sub-problem and with the true limits. The small
+    #: Error of the dissipated energy, in units of λ. Each joint has one energy with the shear limits of the
+    #: sub-problem and one with the true limits. The error is the sum of the absolute differences. The small
     #: cohesion that the loop adds is not counted.
     mismatch: float
     seconds: float  #: time of the solver
@@ -223,8 +223,9 @@ class Run:
         is_rough = self.parameters.tolerance is not None or problem.layout.round
         if not is_rough:
             end = accurate_end(problem, state, corrected(problem, last), solver, effort)
-        # In joints of limited strength, the contraction of sliding joints in a sub-problem may also be
-        # crushing. Therefore the programs for sub-problems with a large tolerance are tried too.
+        # In joints of limited strength, the contraction of a sliding joint in a sub-problem may represent
+        # crushing. If no exact state is found, the programs for sub-problems with a large tolerance are
+        # therefore tried too.
         if is_rough or (end is None and len(problem.crushing)):
             end = rough_end(problem, state, solver, effort)
         if end is None:
@@ -232,7 +233,7 @@ class Run:
         return replace(self.ending, status=Status.CONVERGED, found=end, exact_end=True)
 
     def _converged(self, last: SubProblem) -> Solution:
-        """Return the solution of a converged run. Step 6 of the paper corrects its load factor."""
+        """Return the solution of a converged run, with its load factor corrected by step 6 of the paper."""
         state, ended, first = last.state, self.ending, self.load_factors[0]
         load_factor = corrected(self.problem, last)
         # Limit λ to the associative load factor, which is an upper bound for any smaller dilatancy.
@@ -277,7 +278,7 @@ def diverges(load_factors: Sequence[float]) -> bool:
 
 
 def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
-    """Return the number of sub-problems per cycle if the loop repeats itself, or 0 if it does not.
+    """Return the number of sub-problems per cycle if the loop repeats itself, otherwise 0.
 
     In a cycle the load factors repeat twice, the normal forces repeat once, and the range of λ hardly
     shrinks. ``normal`` are the normal forces of the last sub-problems, up to ``LONGEST_PERIOD`` + 1 of them.
@@ -298,7 +299,7 @@ def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
 def accurate_end(
     problem: Problem, state: State, near: float, solver: Solver, effort: Effort
 ) -> Answer | None:
-    """Return the exact state with the mechanism of an accurate sub-problem and the λ nearest to ``near``.
+    """Return the exact state that has the mechanism of a sub-problem and the λ nearest to ``near``.
 
     None is returned if no forces bring the moving faces to yield, or if forces and mechanism do not form one
     collapse state.
@@ -316,7 +317,7 @@ def accurate_end(
 
 
 def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) -> Answer | None:
-    """Return an exact state near a solution with a large tolerance, or None if no state is found.
+    """Return an exact state near a sub-problem's inaccurate solution, or None if no state is found.
 
     The solution belongs to a sub-problem. None of its rates is exactly zero, so the moving faces are not
     known. The first program finds forces of low λ that leave little energy z·p for the rates of the solution.

@@ -20,7 +20,8 @@ _MOST_RAISES = 8
 _RAISE_FACTOR = 4
 
 #: Limit of the normal force that scales the small cohesion of a joint, relative to the largest force on the
-#: joint's own blocks. Very large forces elsewhere then do not make the cohesion too large.
+#: joint's own blocks. The limit prevents very large forces on other blocks from making the cohesion too
+#: large.
 _DWARFS = 1e3
 
 
@@ -86,7 +87,7 @@ def sub_problems(
         driver.effort.begins(f"sub-problem {number}")
         driver.set_shear_limits(limits)  # step 2
         answer = driver.solve()
-        # Raise the trial cohesion as long as the first sub-problem is infeasible, because it is then too
+        # Raise the trial cohesion as long as the first sub-problem is infeasible: the cohesion is then too
         # small to carry the dead load.
         for _ in range(_MOST_RAISES if number == 1 and parameters.start == "cohesive" else 0):
             if answer.solved.verdict is not Verdict.INFEASIBLE:
@@ -105,8 +106,8 @@ def sub_problems(
         if number == 1:
             small_cohesion = parameters.c0 * _largest_nearby(problem, state)[problem.sliding]
         elif stands_still and alpha > parameters.alpha_min:
-            # λ has converged: continue with the smallest α, because sliding joints contract by α μ per unit
-            # slip.
+            # λ has converged. Continue with the smallest α, so that sliding joints contract least: by α μ per
+            # unit slip.
             next_alpha = parameters.alpha_min
         alpha = next_alpha  # step 5
         next_alpha = parameters.shrink * alpha if alpha > parameters.alpha_min else parameters.alpha_min
