@@ -20,18 +20,18 @@ from masonry_opt.solution.thresholds import SLIDES
 #: digits than a floating-point number has.
 _LARGEST_WITH_DECIMALS = 1e10
 
-#: If the dead loads of two blocks have a larger ratio, a message names the ratio as the reason why stability
+#: Ratio of the largest to the smallest dead load of a block that a message names as the reason why stability
 #: is undecided. At this ratio, the answers of solvers have only one or two correct digits.
 _VERY_DIFFERENT = 1e7
 
 #: Description of the crushing law in linear programs, where chords replace the parabola.
-BY_CHORDS = f"{len(CHORDS.slope)} chords inside the parabola, at most {100 * MISSED:.2f} % below it"
+BY_CHORDS = f"{len(CHORDS.slope)} chords inside the parabola, at most {100 * MISSED:.2f} % below the parabola"
 
 
 def by_sides(layout: Layout) -> str:
-    """Return the description of the friction law in programs with friction polygons in space."""
+    """Return a description of the polygons that replace friction cones in linear programs in space."""
     missed = 100 * (1 - layout.factor)
-    return f"by the polygon of {len(layout.senses)} sides inside the cone, at most {missed:.2g} % below it"
+    return f"by a polygon of {len(layout.senses)} sides inside the cone, up to {missed:.2g} % below the cone"
 
 
 #: Names of residuals in messages, by the key of the residual.
@@ -118,7 +118,7 @@ def _carried(v: dict[str, Any]) -> str:
     many = "one of many solutions that carry the dead load"
     if v["elastic"]:
         return f"the forces shown were computed with elastic contacts and are {many}"
-    return f"the forces shown solve an optimisation program, may contain self-stress, and are {many}"
+    return f"the forces shown were computed by optimisation, may contain self-stress, and are {many}"
 
 
 def _slide(v: dict[str, Any]) -> str:
@@ -127,12 +127,13 @@ def _slide(v: dict[str, Any]) -> str:
 
 
 def _slip(v: dict[str, Any]) -> str:
-    """Return a clause with the largest slip of sliding joints and the threshold, or "" in space."""
+    """Return a clause with the largest slip of joints and the largest slip of a hinge, or "" in space."""
     if "slip" not in v:
         return ""
     slip, most = numeral(100 * v["slip"], ".2g"), numeral(100 * SLIDES, "g")
     return (
-        f": the largest slip is {slip} % of the speed of the fastest corner (hinges slip by up to {most} %)"
+        f": the largest slip is {slip} % of the speed of the fastest corner "
+        f"(a joint with a slip of up to {most} % counts as a hinge)"
     )
 
 
@@ -194,8 +195,8 @@ def _wedged(v: dict[str, Any]) -> str:
         below = "which is below zero" if load_factor < 0 else "but no load factor exists from rest"
         prefix = f"the load factor found is {numeral(load_factor, '.4g')}, {below}: "
     return (
-        f"{prefix}only wedging forces could carry the dead load, but the flow rule of the joints does not "
-        f"sustain such forces{support}"
+        f"{prefix}only forces between wedged blocks could carry the dead load, but such forces do not arise "
+        f"under the flow rule of the joints{support}"
     )
 
 
@@ -250,14 +251,14 @@ def _repeats(v: dict[str, Any]) -> str:
 
 
 def _began_again(v: dict[str, Any]) -> str:
-    """Return a sentence that says with which other options the loop of linear programs was run again."""
+    """Return a sentence that names the options that were changed to run the loop of linear programs again."""
     remedies = ", then with ".join(map(_remedy, v["remedies"]))
     words = f"the first run of the loop ended as '{v['first']}', so the loop was run again with {remedies}"
     return f"{words}; no run converged" if v["in_vain"] else words
 
 
 def _remedy(changed: str) -> str:
-    """Return the description of a changed option of the loop, for text such as "beta=0.3"."""
+    """Return the meaning of a changed option such as "beta=0.3", followed by the option in brackets."""
     option = changed.partition("=")[0]
     return f"{_REMEDIES[option]} ({changed})"
 
@@ -300,7 +301,7 @@ def _undecided_history(v: dict[str, Any]) -> str:
     ended = f"{history} led to no collapse state"
     is_history_alone = v["method"] in ("", "incremental")
     return (
-        f"{ended}: use method 'coulomb' to look for a collapse state in other ways"
+        f"{ended}: use method 'coulomb', which also looks for a collapse state without a load history"
         if is_history_alone
         else ended
     )
@@ -314,14 +315,14 @@ def _bracket(v: dict[str, Any]) -> str:
 
 
 def _imposed(v: dict[str, Any]) -> str:
-    """Return a text about the limits of rates and of forces that method "global" assumes."""
+    """Return a text about the limits that method "global" assumes for rates and for forces."""
     limits = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
     limits += ["normal forces of at most ten times the sum of all loads"] if v["forces"] else []
     return f"{' and '.join(limits)} (assumed limits)"
 
 
 def _between(v: dict[str, Any]) -> str:
-    """Return the lowest and the highest load factor between which the loop alternates, as text."""
+    """Return a text with the lowest and the highest load factor between which the loop alternates."""
     return f"{numeral(v['lowest'], '.6g')} and {numeral(v['highest'], '.6g')}"
 
 
@@ -354,18 +355,18 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "the direction of 'live', and the blocks on which it acts"
     ),
     Code.NO_COLLAPSE: lambda v: (
-        "proven: no load factor λ ≥ 0 exists, because in every mechanism in which the live load does work, "
-        f"some moving joints cannot yield together (proof: {counted(v['static_cuts'], 'set')} of yield "
-        f"conditions that cannot all be at yield, and {counted(v['kinematic_cuts'], 'set')} of yield "
-        "conditions of which at least one must yield)"
+        "proven: no load factor λ ≥ 0 exists, because every mechanism in which the live load does work needs "
+        f"joints that cannot yield together; the proof consists of {counted(v['static_cuts'], 'set')} of "
+        f"yield conditions that cannot all be at yield, and of {counted(v['kinematic_cuts'], 'set')} of "
+        "yield conditions of which at least one must yield"
     ),
     Code.CARRIES_ANY: (
         "proven: some joint forces within the friction limits carry any multiple of the live load; this does "
         "not exclude collapse with other joint forces, because a mechanism exists"
     ),
     Code.CLAMPED: lambda v: (
-        "these joints carry the live load in both directions (λ and −λ), by self-stress that no load causes: "
-        f"{pairs(v)}"
+        "self-stress, which no load causes, lets these joints carry the live load in both directions (λ and "
+        f"−λ): {pairs(v)}"
     ),
     Code.JOINTS: lambda v: f"{_JOINT_DESCRIPTIONS[v['status']]}: {pairs(v)}",
     Code.NO_WORK: lambda v: (
@@ -389,9 +390,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + _by_loop(v, "raise 'max_iterations', or lower 'beta'")
     ),
     Code.GROWS: lambda v: (
-        f"the loop found no limit: λ is {v['load_factor']:.3g} after {counted(v['count'], 'sub-problem')} "
-        "and still grows, because the compression of joints grows with the load; real joints would crush: "
-        "check the direction of 'live', the supports and the friction"
+        f"the loop found no upper limit of λ: λ is {v['load_factor']:.3g} after "
+        f"{counted(v['count'], 'sub-problem')} and still grows, because the compression of joints grows with "
+        "the load; real joints would crush: check the direction of 'live', the supports and the friction"
     ),
     Code.REPEATS: _repeats,
     Code.SUB_PROBLEM_FAILED: lambda v: (
@@ -399,7 +400,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.SUB_PROBLEM_EMPTY: lambda v: (
         f"sub-problem {v['number']} has no equilibrium state, because its shear limits allow almost no "
-        "normal force in contacts that had none in the previous sub-problem: "
+        "normal force in contacts without normal force in the previous sub-problem: "
         + _by_loop(v, "lower 'alpha', or choose an interior-point solver")
     ),
     Code.BEGAN_AGAIN: _began_again,
@@ -430,8 +431,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"carry any multiple of the live load, as {counted(v['steps'], 'step')} of the load history prove"
     ),
     Code.NOT_COMPUTED: lambda v: (
-        f"no load history was computed, because it takes long for {_joints_or_points(v)}: use method "
-        "'incremental'"
+        f"no load history was computed, because its computation takes long for {_joints_or_points(v)}: use "
+        "method 'incremental'"
     ),
     Code.CURVE: lambda v: (
         f"load–displacement curve under an increasing load, in {counted(v['states'], 'load step')}"
@@ -449,7 +450,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.LOCAL_MINIMUM: (
         "the answer is a local minimum, in which each product of slack and rate is at most ε = {epsilon:.0e}"
     ),
-    Code.START_FAILED: "the relaxation has no start, because the loop of linear programs failed",
+    Code.START_FAILED: "the relaxation could not start, because the loop of linear programs failed",
     Code.RELAXATION_STOPPED: "IPOPT ended with '{word}' at ε = {epsilon:.0e}",
     Code.NOTHING_SOLVED: (
         "no relaxed program was solved: set a smaller 'epsilon', or set 'start' to the result of an earlier "

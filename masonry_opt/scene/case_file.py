@@ -109,7 +109,7 @@ class CaseFile(SceneKeys):
         return [record for records in lists for record in records if isinstance(record, kind)]
 
     def tables_with_old_live(self) -> list[str]:
-        """Return the tables of generators that use ``live``, the old name of ``live_per_weight``.
+        """Return the names of generator tables in which ``live`` is set, the old name of ``live_per_weight``.
 
         In blocks and loads, ``live`` is a force.
         """

@@ -181,10 +181,10 @@ def _join_parts(parts: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
-    """Leave out touching segments that may be only a corner of one of the two blocks.
+    """Return the touching segments, except segments that may be only a corner of one of the two blocks.
 
     A segment may be a corner if its edges are not parallel, and if it is short relative to the distance
-    between them; see :data:`~.sides.LEAN`. Very short segments of parallel edges are left out too.
+    between its edges; see :data:`~.sides.LEAN`. Very short segments of parallel edges are left out too.
     """
     is_long = touching.most <= LEAN * touching.extent
     is_parallel = touching.angle <= LEAN
@@ -231,7 +231,7 @@ def _simplify_chain(chain: FacingEdges, tolerance: float, off: float) -> FacingE
 
 
 class PlaneCorners(sides.BlockCorners):
-    """Corners of all blocks in the plane. An edge runs from each corner to its ``tip``."""
+    """Corners of all blocks in the plane. From each corner, an edge runs to the next corner (``tip``)."""
 
     apart = 2.0
     tip: np.ndarray  #: end point of the edge that begins at each corner, shape (corners, 2)
@@ -245,7 +245,10 @@ class PlaneCorners(sides.BlockCorners):
         self.edges = Items(block, np.minimum(self.point, self.tip), np.maximum(self.point, self.tip))
 
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
-        """Return the contacts of the first blocks' corners with the second blocks' edges, and vice versa."""
+        """Return two tables of contacts, of corners of one block with edges of the other block in each pair.
+
+        In the first table, the corners belong to the first block of the pair.
+        """
         return [self._on_edges(pairs, -1.0), self._on_edges(pairs[:, ::-1], 1.0)]
 
     def meetings(self, pairs: np.ndarray) -> Meetings:
@@ -258,7 +261,10 @@ class PlaneCorners(sides.BlockCorners):
         return Meetings(pair, i, j, middle, middle)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts at coinciding corners: on bisectors of facing sides, or on sides of a notch."""
+        """Return the contacts at coinciding corners of two blocks.
+
+        A contact is on the bisector of sides that face each other, or on the sides of a notch.
+        """
         of_first, of_second = (self._sectors(corner) for corner in (meetings.first, meetings.second))
         row, angle = contact_normals(of_first, of_second)
         normal = np.column_stack([np.cos(angle), np.sin(angle)])

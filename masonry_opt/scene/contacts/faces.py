@@ -46,7 +46,10 @@ class FacingFaces(sides.Facing):
 
     @property
     def inner_points(self) -> np.ndarray:
-        """Return the centroid of each polygon and two points halfway to its corners, shape (n, 3, 3)."""
+        """Return three points in each polygon, shape (n, 3, 3).
+
+        The points are the centroid, and the midpoints between the centroid and two corners.
+        """
         rings = shapely.get_exterior_ring(self.polygon)
         count = shapely.get_num_points(rings) - 1
         points = [self.middle]
@@ -279,7 +282,10 @@ class SolidCorners(sides.BlockCorners):
         return Meetings(pair, i, j, start, end).where(meets)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts at coinciding edges: on bisectors of facing faces, or on faces of a notch."""
+        """Return the contacts at coinciding edges of two blocks.
+
+        A contact is on the bisector of faces that face each other, or on the faces of a notch.
+        """
         i, j = meetings.first, meetings.second
         along = self.direction[i]
         across = unit(self.first[i])
@@ -300,7 +306,10 @@ class SolidCorners(sides.BlockCorners):
         return Touches(meetings.pair, meetings.start, meetings.end, normal, along[row], accuracy[row])
 
     def _both_ways(self, edge: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-        """Return the vectors ``first`` and ``last`` of edges, and the same vectors for reversed edges."""
+        """Return the vectors ``first`` and ``last`` of edges, and these vectors after the edges are reversed.
+
+        If the direction of an edge is reversed, ``first`` and ``last`` exchange their values.
+        """
         first, last = self.first[edge], self.last[edge]
         return (first, last), (last, first)
 

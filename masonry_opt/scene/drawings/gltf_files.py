@@ -26,8 +26,8 @@ _STRIP = 5
 #: Code of a primitive that is a fan of triangles.
 _FAN = 6
 
-#: Largest number of corners of all nodes. A file with more corners raises an error. Even a small file may
-#: have more corners, because many nodes can refer to one mesh.
+#: Largest total number of corners of all nodes. A file with more corners raises an error. Even a small file
+#: may have more corners, because many nodes can refer to one mesh.
 _MOST_GLTF_CORNERS = 5_000_000
 
 

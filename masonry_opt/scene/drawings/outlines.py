@@ -131,7 +131,7 @@ def layer_of(entity: Any) -> str:
 
 
 def _attribute(entity: Any, name: str, default: object) -> Any:
-    """Return an attribute of an entity, or the default if the entity does not have it."""
+    """Return an attribute of an entity, or the default if the entity lacks the attribute."""
     return entity.dxf.get(name, default) if entity.dxf.is_supported(name) else default
 
 
@@ -321,7 +321,7 @@ def closed_outlines(
 def _loops(
     curves: list[tuple[int, Curve]], tolerances: Sequence[float], defects: Defects
 ) -> list[tuple[int, Curve]]:
-    """Return the closed loops that open curves form, each with the number of its first curve.
+    """Return the closed loops that open curves form, each with the index of its first curve.
 
     See :func:`closed_outlines` for the tolerances and the defects.
     """
@@ -353,10 +353,11 @@ def _loops(
         end: int | None = start
         while end is not None:
             end = following.pop(end, None)
-    # Each ring is a closed loop: it lists the curves in order, each by the end at which the curve begins.
+    # Each ring is a closed loop. For each curve of the loop, in order, it has the index of the end at which
+    # the loop enters the curve.
     loops = []
     for ring in rings_of(following):
-        if ring[0] % 2 == 0:  # each loop occurs twice, once in each direction
+        if ring[0] % 2 == 0:  # skip the second copy of each loop, which runs in the opposite direction
             parts = [curves[end // 2][1].points[:: -1 if end % 2 else 1] for end in ring]
             number, curve = curves[ring[0] // 2]
             loops.append((number, curve._replace(points=np.concatenate(parts), closed=True)))
