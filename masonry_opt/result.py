@@ -232,7 +232,10 @@ class Result(Outcome):
         return {"joint_results": self.joints.assign(**normal_columns(self.assembly), **limits)}
 
     def _limited_table(self, table: "pd.DataFrame", *roles: Role) -> "pd.DataFrame | None":
-        """Return a table of limited forces, such as ties, with their lines of action; None if it is empty."""
+        """Return a table of limited forces, such as ties, with their lines of action.
+
+        The result is None if the table is empty.
+        """
         return table.assign(**line_columns(self.assembly, *roles)) if len(table) else None
 
     def to_json(self) -> str:

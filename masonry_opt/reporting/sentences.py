@@ -20,18 +20,19 @@ from masonry_opt.solution.thresholds import SLIDES
 #: digits than a floating-point number has.
 _LARGEST_WITH_DECIMALS = 1e10
 
-#: Ratio of the largest to the smallest dead load of a block that a message names as the reason why stability
-#: is undecided. At this ratio, the answers of solvers have only one or two correct digits.
+#: Ratio of the largest to the smallest dead load of a block above which a message names the ratio as the
+#: reason why stability is undecided. At this ratio, the answers of solvers have only one or two correct
+#: digits.
 _VERY_DIFFERENT = 1e7
 
 #: Description of the crushing law in linear programs, where chords replace the parabola.
-BY_CHORDS = f"{len(CHORDS.slope)} chords inside the parabola, at most {100 * MISSED:.2f} % below the parabola"
+BY_CHORDS = f"{len(CHORDS.slope)} chords inside the crushing parabola, at most {100 * MISSED:.2f} % below it"
 
 
 def by_sides(layout: Layout) -> str:
     """Return a description of the polygons that replace friction cones in linear programs in space."""
     missed = 100 * (1 - layout.factor)
-    return f"by a polygon of {len(layout.senses)} sides inside the cone, up to {missed:.2g} % below the cone"
+    return f"by a polygon of {len(layout.senses)} sides in the friction cone, up to {missed:.2g} % below it"
 
 
 #: Names of residuals in messages, by the key of the residual.
@@ -109,13 +110,13 @@ def numeral(value: float, spec: str) -> str:
 
 
 def _carried(v: dict[str, Any]) -> str:
-    """Return a sentence on the forces that carry the dead load of a stable scene.
+    """Return a sentence about the forces that carry the dead load of a stable scene.
 
     The sentence says if other forces can carry the dead load too.
     """
     if v["unique"]:
         return "equilibrium alone fixes the forces that carry the dead load"
-    many = "one of many solutions that carry the dead load"
+    many = "one of many sets of forces that carry the dead load"
     if v["elastic"]:
         return f"the forces shown were computed with elastic contacts and are {many}"
     return f"the forces shown were computed by optimisation, may contain self-stress, and are {many}"
@@ -160,7 +161,7 @@ def _not_hinging(v: dict[str, Any]) -> str:
 
 
 def _friction_would_hold(v: dict[str, Any]) -> str:
-    """Return a sentence that says that joints slide under the dead load.
+    """Return the sentence about joints that slide under the dead load.
 
     The sentence names the friction that would make the scene stable.
     """
@@ -178,7 +179,7 @@ def _friction_would_hold(v: dict[str, Any]) -> str:
 
 
 def _states_met(v: dict[str, Any]) -> str:
-    """Return a sentence that says how many starts the search used, and how many exact states it found."""
+    """Return a sentence with the number of starts of the search and the number of exact states found."""
     starts = counted(v["candidates"], "start")
     if v["count"] == 1:
         return f"one exact state was found from {starts}"
@@ -187,7 +188,7 @@ def _states_met(v: dict[str, Any]) -> str:
 
 
 def _wedged(v: dict[str, Any]) -> str:
-    """Return a sentence that says that only wedged joints carry the dead load, with a remedy."""
+    """Return the sentence about a dead load that only wedged blocks could carry, with a remedy."""
     support = f"; support {blocks(v['blocks'])}" if v["blocks"] else ""
     load_factor = v["load_factor"]
     prefix = ""
@@ -201,7 +202,7 @@ def _wedged(v: dict[str, Any]) -> str:
 
 
 def _undecided(v: dict[str, Any]) -> str:
-    """Return a sentence that says that stability is undecided, and which inputs to check."""
+    """Return the sentence about a scene whose stability is undecided, with the inputs to check."""
     check = f"{_try_another_solver(v)}, or increase friction a little"
     if v["ratio"] > _VERY_DIFFERENT:
         check = f"check units and weights, because dead loads of blocks differ by a factor {v['ratio']:.0e}"
@@ -222,7 +223,7 @@ def _ranged(ends: tuple[float, float] | None) -> str:
 
 
 def _not_certified(v: dict[str, Any]) -> str:
-    """Return a sentence that says that the residuals of a load factor exceed their limits, with a remedy."""
+    """Return the sentence about a load factor whose residuals exceed their limits, with a remedy."""
     residuals = ", ".join(
         "the live load does no work" if value == inf else f"{_RESIDUAL_NAMES.get(name, name)} {value:.1e}"
         for name, value in v["residuals"].items()
@@ -234,12 +235,12 @@ def _not_certified(v: dict[str, Any]) -> str:
 
 
 def _jumps(v: dict[str, Any]) -> str:
-    """Return text such as " with 2 jumps" on a load history, or "" if the load history has no jumps."""
+    """Return a text about the jumps of a load history, such as " with 2 jumps", or "" without jumps."""
     return f" with {counted(v['jumps'], 'jump')}" if v["jumps"] else ""
 
 
 def _repeats(v: dict[str, Any]) -> str:
-    """Return a sentence that says that the loop repeats a cycle of sub-problems.
+    """Return the sentence about a loop that repeats a cycle of sub-problems.
 
     If the state is not exact, the sentence names a remedy.
     """
@@ -264,7 +265,7 @@ def _remedy(changed: str) -> str:
 
 
 def _dilatancy_locks(v: dict[str, Any]) -> str:
-    """Return a sentence that says that dilatant joints lock the blocks under associative flow."""
+    """Return the sentence about dilatant joints that lock the blocks under associative flow."""
     locks = (
         "with associative flow, sliding joints dilate and lock the blocks, which then carry any "
         "multiple of the live load; with the joints' own dilatancy the blocks can move"
@@ -275,7 +276,7 @@ def _dilatancy_locks(v: dict[str, Any]) -> str:
 
 
 def _time_limit(v: dict[str, Any]) -> str:
-    """Return a sentence that says in which phase the time limit ended the analysis.
+    """Return the sentence about an analysis that the time limit ended, with the phase at that time.
 
     The sentence names the load factor that was reached by then.
     """
@@ -292,7 +293,7 @@ def _time_limit(v: dict[str, Any]) -> str:
 
 
 def _undecided_history(v: dict[str, Any]) -> str:
-    """Return a sentence that says that the load history led to no collapse state, with a remedy."""
+    """Return the sentence about a load history that led to no collapse state, with a remedy."""
     steps = counted(v["steps"], "step")
     history = f"the load history from rest ({v['word']}; {steps})"
     if v["looped"]:
@@ -308,7 +309,7 @@ def _undecided_history(v: dict[str, Any]) -> str:
 
 
 def _bracket(v: dict[str, Any]) -> str:
-    """Return the bounds of the least load factor as inequalities."""
+    """Return the bounds of the least load factor as inequalities, such as "1.2 ≤ λ ≤ 1.3"."""
     # Bounds below zero are zero except for rounding errors. Adding 0.0 removes the sign of a negative zero.
     least, most = (max(v[bound], 0.0) + 0.0 for bound in ("bound", "load_factor"))
     return f"{least:.6g} ≤ λ ≤ {most:.6g}"
@@ -341,8 +342,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.WEDGED: _wedged,
     Code.BELOW_ZERO: lambda v: (
         f"an exact state has λ = {numeral(min(v['load_factor'], 0.0), '.4g')}, which is not above zero: the "
-        "scene is stable under its dead load from rest, but with the joint forces of this state it would "
-        "fall without live load"
+        "scene is stable under its dead load from rest, but with the joint forces of this state the scene "
+        "would fall without live load"
     ),
     Code.STOPPED_SHORT: (
         "the solver stopped before it reached its tolerance ('{word}'): check the residuals of the "
@@ -451,7 +452,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "the answer is a local minimum, in which each product of slack and rate is at most ε = {epsilon:.0e}"
     ),
     Code.START_FAILED: "the relaxation could not start, because the loop of linear programs failed",
-    Code.RELAXATION_STOPPED: "IPOPT ended with '{word}' at ε = {epsilon:.0e}",
+    Code.RELAXATION_STOPPED: "the relaxation failed: IPOPT ended with '{word}' at ε = {epsilon:.0e}",
     Code.NOTHING_SOLVED: (
         "no relaxed program was solved: set a smaller 'epsilon', or set 'start' to the result of an earlier "
         "analysis of the scene"
@@ -466,7 +467,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + (" until the search was interrupted" if v["interrupted"] else "")
     ),
     Code.NOT_FOUND: "the search found no exact state",
-    Code.NO_TIME: "the search ended before an exact state was found: increase the time 'search'",
+    Code.NO_TIME: "the search ended before an exact state was found: allow more seconds with option 'search'",
     Code.PROVEN: lambda v: f"the least λ is proven: {_bracket(v)}",
     Code.WITHIN_IMPOSED: lambda v: f"the least λ of all states with {_imposed(v)} is proven: {_bracket(v)}",
     Code.TOUCHES_IMPOSED: lambda v: (

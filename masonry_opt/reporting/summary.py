@@ -211,8 +211,8 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
         if fill.pressure:
             active, at_rest, passive = fill.coefficients
             phrases.append(
-                f"pressure between {active:.4g} σ (K_a) and {passive:.4g} σ (m K_p), at rest {at_rest:.4g} σ "
-                "(K_0); σ is unit weight times depth"
+                f"pressure between {active:.4g} σ (active, K_a) and {passive:.4g} σ (passive, m K_p), at "
+                f"rest {at_rest:.4g} σ (K_0); σ is unit weight times depth"
             )
         else:
             phrases.append("no pressure")
@@ -332,7 +332,7 @@ def _alignment(result: Outcome) -> str:
 
 
 def _range(result: Outcome) -> str:
-    """Return the bounds of the least load factor as text, or "" if the result has no bounds besides λ."""
+    """Return the bounds of the least load factor as text, or "" if there are no bounds to print."""
     lower, upper = result.range
     known = lower is None and result.load_factor is not None
     if result.kind is Kind.ASSOCIATIVE or known or upper is None:
@@ -341,7 +341,7 @@ def _range(result: Outcome) -> str:
 
 
 def _programs(result: Outcome) -> str:
-    """Return a text that counts the solved programs and the solver iterations, or else the load steps."""
+    """Return a text that counts solved programs and solver iterations; without programs, load steps."""
     if not result.lp_solves and not result.nlp_solves:
         return f"none: {counted(result.iterations, 'load step')}" if result.iterations else ""
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""

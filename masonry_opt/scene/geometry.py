@@ -382,8 +382,8 @@ class Profile:
     to the origin of the geometry.
     """
 
-    x: np.ndarray  #: abscissae of the ends, shape (pieces, 2)
-    y: np.ndarray  #: heights of the edge at the ends, shape (pieces, 2); NaN if there is no edge
+    x: np.ndarray  #: abscissae of both ends of each piece, shape (pieces, 2)
+    y: np.ndarray  #: heights of the edge at both ends of each piece, shape (pieces, 2); NaN without an edge
     line: np.ndarray  #: heights of the line at the ends of each piece, shape (pieces, 2)
     edge: np.ndarray  #: index of the edge, shape (pieces,); -1 if there is no edge
     block: np.ndarray  #: index of the edge's block in the scene, shape (pieces,); -1 without an edge

@@ -49,7 +49,7 @@ class AlignmentSettings:
     most_neighbours: int = 100
     #: Largest number of joints linked to a plane (see ``_Links``) that are found by a search from block to
     #: block. If more joints are linked, all joints of the scene are searched at once, which is slower if few
-    #: are linked.
+    #: joints are linked.
     most_one_by_one: int = 64
 
 
@@ -122,7 +122,7 @@ class Group:
         return number, self._drawn.point[points]
 
     def turn_to(self, direction: np.ndarray) -> None:
-        """Replace the group's direction by a new direction if the two differ by more than rounding.
+        """Replace the group's direction by a new direction if they differ by more than rounding errors.
 
         The sign of the new direction is chosen to agree with the old direction.
         """
@@ -459,7 +459,7 @@ def _off_axis(vector: list[float], other: list[float]) -> float:
 
 
 def _off_axes(directions: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the result of :func:`_off_axis` for each pair of unit vectors, shape (rows,)."""
+    """Return the sine of the deviation of :func:`_off_axis` for each pair of unit vectors, shape (rows,)."""
     return np.minimum(np.abs((directions * other).sum(axis=1)), _across(directions, other))
 
 

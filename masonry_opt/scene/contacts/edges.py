@@ -161,8 +161,8 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
     touch = parts.most <= shapes.contact_tolerance
     across = parts.where(~touch & (parts.most <= far[parts.pair]))
     touching = _join_parts(parts.where(touch), shapes.tolerance)
-    # Leave out segments that are short compared with the gap between their edges. They are no joints: they
-    # occur where a curved edge, drawn as a chain of short edges, bends.
+    # Leave out segments that are short compared with the gap between their edges. Such segments are not
+    # joints: they occur where a curved edge, drawn as a chain of short edges, bends.
     is_wide = touching.extent > LEAN * touching.most
     touching = touching.where((touching.most <= shapes.tolerance) | is_wide)
     if shapes.contact_tolerance == shapes.tolerance:
@@ -245,9 +245,9 @@ class PlaneCorners(sides.BlockCorners):
         self.edges = Items(block, np.minimum(self.point, self.tip), np.maximum(self.point, self.tip))
 
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
-        """Return two tables of contacts, of corners of one block with edges of the other block in each pair.
+        """Return the contacts between corners and edges of each pair of blocks, in two tables.
 
-        In the first table, the corners belong to the first block of the pair.
+        In the first table, the corners belong to the first block of each pair.
         """
         return [self._on_edges(pairs, -1.0), self._on_edges(pairs[:, ::-1], 1.0)]
 
@@ -294,7 +294,7 @@ class PlaneCorners(sides.BlockCorners):
         return np.minimum(*(_accuracy(side, self.shapes.tolerance) for side in self._sides(corner)))
 
     def _on_edges(self, pairs: np.ndarray, sign: float) -> Touches:
-        """Return the contacts of corners of each pair's first block on edges of its second block.
+        """Return the contacts of corners of each pair's first block on edges of the second block.
 
         ``sign`` is the sign of the contacts' normals relative to the inward normals of the edges.
         """

@@ -92,7 +92,7 @@ class Joints:
     closing: Closing  #: option of the scene that turns all small gaps into joints
     #: Gaps between blocks that would have a joint if the tolerance were smaller, with their largest widths.
     lost: Gaps
-    #: Gaps that the tolerance closes to joints although the gaps are as wide as a mortar joint, with their
+    #: Gaps that the tolerance turns into joints although the gaps are as wide as a mortar joint, with their
     #: largest widths.
     bridged: Gaps
     #: Both ends of each segment in the middle of a small gap, shape (segments, 2, 2) or (segments, 2, 3). In
@@ -161,7 +161,7 @@ class Joints:
         return np.stack([self.normal, self.tangent, *across])
 
     def lines(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the sides of the outlines of all joints, and the index of the joint of each side.
+        """Return the sides of the outlines of all joints, and the index of the joint that has each side.
 
         The indices are in ascending order. In the plane, each joint is a side. Sides are pairs of ends, shape
         (lines, 2, 2) or (lines, 2, 3). A joint at a single point has one side with equal ends.

@@ -19,8 +19,8 @@ _MOST_PIECES = 1000
 #: larger value, triangles that are not in one plane may be merged.
 _COPLANAR_SHARE = 1e-3
 
-#: Thickness of the thinnest part, relative to the tolerance. With a value of 1 or less, rounding may reduce
-#: the volume of a part to zero.
+#: Smallest thickness of a part, relative to the tolerance. Thinner parts are omitted. With a value of 1 or
+#: less, rounding may reduce the volume of a part to zero.
 _THINNEST = 2.0
 
 #: Largest fraction of a block's volume in parts that are omitted because they are thinner than the tolerance.

@@ -166,7 +166,7 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
         if not found:
             raise ValueError(f"the model space contains no closed outline{_known(shown)}")
         live_of_layer = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
-        # The live load of a block is a multiple of its weight, which may depend on the layer of the block.
+        # Live loads are multiples of the weights. The multiple may depend on the layer of a block.
         pushes = [live_of_layer.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
         unread = _unread_layers(document, drawing)
         blocks: Sequence[Block | Solid] = _blocks(found, _names(found, shown, scale), drawing, unread)

@@ -206,7 +206,7 @@ def refuse_holes(mesh: Mesh, tolerance: float) -> None:
         if not _is_covered(edge, ends[others], tolerance):
             one, other = map(place, edge)
             raise ValueError(
-                f"the block is not closed at its edge from {one} to {other}, which only one face has: "
+                f"the block is not closed at its edge from {one} to {other}, which belongs to only one face: "
                 "add the missing face, or close the hole in the program that drew the block"
             )
 

@@ -28,8 +28,8 @@ _MOST_POINTS = 4000
 #: value produces more chords.
 SAGITTA = 1e-4
 
-#: Grid step to which intersections of joint lines are rounded, relative to the tolerance of the outlines or
-#: to the default tolerance of a scene, whichever is smaller.
+#: Step of the grid to which intersections of joint lines are rounded, relative to the tolerance of the
+#: outlines or to the default tolerance of a scene, whichever is smaller.
 _GRID_SHARE = 0.01
 
 #: A corner is removed if its distance from the line through its two neighbours is at most this number of
@@ -256,12 +256,12 @@ def _points(entity: Any, sagitta: float) -> list[Any]:
             return points[:-1] if entity.is_closed else points
         case "SPLINE" if not entity.construction_tool().is_clamped:
             # Do not read the spline, because ezdxf would continue it beyond its ends.
-            raise ValueError("it is a periodic spline")
+            raise ValueError("the curve is a periodic spline")
         case _:
             found = entity.flattening(sagitta)
     points = list(islice(found, _MOST_POINTS + 1))
     if len(points) > _MOST_POINTS:
-        raise ValueError(f"it needs more than {_MOST_POINTS} chords: raise 'sagitta'")
+        raise ValueError(f"the curve needs more than {_MOST_POINTS} chords: raise 'sagitta'")
     return points
 
 
@@ -305,7 +305,8 @@ def closed_outlines(
         if curve.closed or math.dist(curve.points[0], curve.points[-1]) <= tolerance < extent:
             outlines.append((number, curve))
             continue
-        # The key does not depend on the direction, because a copy may run in the opposite direction.
+        # Two curves with equal keys are copies. The key does not depend on the direction of the curve,
+        # because a copy may run in the opposite direction.
         on_grid = np.round(curve.points / rounding) + 0.0
         key = curve.layer, min(on_grid.tobytes(), on_grid[::-1].tobytes())
         if key in originals:
