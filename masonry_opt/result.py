@@ -225,14 +225,17 @@ class Result(Outcome):
         return plain(attributes | tables)
 
     def _joint_tables(self) -> dict[str, "pd.DataFrame"]:
-        """Return the table of joints and, in space, of contact points, each with the limits of forces."""
+        """Return the table of joints and, in space, of contact points, with columns for limits of forces."""
         limits = limit_columns(self.assembly, self.solution)
         if self.contacts is not None:
             return {"joint_results": self.joints, "contact_results": self.contacts.assign(**limits)}
         return {"joint_results": self.joints.assign(**normal_columns(self.assembly), **limits)}
 
     def _limited_table(self, table: "pd.DataFrame", *roles: Role) -> "pd.DataFrame | None":
-        """Add lines of action to a table of limited forces, such as ties; None if the table is empty."""
+        """Return a table of limited forces, such as ties, with their lines of action.
+
+        The result is None if the table is empty.
+        """
         return table.assign(**line_columns(self.assembly, *roles)) if len(table) else None
 
     def to_json(self) -> str:
@@ -266,6 +269,6 @@ def distinct_warnings(results: Sequence[HasWarnings]) -> list[dict[str, Any]]:
 def make_result(
     assembly: Assembly, solution: Solution, effort: Effort, method: str, solver: Solver
 ) -> Result:
-    """Return a result, which adds the names and units of the scene, and the effort, to a solution."""
+    """Return the result of an analysis: a solution together with its scene, method, solver and effort."""
     named: dict[str, Any] = {"method": method, "model": solver.language, "solver": solver.name}
     return Result(**named, assembly=assembly, solution=solution, **effort.counts())

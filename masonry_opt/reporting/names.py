@@ -9,7 +9,7 @@ WARNING = "warning: "  #: Prefix of each line that states a warning.
 
 
 def labelled(lines: Mapping[str, object]) -> str:
-    """Return one line for each label with its text; labels without text are omitted.
+    """Return one line for each label, with the label and its text. Labels without text are omitted.
 
     If the text of a label has several lines, they begin in the same column.
     """
@@ -29,13 +29,13 @@ def blocks(names: list[str]) -> str:
 
 
 def some(names: list[str]) -> str:
-    """Return a text with the first five names and the number of the other names."""
+    """Return a text with the first five names and the number of the remaining names."""
     more = f" and {len(names) - _MOST_LISTED_NAMES} more" if len(names) > _MOST_LISTED_NAMES else ""
     return ", ".join(names[:_MOST_LISTED_NAMES]) + more
 
 
 def pairs(v: dict[str, Any], remarks: Sequence[str] = ()) -> str:
-    """Return the pairs of blocks in the values of a reason as text, such as "'A'–'B', 'B'–'C'".
+    """Return a text that lists the pairs of blocks of a reason, such as "'A'–'B', 'B'–'C'".
 
     ``remarks`` are texts that follow the pairs in brackets, one for each pair; by default there are none.
     """
@@ -50,5 +50,5 @@ def verb(number: int, word: str) -> str:
 
 
 def do(v: dict[str, Any], word: str) -> str:
-    """Return a clause with the blocks of a reason and a verb in agreement, such as "block 'A' hangs"."""
+    """Return a clause that says what the blocks of a reason do, such as "block 'A' hangs"."""
     return f"{blocks(v['blocks'])} {verb(len(v['blocks']), word)}"

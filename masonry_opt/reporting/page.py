@@ -12,12 +12,14 @@ from masonry_opt.solution.acceptance import LIMITS
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.stability import Stability
 
-#: Explanation of each residual of the certificate, as printed on a page.
+#: Explanation of each residual of the certificate, as printed on an HTML page.
 RESIDUAL_MEANINGS = {
     "equilibrium": "out-of-balance forces, relative to the dead load",
     "yield": "violation of a yield condition (friction, compression, rocking), in block weights",
     "flow": "motion that violates the flow rule, relative to the largest velocity",
-    "complementarity": "energy of joints that move but do not yield, in units of λ",
+    "complementarity": (
+        "energy of joints that move but do not yield, relative to the work of the live load at λ = 1"
+    ),
 }
 
 
@@ -83,7 +85,7 @@ def certificate(result: Outcome) -> str:
 
 
 def _of_forces(stability: Stability) -> str:
-    """Return an HTML table of the residuals of the forces that carry the dead load of a stable scene."""
+    """Return an HTML table of residuals for a stable scene, whose joint forces carry the dead load."""
     residuals = {"equilibrium": stability.equilibrium, "yield": stability.yield_}
     rows = "".join(
         f'<tr><th scope="row">{name} <small>{RESIDUAL_MEANINGS[name]}</small></th>'
@@ -96,7 +98,7 @@ def _of_forces(stability: Stability) -> str:
 
 
 def described(result: Outcome) -> str:
-    """Return an HTML list of the motions that are not modelled, or "" if all motions are modelled."""
+    """Return an HTML list of the motions that the analysis does not model, or "" if it models all motions."""
     items = "".join(f"<li>{text(words)}</li>" for words in left_out(result.assembly))
     return f"<h2>Not modelled</h2>\n<ul>{items}</ul>\n" if items else ""
 

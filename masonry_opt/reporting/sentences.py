@@ -20,18 +20,19 @@ from masonry_opt.solution.thresholds import SLIDES
 #: digits than a floating-point number has.
 _LARGEST_WITH_DECIMALS = 1e10
 
-#: If the dead loads of two blocks have a larger ratio, a message names the ratio as the reason why stability
-#: is undecided. At this ratio, the answers of solvers have only one or two correct digits.
+#: Ratio of the largest to the smallest dead load of a block above which a message names the ratio as the
+#: reason why stability is undecided. At this ratio, the answers of solvers have only one or two correct
+#: digits.
 _VERY_DIFFERENT = 1e7
 
 #: Description of the crushing law in linear programs, where chords replace the parabola.
-BY_CHORDS = f"{len(CHORDS.slope)} chords inside the parabola, at most {100 * MISSED:.2f} % below it"
+BY_CHORDS = f"{len(CHORDS.slope)} chords inside the crushing parabola, at most {100 * MISSED:.2f} % below it"
 
 
 def by_sides(layout: Layout) -> str:
-    """Return the description of the friction law in programs with friction polygons in space."""
+    """Return a description of the polygons that replace friction cones in linear programs in space."""
     missed = 100 * (1 - layout.factor)
-    return f"by the polygon of {len(layout.senses)} sides inside the cone, at most {missed:.2g} % below it"
+    return f"by a polygon of {len(layout.senses)} sides in the friction cone, up to {missed:.2g} % below it"
 
 
 #: Names of residuals in messages, by the key of the residual.
@@ -109,16 +110,16 @@ def numeral(value: float, spec: str) -> str:
 
 
 def _carried(v: dict[str, Any]) -> str:
-    """Return a sentence on the forces that carry the dead load of a stable scene.
+    """Return a sentence about the forces that carry the dead load of a stable scene.
 
     The sentence says if other forces can carry the dead load too.
     """
     if v["unique"]:
         return "equilibrium alone fixes the forces that carry the dead load"
-    many = "one of many solutions that carry the dead load"
+    many = "one of many sets of forces that carry the dead load"
     if v["elastic"]:
         return f"the forces shown were computed with elastic contacts and are {many}"
-    return f"the forces shown solve an optimisation program, may contain self-stress, and are {many}"
+    return f"the forces shown were computed by optimisation, may contain self-stress, and are {many}"
 
 
 def _slide(v: dict[str, Any]) -> str:
@@ -127,12 +128,13 @@ def _slide(v: dict[str, Any]) -> str:
 
 
 def _slip(v: dict[str, Any]) -> str:
-    """Return a clause with the largest slip of sliding joints and the threshold, or "" in space."""
+    """Return a clause with the largest slip of joints and the largest slip of a hinge, or "" in space."""
     if "slip" not in v:
         return ""
     slip, most = numeral(100 * v["slip"], ".2g"), numeral(100 * SLIDES, "g")
     return (
-        f": the largest slip is {slip} % of the speed of the fastest corner (hinges slip by up to {most} %)"
+        f": the largest slip is {slip} % of the speed of the fastest corner "
+        f"(a joint with a slip of up to {most} % counts as a hinge)"
     )
 
 
@@ -159,7 +161,7 @@ def _not_hinging(v: dict[str, Any]) -> str:
 
 
 def _friction_would_hold(v: dict[str, Any]) -> str:
-    """Return a sentence that says that joints slide under the dead load.
+    """Return the sentence about joints that slide under the dead load.
 
     The sentence names the friction that would make the scene stable.
     """
@@ -177,7 +179,7 @@ def _friction_would_hold(v: dict[str, Any]) -> str:
 
 
 def _states_met(v: dict[str, Any]) -> str:
-    """Return a sentence that says how many starts the search used, and how many exact states it found."""
+    """Return a sentence with the number of starts of the search and the number of exact states found."""
     starts = counted(v["candidates"], "start")
     if v["count"] == 1:
         return f"one exact state was found from {starts}"
@@ -186,7 +188,7 @@ def _states_met(v: dict[str, Any]) -> str:
 
 
 def _wedged(v: dict[str, Any]) -> str:
-    """Return a sentence that says that only wedged joints carry the dead load, with a remedy."""
+    """Return the sentence about a dead load that only wedged blocks could carry, with a remedy."""
     support = f"; support {blocks(v['blocks'])}" if v["blocks"] else ""
     load_factor = v["load_factor"]
     prefix = ""
@@ -194,13 +196,13 @@ def _wedged(v: dict[str, Any]) -> str:
         below = "which is below zero" if load_factor < 0 else "but no load factor exists from rest"
         prefix = f"the load factor found is {numeral(load_factor, '.4g')}, {below}: "
     return (
-        f"{prefix}only wedging forces could carry the dead load, but the flow rule of the joints does not "
-        f"sustain such forces{support}"
+        f"{prefix}only forces between wedged blocks could carry the dead load, but such forces do not arise "
+        f"under the flow rule of the joints{support}"
     )
 
 
 def _undecided(v: dict[str, Any]) -> str:
-    """Return a sentence that says that stability is undecided, and which inputs to check."""
+    """Return the sentence about a scene whose stability is undecided, with the inputs to check."""
     check = f"{_try_another_solver(v)}, or increase friction a little"
     if v["ratio"] > _VERY_DIFFERENT:
         check = f"check units and weights, because dead loads of blocks differ by a factor {v['ratio']:.0e}"
@@ -221,7 +223,7 @@ def _ranged(ends: tuple[float, float] | None) -> str:
 
 
 def _not_certified(v: dict[str, Any]) -> str:
-    """Return a sentence that says that the residuals of a load factor exceed their limits, with a remedy."""
+    """Return the sentence about a load factor whose residuals exceed their limits, with a remedy."""
     residuals = ", ".join(
         "the live load does no work" if value == inf else f"{_RESIDUAL_NAMES.get(name, name)} {value:.1e}"
         for name, value in v["residuals"].items()
@@ -233,12 +235,12 @@ def _not_certified(v: dict[str, Any]) -> str:
 
 
 def _jumps(v: dict[str, Any]) -> str:
-    """Return text such as " with 2 jumps" on a load history, or "" if the load history has no jumps."""
+    """Return a text about the jumps of a load history, such as " with 2 jumps", or "" without jumps."""
     return f" with {counted(v['jumps'], 'jump')}" if v["jumps"] else ""
 
 
 def _repeats(v: dict[str, Any]) -> str:
-    """Return a sentence that says that the loop repeats a cycle of sub-problems.
+    """Return the sentence about a loop that repeats a cycle of sub-problems.
 
     If the state is not exact, the sentence names a remedy.
     """
@@ -250,20 +252,20 @@ def _repeats(v: dict[str, Any]) -> str:
 
 
 def _began_again(v: dict[str, Any]) -> str:
-    """Return a sentence that says with which other options the loop of linear programs was run again."""
+    """Return a sentence that names the options that were changed to run the loop of linear programs again."""
     remedies = ", then with ".join(map(_remedy, v["remedies"]))
     words = f"the first run of the loop ended as '{v['first']}', so the loop was run again with {remedies}"
     return f"{words}; no run converged" if v["in_vain"] else words
 
 
 def _remedy(changed: str) -> str:
-    """Return the description of a changed option of the loop, for text such as "beta=0.3"."""
+    """Return the meaning of a changed option such as "beta=0.3", followed by the option in brackets."""
     option = changed.partition("=")[0]
     return f"{_REMEDIES[option]} ({changed})"
 
 
 def _dilatancy_locks(v: dict[str, Any]) -> str:
-    """Return a sentence that says that dilatant joints lock the blocks under associative flow."""
+    """Return the sentence about dilatant joints that lock the blocks under associative flow."""
     locks = (
         "with associative flow, sliding joints dilate and lock the blocks, which then carry any "
         "multiple of the live load; with the joints' own dilatancy the blocks can move"
@@ -274,7 +276,7 @@ def _dilatancy_locks(v: dict[str, Any]) -> str:
 
 
 def _time_limit(v: dict[str, Any]) -> str:
-    """Return a sentence that says in which phase the time limit ended the analysis.
+    """Return the sentence about an analysis that the time limit ended, with the phase at that time.
 
     The sentence names the load factor that was reached by then.
     """
@@ -291,7 +293,7 @@ def _time_limit(v: dict[str, Any]) -> str:
 
 
 def _undecided_history(v: dict[str, Any]) -> str:
-    """Return a sentence that says that the load history led to no collapse state, with a remedy."""
+    """Return the sentence about a load history that led to no collapse state, with a remedy."""
     steps = counted(v["steps"], "step")
     history = f"the load history from rest ({v['word']}; {steps})"
     if v["looped"]:
@@ -300,28 +302,28 @@ def _undecided_history(v: dict[str, Any]) -> str:
     ended = f"{history} led to no collapse state"
     is_history_alone = v["method"] in ("", "incremental")
     return (
-        f"{ended}: use method 'coulomb' to look for a collapse state in other ways"
+        f"{ended}: use method 'coulomb', which also looks for a collapse state without a load history"
         if is_history_alone
         else ended
     )
 
 
 def _bracket(v: dict[str, Any]) -> str:
-    """Return the bounds of the least load factor as inequalities."""
+    """Return the bounds of the least load factor as inequalities, such as "1.2 ≤ λ ≤ 1.3"."""
     # Bounds below zero are zero except for rounding errors. Adding 0.0 removes the sign of a negative zero.
     least, most = (max(v[bound], 0.0) + 0.0 for bound in ("bound", "load_factor"))
     return f"{least:.6g} ≤ λ ≤ {most:.6g}"
 
 
 def _imposed(v: dict[str, Any]) -> str:
-    """Return a text about the limits of rates and of forces that method "global" assumes."""
+    """Return a text about the limits that method "global" assumes for rates and for forces."""
     limits = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
     limits += ["normal forces of at most ten times the sum of all loads"] if v["forces"] else []
     return f"{' and '.join(limits)} (assumed limits)"
 
 
 def _between(v: dict[str, Any]) -> str:
-    """Return the lowest and the highest load factor between which the loop alternates, as text."""
+    """Return a text with the lowest and the highest load factor between which the loop alternates."""
     return f"{numeral(v['lowest'], '.6g')} and {numeral(v['highest'], '.6g')}"
 
 
@@ -340,8 +342,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.WEDGED: _wedged,
     Code.BELOW_ZERO: lambda v: (
         f"an exact state has λ = {numeral(min(v['load_factor'], 0.0), '.4g')}, which is not above zero: the "
-        "scene is stable under its dead load from rest, but with the joint forces of this state it would "
-        "fall without live load"
+        "scene is stable under its dead load from rest, but with the joint forces of this state the scene "
+        "would fall without live load"
     ),
     Code.STOPPED_SHORT: (
         "the solver stopped before it reached its tolerance ('{word}'): check the residuals of the "
@@ -354,18 +356,18 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "the direction of 'live', and the blocks on which it acts"
     ),
     Code.NO_COLLAPSE: lambda v: (
-        "proven: no load factor λ ≥ 0 exists, because in every mechanism in which the live load does work, "
-        f"some moving joints cannot yield together (proof: {counted(v['static_cuts'], 'set')} of yield "
-        f"conditions that cannot all be at yield, and {counted(v['kinematic_cuts'], 'set')} of yield "
-        "conditions of which at least one must yield)"
+        "proven: no load factor λ ≥ 0 exists, because every mechanism in which the live load does work needs "
+        f"joints that cannot yield together; the proof consists of {counted(v['static_cuts'], 'set')} of "
+        f"yield conditions that cannot all be at yield, and of {counted(v['kinematic_cuts'], 'set')} of "
+        "yield conditions of which at least one must yield"
     ),
     Code.CARRIES_ANY: (
         "proven: some joint forces within the friction limits carry any multiple of the live load; this does "
         "not exclude collapse with other joint forces, because a mechanism exists"
     ),
     Code.CLAMPED: lambda v: (
-        "these joints carry the live load in both directions (λ and −λ), by self-stress that no load causes: "
-        f"{pairs(v)}"
+        "self-stress, which no load causes, lets these joints carry the live load in both directions (λ and "
+        f"−λ): {pairs(v)}"
     ),
     Code.JOINTS: lambda v: f"{_JOINT_DESCRIPTIONS[v['status']]}: {pairs(v)}",
     Code.NO_WORK: lambda v: (
@@ -389,9 +391,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + _by_loop(v, "raise 'max_iterations', or lower 'beta'")
     ),
     Code.GROWS: lambda v: (
-        f"the loop found no limit: λ is {v['load_factor']:.3g} after {counted(v['count'], 'sub-problem')} "
-        "and still grows, because the compression of joints grows with the load; real joints would crush: "
-        "check the direction of 'live', the supports and the friction"
+        f"the loop found no upper limit of λ: λ is {v['load_factor']:.3g} after "
+        f"{counted(v['count'], 'sub-problem')} and still grows, because the compression of joints grows with "
+        "the load; real joints would crush: check the direction of 'live', the supports and the friction"
     ),
     Code.REPEATS: _repeats,
     Code.SUB_PROBLEM_FAILED: lambda v: (
@@ -399,7 +401,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.SUB_PROBLEM_EMPTY: lambda v: (
         f"sub-problem {v['number']} has no equilibrium state, because its shear limits allow almost no "
-        "normal force in contacts that had none in the previous sub-problem: "
+        "normal force in contacts without normal force in the previous sub-problem: "
         + _by_loop(v, "lower 'alpha', or choose an interior-point solver")
     ),
     Code.BEGAN_AGAIN: _began_again,
@@ -430,8 +432,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"carry any multiple of the live load, as {counted(v['steps'], 'step')} of the load history prove"
     ),
     Code.NOT_COMPUTED: lambda v: (
-        f"no load history was computed, because it takes long for {_joints_or_points(v)}: use method "
-        "'incremental'"
+        f"no load history was computed, because its computation takes long for {_joints_or_points(v)}: use "
+        "method 'incremental'"
     ),
     Code.CURVE: lambda v: (
         f"load–displacement curve under an increasing load, in {counted(v['states'], 'load step')}"
@@ -449,8 +451,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.LOCAL_MINIMUM: (
         "the answer is a local minimum, in which each product of slack and rate is at most ε = {epsilon:.0e}"
     ),
-    Code.START_FAILED: "the relaxation has no start, because the loop of linear programs failed",
-    Code.RELAXATION_STOPPED: "IPOPT ended with '{word}' at ε = {epsilon:.0e}",
+    Code.START_FAILED: "the relaxation could not start, because the loop of linear programs failed",
+    Code.RELAXATION_STOPPED: "the relaxation failed: IPOPT ended with '{word}' at ε = {epsilon:.0e}",
     Code.NOTHING_SOLVED: (
         "no relaxed program was solved: set a smaller 'epsilon', or set 'start' to the result of an earlier "
         "analysis of the scene"
@@ -465,7 +467,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + (" until the search was interrupted" if v["interrupted"] else "")
     ),
     Code.NOT_FOUND: "the search found no exact state",
-    Code.NO_TIME: "the search ended before an exact state was found: increase the time 'search'",
+    Code.NO_TIME: "the search ended before an exact state was found: allow more seconds with option 'search'",
     Code.PROVEN: lambda v: f"the least λ is proven: {_bracket(v)}",
     Code.WITHIN_IMPOSED: lambda v: f"the least λ of all states with {_imposed(v)} is proven: {_bracket(v)}",
     Code.TOUCHES_IMPOSED: lambda v: (

@@ -15,7 +15,7 @@ _NEGLIGIBLE_RESERVE = 2e-4
 
 
 def answer_line(result: Outcome) -> str:
-    """Return the line that says why a result has no load factor, such as "stable".
+    """Return the line that says why a result has no load factor, such as "stable under its dead load".
 
     The line is empty if the result has a load factor. If no live load acts, the line does not mention a load
     factor.
@@ -29,7 +29,10 @@ def answer_line(result: Outcome) -> str:
 
 
 def reserves(result: Outcome) -> dict[str, str]:
-    """Return texts on the safety margins of a stable scene, by label; empty for any other result."""
+    """Return texts on the safety margins of a stable scene, as a dict from label to text.
+
+    For any other result, the dict is empty.
+    """
     stability = result.stability
     if stability is None:
         return {}
@@ -53,7 +56,7 @@ def _least_friction(stability: Stability, friction: list[float]) -> str:
         times = numeral(factor, ".4g")
         return f"{times} times the friction of each joint; with less friction the scene is unstable"
     least = numeral(stability.least_friction, ".4g")
-    return f"{least}; with less friction the scene is unstable (the joints have {friction[0]:g})"
+    return f"{least}; with less friction the scene is unstable (the joints have friction {friction[0]:g})"
 
 
 def _thrust(stability: Stability) -> str:
@@ -66,19 +69,19 @@ def _thrust(stability: Stability) -> str:
         return ""
     if margin >= 1 - _NEGLIGIBLE_RESERVE:
         return "all resultants can act at the middles of their joints"
-    return f"all resultants fit into the middle {numeral(100 * (1 - margin), '.3g')} % of their joints"
+    return f"all resultants can act within the middle {numeral(100 * (1 - margin), '.3g')} % of their joints"
 
 
 def _worst_joint(stability: Stability) -> str:
-    """Return a text about the joint whose resultant is nearest to an edge, or "" if no joint is known."""
+    """Return a text about the joint whose resultant acts nearest to an edge, or "" if no joint is known."""
     worst = stability.worst_joint
     if worst is None:
         return ""
     joint = pairs({"pairs": [[worst.first, worst.second]]})
     distance, share = numeral(worst.distance, ".4g"), numeral(100 * worst.margin, ".3g")
     where = (
-        f"{joint}: the resultant acts {distance} from the edge of the joint, which is {share} % of the "
-        "distance from the edge to the middle"
+        f"{joint}: the resultant acts at a distance of {distance} from the edge of the joint: {share} % of "
+        "the distance from the edge to the middle"
     )
     if worst.margin <= _NEGLIGIBLE_RESERVE:
         where = f"{joint}: the resultant acts at the edge of the joint"

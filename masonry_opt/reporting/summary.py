@@ -29,10 +29,11 @@ from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.thresholds import ZERO
 
-#: Reason codes that describe the course of the analysis instead of the scene.
+#: Reason codes that describe the course of the analysis instead of the scene. A summary omits these reasons
+#: if the result has other reasons.
 _TRIED = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
 
-_MOST_TIES = 4  #: Largest number of ties and props that are listed; the others are counted.
+_MOST_TIES = 4  #: Largest number of ties and props that are listed; the remaining ones are only counted.
 
 
 def summary(result: Outcome, technical: bool = False) -> str:
@@ -58,7 +59,7 @@ def summary(result: Outcome, technical: bool = False) -> str:
 
 
 def facts(result: Outcome) -> dict[str, str]:
-    """Return all facts of a result except its load factors and its status, as one text for each label."""
+    """Return all facts of a result except its load factors and its status, as a dict from label to text."""
     known = {
         **({"forces": _why(result)} if result.stability else {"why": _why(result)}),
         **reserves(result),
@@ -112,7 +113,7 @@ _AT = {
 
 
 def motion(result: Outcome) -> tuple[str, str] | None:
-    """Return a label and a text with the numbers of moving blocks, and of joints by kind of motion.
+    """Return a label, and a text that counts the moving blocks and the joints with each kind of motion.
 
     The value is None if no motion is known.
     """
@@ -172,7 +173,8 @@ def _live_load(result: Outcome) -> str:
     multiples = Counter(block.live_per_weight for block in scene.blocks if any(block.live_per_weight))
     if multiples:
         factor = f"{_vector(next(iter(multiples)))} times" if len(multiples) == 1 else "multiples of"
-        # In old tables of generators, the key "live" means a multiple of the weight instead of a force.
+        # Name the generator tables that use the old key "live", which means a multiple of the weight instead
+        # of a force.
         tables = scene.case.tables_with_old_live() if isinstance(scene.case, CaseFile) else []
         given_as = f" (as 'live' of {', '.join(tables)})" if tables else ""
         phrases.append(f"{factor} the weight of {counted(multiples.total(), 'block')}{given_as}")
@@ -209,8 +211,8 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
         if fill.pressure:
             active, at_rest, passive = fill.coefficients
             phrases.append(
-                f"pressure between {active:.4g} σ (K_a) and {passive:.4g} σ (m K_p), at rest {at_rest:.4g} σ "
-                "(K_0); σ is unit weight times depth"
+                f"pressure between {active:.4g} σ (active, K_a) and {passive:.4g} σ (passive, m K_p), at "
+                f"rest {at_rest:.4g} σ (K_0); σ is unit weight times depth"
             )
         else:
             phrases.append("no pressure")
@@ -229,7 +231,7 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
 
 
 def _friction(result: Outcome) -> str:
-    """Return a text about the friction law in space and the points at which joint forces act.
+    """Return a text about the friction law of a scene in space, and about the points where joint forces act.
 
     The text is empty without contacts: in the plane, and for scenes that hang on ties alone.
     """
@@ -245,13 +247,13 @@ def _friction(result: Outcome) -> str:
 
 
 def _crushing(result: Outcome) -> str:
-    """Return a text about the crushing laws of the load factor and of the associative load factor."""
+    """Return a text that says if load factors use the parabolic crushing limit itself or chords inside it."""
     if not result.crushing or (result.load_factor is None and result.associative is None):
         return ""
     if result.crushing == "parabola":
         return (
-            "by the parabola itself (only methods 'static' and 'kinematic' with Clarabel; all other methods: "
-            f"{BY_CHORDS})"
+            "by the parabolic limit itself, which only methods 'static' and 'kinematic' with Clarabel use; "
+            f"all other methods use {BY_CHORDS}"
         )
     associative = "" if result.kind is Kind.ASSOCIATIVE else "; the associative λ likewise"
     return f"by {BY_CHORDS}{associative}"
@@ -309,7 +311,7 @@ def _technical(result: Outcome) -> dict[str, str]:
 
 
 def log_sentences(result: Outcome) -> Iterator[str]:
-    """Yield a sentence for each step of the method, with the load factor after the step and the time."""
+    """Yield a sentence for each step of the method, with its duration and the load factor after the step."""
     for entry in result.solution.log:
         known = "no load factor yet"
         if entry.load_factor is not None:
@@ -320,7 +322,7 @@ def log_sentences(result: Outcome) -> Iterator[str]:
 
 
 def _alignment(result: Outcome) -> str:
-    """Return a text about the largest changes that the alignment of joints made, or "" without changes."""
+    """Return a text about the largest changes that the alignment made to joints, or "" without changes."""
     if not result.largest_turn and not result.largest_shift:
         return ""
     return (
@@ -330,7 +332,7 @@ def _alignment(result: Outcome) -> str:
 
 
 def _range(result: Outcome) -> str:
-    """Return the bounds of the least load factor as text, or "" if only the answer is known."""
+    """Return the bounds of the least load factor as text, or "" if there are no bounds to print."""
     lower, upper = result.range
     known = lower is None and result.load_factor is not None
     if result.kind is Kind.ASSOCIATIVE or known or upper is None:
@@ -339,7 +341,7 @@ def _range(result: Outcome) -> str:
 
 
 def _programs(result: Outcome) -> str:
-    """Return a text with the numbers of solved programs, and of solver iterations or load steps."""
+    """Return a text that counts solved programs and solver iterations; without programs, load steps."""
     if not result.lp_solves and not result.nlp_solves:
         return f"none: {counted(result.iterations, 'load step')}" if result.iterations else ""
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""
@@ -353,6 +355,8 @@ def left_out(assembly: Assembly) -> tuple[str, ...]:
     unlimited = len(assembly.joints_of(np.delete(np.arange(problem.joints), problem.sliding)))
     counts = {
         f"sliding of {counted(unlimited, 'joint')}: friction is unlimited": unlimited,
-        f"{counted(joints.fixed_pairs, 'joint')} between fixed blocks, which do not move": joints.fixed_pairs,
+        f"{counted(joints.fixed_pairs, 'joint')} between fixed blocks, because these blocks cannot move": (
+            joints.fixed_pairs
+        ),
     }
     return tuple(phrase for phrase, number in counts.items() if number)

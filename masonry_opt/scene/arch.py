@@ -164,7 +164,7 @@ class ArchRing(AnyGenerator):
 
     @property
     def _ends(self) -> list[tuple[float, float]]:
-        """Return the direction of each end joint, and the sense of rotation that leads out of the arch.
+        """Return the direction of each end joint, and the sense of rotation from the joint out of the arch.
 
         The sense is 1 for a counter-clockwise rotation about the centre, and -1 for a clockwise rotation.
         """

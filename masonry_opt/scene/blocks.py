@@ -112,7 +112,7 @@ class Record(BaseModel, metaclass=_RecordType):
     #: Records are not iterable, because pydantic would accept an iterable record in place of a list.
     __iter__ = None  # type: ignore[assignment]
 
-    most_told: ClassVar[int] = 1  #: Largest number of mistakes in one error message.
+    most_told: ClassVar[int] = 1  #: Largest number of mistakes that one error message lists.
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
@@ -155,7 +155,7 @@ class Record(BaseModel, metaclass=_RecordType):
     copy = model_copy  # type: ignore[assignment, pydantic-field]
 
     def _with(self, changes: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the values of the record after the changes, as keyword arguments for its class.
+        """Apply changes to the values of the record, and return all values as keyword arguments.
 
         A field that has an alias is named by its alias.
         """

@@ -109,7 +109,7 @@ class CaseFile(SceneKeys):
         return [record for records in lists for record in records if isinstance(record, kind)]
 
     def tables_with_old_live(self) -> list[str]:
-        """Return the tables of generators that use ``live``, the old name of ``live_per_weight``.
+        """Return the names of the generator tables that use ``live``, the old key for ``live_per_weight``.
 
         In blocks and loads, ``live`` is a force.
         """
@@ -165,7 +165,7 @@ def load(path: str | Path) -> Scene:
         return file.scene().read_from(path, file)
     except ValidationError as error:
         raise wrong_values(error, CaseFile, case, str(path)) from None
-    except CaseError as error:  # the error comes from a generated block or from a mesh
+    except CaseError as error:  # raised for a generated block or for a mesh
         raise CaseError(f"{path}: {error}") from None
 
 
@@ -225,5 +225,5 @@ def case_folder(named: Path | None = None) -> Path:
         if (folder / "ferris_tinloi" / "wall_1.toml").is_file():
             return folder
     raise CaseError(
-        "the package's case files are missing: reinstall the package, or name a folder with --cases"
+        "the package's case files are missing: reinstall the package, or specify their folder with --cases"
     )

@@ -12,7 +12,7 @@ from masonry_opt.scene.blocks import Block, Body, Name, NonNegative, Point, Posi
 from masonry_opt.scene.solids import ONE_OR_SEVERAL, Solid, Vector
 
 #: Largest number of blocks, openings and gaps of a generator, and of all generators of a case file together.
-#: Larger scenes cannot be solved.
+#: A larger number raises an error, because larger scenes cannot be solved.
 MOST_BLOCKS_GENERATED = 100_000
 
 #: Number of courses, rings or drums.

@@ -51,12 +51,15 @@ STRAIGHT = 0.1
 
 
 def set_tolerance(tolerance: float) -> str:
-    """Return a phrase for messages: the advice to set ``tolerance`` to a value, rounded up to two digits."""
+    """Return the part of a message that advises setting ``tolerance``.
+
+    The value is rounded up to two digits.
+    """
     return f"set 'tolerance' to {rounded_up(tolerance, 2)}"
 
 
 def set_contact_tolerance(gap: float) -> str:
-    """Return a phrase for messages: the advice to set ``contact_tolerance`` to a value that closes a gap.
+    """Return the part of a message that advises setting ``contact_tolerance`` to a value that closes a gap.
 
     The value has three digits. It is larger than the gap, because the width of the gap may be rounded.
     """
@@ -111,7 +114,7 @@ class Extents(ABC):
     convex: np.ndarray  #: mask of convex blocks (in space: blocks of one convex part), shape (blocks,)
     mixed: np.ndarray  #: indices of blocks with inconsistently oriented faces (empty in the plane)
 
-    #: Phrase for error messages about two overlapping blocks: "blocks A and B overlap over an area of ...".
+    #: Part of error messages about two overlapping blocks: "blocks A and B overlap over an area of ...".
     within: ClassVar[str] = "over an area"
     #: End of an error message about two blocks that touch but have no joint: "it meets 'A' only at ...".
     meeting: ClassVar[str] = "only at their corners, but a joint needs an edge of one of the blocks"
@@ -167,7 +170,10 @@ class Extents(ABC):
 
     @property
     def width(self) -> np.ndarray:
-        """Return the side of a square (in space: cube) with the size of each block, shape (blocks,)."""
+        """Return the square root of each block's area (in space: the cube root of its volume).
+
+        The shape is (blocks,).
+        """
         return self.size ** (1 / len(self.origin))
 
     @property
@@ -262,7 +268,8 @@ def geometry(scene: Scene) -> Geometry:
     default = RELATIVE_TOLERANCE * float(np.hypot.reduce(np.ptp(corners, axis=0)))
     refuse_too_thin(scene, np.arange(len(blocks)), thickness, (STRAIGHT * 2 * tolerance, default))
     flat = shapely.area(hulls) <= STRAIGHT * tolerance * shapely.length(hulls)
-    flat &= ~shapely.is_empty(outlines)  # an outline that holes cover raises the error below
+    # An outline that is completely covered by holes raises another error below.
+    flat &= ~shapely.is_empty(outlines)
     raise_for(np.flatnonzero(flat), scene, "{} has no area: its corners are on one line or coincide")
     # Normalise each outline to begin at its lowest leftmost corner, because the simplification never removes
     # the first corner. The lowest leftmost corner is never on a straight side.
@@ -375,8 +382,8 @@ class Profile:
     to the origin of the geometry.
     """
 
-    x: np.ndarray  #: abscissae of the ends, shape (pieces, 2)
-    y: np.ndarray  #: heights of the edge at the ends, shape (pieces, 2); NaN if there is no edge
+    x: np.ndarray  #: abscissae of both ends of each piece, shape (pieces, 2)
+    y: np.ndarray  #: heights of the edge at both ends of each piece, shape (pieces, 2); NaN without an edge
     line: np.ndarray  #: heights of the line at the ends of each piece, shape (pieces, 2)
     edge: np.ndarray  #: index of the edge, shape (pieces,); -1 if there is no edge
     block: np.ndarray  #: index of the edge's block in the scene, shape (pieces,); -1 without an edge

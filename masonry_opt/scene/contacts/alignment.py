@@ -40,8 +40,8 @@ class AlignmentSettings:
     #: Number of times that directions of planes are fitted to the contact points on the planes. Each fit
     #: merges more planes of the same bed joint. With fewer fits, a long bed joint may keep several planes.
     fits: int = 4
-    #: Largest movement of a contact point, relative to the tolerance. A point that would move farther,
-    #: because its planes meet at a sharp angle, is moved onto the plane of its joint only.
+    #: Largest movement of a contact point, relative to the tolerance. If a point would move farther, because
+    #: its planes meet at a sharp angle, it is moved only onto the plane of its joint.
     most_shift: float = 2.0
     #: Largest number of joints of a block that are compared with each other in advance, to speed up the
     #: search for parallel planes. A larger value needs more memory. A smaller value needs more time for
@@ -49,7 +49,7 @@ class AlignmentSettings:
     most_neighbours: int = 100
     #: Largest number of joints linked to a plane (see ``_Links``) that are found by a search from block to
     #: block. If more joints are linked, all joints of the scene are searched at once, which is slower if few
-    #: are linked.
+    #: joints are linked.
     most_one_by_one: int = 64
 
 
@@ -71,7 +71,7 @@ class AlignedContacts:
 
 
 def aligned(drawn: DrawnContacts, settings: AlignmentSettings = DEFAULT_SETTINGS) -> AlignedContacts:
-    """Align joints and contact points that agree within the accuracy of the drawing."""
+    """Correct small errors of a drawing: make nearly parallel joints parallel, and move contact points."""
     joints, points = len(drawn.normal), len(drawn.point)
     if joints < 2:
         return AlignedContacts(drawn.normal, drawn.point, np.zeros(joints), np.zeros(points))
@@ -114,15 +114,15 @@ class Group:
 
     @cached_property
     def _points(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the contact points on the group's planes: the number of the plane, and the coordinates.
+        """Return the contact points on the group's planes: the index of the plane, and the coordinates.
 
-        The number is the index of the plane in ``members``. A point that is on several planes is repeated.
+        The index refers to ``members``. A point that is on several planes is repeated.
         """
         number, points = self._planes.by_plane.where(self.members)
         return number, self._drawn.point[points]
 
     def turn_to(self, direction: np.ndarray) -> None:
-        """Replace the group's direction by a new direction if the two differ by more than rounding.
+        """Replace the group's direction by a new direction if they differ by more than rounding errors.
 
         The sign of the new direction is chosen to agree with the old direction.
         """
@@ -163,7 +163,7 @@ class Group:
 
 
 def _moved_groups(drawn: DrawnContacts, planes: ContactPlanes, groups: list[Group]) -> list[Group]:
-    """Return the groups whose directions or positions differ from the drawing by more than rounding.
+    """Return the groups whose directions or positions differ from the drawing by more than rounding errors.
 
     All other groups do not change. In an exact drawing no group changes.
     """
@@ -175,8 +175,8 @@ def _moved_groups(drawn: DrawnContacts, planes: ContactPlanes, groups: list[Grou
     direction = np.stack([group.direction for group in groups])[owner]
     height = dots(drawn.point[points], direction[number])
     mean = np.bincount(number, height) / np.bincount(number)
-    # Sort the planes of a group by their distance from the origin. A run of planes ends where the next plane
-    # is farther away than the tolerance.
+    # Sort the planes of a group by their distance from the origin. A new run of planes begins where two
+    # neighbouring distances differ by more than the tolerance.
     order = np.lexsort((mean, owner))
     begins = (np.diff(owner[order]) != 0) | (np.diff(mean[order]) > drawn.tolerance)
     run = np.empty(len(members), dtype=int)
@@ -231,10 +231,10 @@ def _parallel_planes(
 
 
 class _Links:
-    """Search for the joints that a chain of blocks and joints connects to the joint of a plane.
+    """Search for the joints that are linked to a plane.
 
-    All joints of the chain are parallel or perpendicular to the plane. The joints found are called *linked*
-    to the plane.
+    A joint is *linked* to a plane if blocks and joints connect it to the joint of the plane, and if all these
+    joints are parallel or perpendicular to the plane.
     """
 
     def __init__(self, drawn: DrawnContacts, settings: AlignmentSettings, accuracy: np.ndarray) -> None:
@@ -288,7 +288,8 @@ class _Links:
         joints = of_block.item[first : first + count]
         if count > self._crowded:
             sine = _off_axes(self._drawn.normal[joints], direction)
-            # Allow twice the required limit here, because the caller checks each candidate exactly.
+            # Accept angles up to twice the limit here, because the caller compares each candidate with the
+            # limit itself.
             joints = joints[sine <= 2 * (accuracy + self._accuracy[joints])]
         candidates: list[int] = joints.tolist()
         return candidates
@@ -310,15 +311,15 @@ def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: Cont
             number, other = of_block.where(block[plane])
             plane = plane[number]
             sine = _off_axes(drawn.normal[other], planes.direction[plane])
-            # Allow three times the usual limit, because both planes may be parallel, within their accuracies,
-            # to a third plane with a direction in between.
+            # Accept angles up to three times the usual limit, because both planes may be parallel, within
+            # their accuracies, to a third plane with a direction in between.
             near = sine <= 3 * (planes.accuracy[plane] + drawn.accuracy[other])
             has_partner[plane[near & (other != planes.joint[plane])]] = True
     return has_partner
 
 
 def _component_of(joint: int, joints: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Return the indices of the joints that blocks connect to a given joint, in ascending order.
+    """Return the indices of the joints in the connected component of a given joint, in ascending order.
 
     Only the joints in ``joints``, which are in ascending order, connect blocks. ``ends`` has both blocks of
     each joint.
@@ -458,7 +459,7 @@ def _off_axis(vector: list[float], other: list[float]) -> float:
 
 
 def _off_axes(directions: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the result of :func:`_off_axis` for each row of unit vectors, shape (rows,)."""
+    """Return the sine of the deviation of :func:`_off_axis` for each pair of unit vectors, shape (rows,)."""
     return np.minimum(np.abs((directions * other).sum(axis=1)), _across(directions, other))
 
 

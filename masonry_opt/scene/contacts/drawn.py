@@ -17,8 +17,10 @@ class DrawnContacts:
     #: Uncertainty of each normal's direction in the drawing, in radians, shape (joints,).
     accuracy: np.ndarray
     point: np.ndarray  #: contact points, shape (points, 2) or (points, 3)
-    joint: np.ndarray  #: index of the joint of each contact point, in ascending order, shape (points,)
-    ring: np.ndarray  #: index of the outline ring of each contact point, in ascending order, shape (points,)
+    #: Index of the joint to which each contact point belongs, in ascending order, shape (points,).
+    joint: np.ndarray
+    #: Index of the outline ring to which each contact point belongs, in ascending order, shape (points,).
+    ring: np.ndarray
     tolerance: float  #: uncertainty of the position of a point in the drawing (length)
     rounding: float  #: largest difference of coordinates that may be due to rounding alone
 
@@ -65,9 +67,9 @@ class ContactPlanes:
     direction: np.ndarray  #: unit normal of each plane, shape (planes, dim)
     #: Uncertainty of each normal's direction in the drawing, in radians, shape (planes,).
     accuracy: np.ndarray
-    joint: np.ndarray  #: index of the joint of each plane, shape (planes,)
-    plane: np.ndarray  #: index of the plane of each entry of the table, shape (entries,)
-    point: np.ndarray  #: index of the contact point of each entry of the table, shape (entries,)
+    joint: np.ndarray  #: index of the joint to which each plane belongs, shape (planes,)
+    plane: np.ndarray  #: index of the plane in each entry of the table, shape (entries,)
+    point: np.ndarray  #: index of the contact point in each entry of the table, shape (entries,)
 
     @cached_property
     def by_plane(self) -> "Lists":

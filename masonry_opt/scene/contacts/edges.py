@@ -161,8 +161,8 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
     touch = parts.most <= shapes.contact_tolerance
     across = parts.where(~touch & (parts.most <= far[parts.pair]))
     touching = _join_parts(parts.where(touch), shapes.tolerance)
-    # Leave out segments that are short compared with the gap between their edges. They are no joints: they
-    # occur where a curved edge, drawn as a chain of short edges, bends.
+    # Leave out segments that are short compared with the gap between their edges. Such segments are not
+    # joints: they occur where a curved edge, drawn as a chain of short edges, bends.
     is_wide = touching.extent > LEAN * touching.most
     touching = touching.where((touching.most <= shapes.tolerance) | is_wide)
     if shapes.contact_tolerance == shapes.tolerance:
@@ -181,10 +181,10 @@ def _join_parts(parts: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
-    """Leave out touching segments that may be only a corner of one of the two blocks.
+    """Return the touching segments, except segments that may be only a corner of one of the two blocks.
 
     A segment may be a corner if its edges are not parallel, and if it is short relative to the distance
-    between them; see :data:`~.sides.LEAN`. Very short segments of parallel edges are left out too.
+    between its edges; see :data:`~.sides.LEAN`. Very short segments of parallel edges are left out too.
     """
     is_long = touching.most <= LEAN * touching.extent
     is_parallel = touching.angle <= LEAN
@@ -231,7 +231,7 @@ def _simplify_chain(chain: FacingEdges, tolerance: float, off: float) -> FacingE
 
 
 class PlaneCorners(sides.BlockCorners):
-    """Corners of all blocks in the plane. An edge runs from each corner to its ``tip``."""
+    """Corners of all blocks in the plane. From each corner, an edge runs to the next corner (``tip``)."""
 
     apart = 2.0
     tip: np.ndarray  #: end point of the edge that begins at each corner, shape (corners, 2)
@@ -245,7 +245,10 @@ class PlaneCorners(sides.BlockCorners):
         self.edges = Items(block, np.minimum(self.point, self.tip), np.maximum(self.point, self.tip))
 
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
-        """Return the contacts of the first blocks' corners with the second blocks' edges, and vice versa."""
+        """Return the contacts between corners and edges of each pair of blocks, in two tables.
+
+        In the first table, the corners belong to the first block of each pair.
+        """
         return [self._on_edges(pairs, -1.0), self._on_edges(pairs[:, ::-1], 1.0)]
 
     def meetings(self, pairs: np.ndarray) -> Meetings:
@@ -258,7 +261,10 @@ class PlaneCorners(sides.BlockCorners):
         return Meetings(pair, i, j, middle, middle)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts at coinciding corners: on bisectors of facing sides, or on sides of a notch."""
+        """Return the contacts at coinciding corners of two blocks.
+
+        A contact is on the bisector of sides that face each other, or on the sides of a notch.
+        """
         of_first, of_second = (self._sectors(corner) for corner in (meetings.first, meetings.second))
         row, angle = contact_normals(of_first, of_second)
         normal = np.column_stack([np.cos(angle), np.sin(angle)])
@@ -288,7 +294,7 @@ class PlaneCorners(sides.BlockCorners):
         return np.minimum(*(_accuracy(side, self.shapes.tolerance) for side in self._sides(corner)))
 
     def _on_edges(self, pairs: np.ndarray, sign: float) -> Touches:
-        """Return the contacts of corners of each pair's first block on edges of its second block.
+        """Return the contacts of corners of each pair's first block on edges of the second block.
 
         ``sign`` is the sign of the contacts' normals relative to the inward normals of the edges.
         """

@@ -23,9 +23,9 @@ NARROWEST = 10
 #: larger angle to each other.
 _FACING = 0.94
 
-#: Smallest difference of the vectors ``SolidCorners.inwards`` of two crossing edges at which the edges form a
-#: contact, measured along their common normal. If the difference is smaller, the faces at both edges lie
-#: nearly in one plane, and the blocks do not touch from opposite sides.
+#: Smallest difference between the vectors ``SolidCorners.inwards`` of two crossing edges, measured along
+#: their common normal. Edges with a smaller difference form no contact: the faces at both edges lie nearly in
+#: one plane, and the blocks do not touch from opposite sides.
 _FLAT = 1e-3
 
 #: Sine of the largest angle between two faces that may be due to rounding alone.
@@ -46,7 +46,10 @@ class FacingFaces(sides.Facing):
 
     @property
     def inner_points(self) -> np.ndarray:
-        """Return the centroid of each polygon and two points halfway to its corners, shape (n, 3, 3)."""
+        """Return three points in each polygon, shape (n, 3, 3).
+
+        The points are the centroid, and the midpoints between the centroid and two corners.
+        """
         rings = shapely.get_exterior_ring(self.polygon)
         count = shapely.get_num_points(rings) - 1
         points = [self.middle]
@@ -84,7 +87,7 @@ class FacingFaces(sides.Facing):
         best = best[np.unique(polygon[ring[as_long[best]]], return_index=True)[1]]
         frame, along, chosen = self.frame, direction[best], as_long[best]
         tangent = along[:, :1] * frame.u + along[:, 1:] * frame.v
-        # Rotate the corners of the outer rings so that each ring begins with the chosen side.
+        # Shift the corners of each outer ring cyclically, so that the ring begins with the chosen side.
         begin, first = np.zeros_like(count), (np.cumsum(count) - count)[ring]
         begin[ring[chosen]] = chosen - first[chosen]
         rotated = first + (np.arange(len(ring)) - first + begin[ring]) % count[ring]
@@ -161,10 +164,10 @@ def _shared_polygons(
 
 
 def _accuracy(faces: OuterFaces, face: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return the uncertainty of the direction of each given face in a drawing, in radians, shape (k,).
+    """Return the uncertainty of the direction of each given face in a drawing, in radians, shape (faces,).
 
-    ``face`` has the indices of the faces, shape (k,). The uncertainty is the tolerance divided by the shorter
-    side of the smallest rectangle round the face.
+    ``face`` has the indices of the given faces, shape (faces,). The uncertainty is the tolerance divided by
+    the shorter side of the smallest rectangle around the face.
     """
     own, number = np.unique(face, return_inverse=True)
     around = shapely.oriented_envelope(faces.polygon[own])
@@ -174,7 +177,7 @@ def _accuracy(faces: OuterFaces, face: np.ndarray, tolerance: float) -> np.ndarr
 
 
 def _projected(polygons: np.ndarray, frame: Frames, own: Frames) -> np.ndarray:
-    """Return the orthogonal projections of polygons onto other planes.
+    """Return the orthogonal projections of polygons onto given planes.
 
     Each polygon has coordinates in its frame of ``own``; its projection has coordinates in its ``frame``.
     """
@@ -201,8 +204,8 @@ def _without_tails(pieces: np.ndarray, number: np.ndarray, narrowest: float) -> 
     polygon.
     """
     opened = without_slivers(pieces, narrowest)
-    # Detect narrow ends by the perimeter, because they may have no area. Polygons without narrow ends keep
-    # their exact coordinates.
+    # Detect narrow ends by the perimeter, because narrow ends may have no area. Polygons without narrow ends
+    # keep their exact coordinates.
     cut = shapely.length(pieces) - shapely.length(opened) > narrowest
     cut |= shapely.is_empty(opened) | (shapely.get_num_geometries(opened) != 1)
     pieces[cut] = opened[cut]
@@ -279,7 +282,10 @@ class SolidCorners(sides.BlockCorners):
         return Meetings(pair, i, j, start, end).where(meets)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts at coinciding edges: on bisectors of facing faces, or on faces of a notch."""
+        """Return the contacts at coinciding edges of two blocks.
+
+        A contact is on the bisector of faces that face each other, or on the faces of a notch.
+        """
         i, j = meetings.first, meetings.second
         along = self.direction[i]
         across = unit(self.first[i])
@@ -300,13 +306,16 @@ class SolidCorners(sides.BlockCorners):
         return Touches(meetings.pair, meetings.start, meetings.end, normal, along[row], accuracy[row])
 
     def _both_ways(self, edge: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-        """Return the vectors ``first`` and ``last`` of edges, and the same vectors for reversed edges."""
+        """Return the vectors ``first`` and ``last`` of edges, and these vectors after the edges are reversed.
+
+        If the direction of an edge is reversed, ``first`` and ``last`` exchange their values.
+        """
         first, last = self.first[edge], self.last[edge]
         return (first, last), (last, first)
 
 
 def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:
-    """Return the contacts along edges of each pair's first block that lie in faces of its second block.
+    """Return the contacts of edges of each pair's first block that lie in faces of the second block.
 
     ``sign`` is 1 if the normals of these faces point into the first block of the contact, and -1 otherwise.
     """
@@ -353,7 +362,7 @@ def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touc
 
 
 def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:
-    """Return the contacts of corners of each pair's first block on faces of its second block.
+    """Return the contacts of corners of each pair's first block on faces of the second block.
 
     ``sign`` is 1 if the normals of these faces point into the first block of the contact, and -1 otherwise.
     """
@@ -394,7 +403,7 @@ def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Touches:
     touches &= np.abs(towards) > _FLAT
     point = corners.start[i] + along[0][:, None] * one + gap[:, None] / 2 * normal
     sign = np.sign(towards)[:, None]
-    # The smaller the angle between the edges, the more their errors rotate the common normal.
+    # Errors of the edges rotate the common normal more if the angle between the edges is smaller.
     accuracy = tolerance * (1 / length[i] + 1 / length[j]) / sine
     point, normal = point[touches], (sign * normal)[touches]
     return Touches(pair[touches], point, point, normal, one[touches], accuracy[touches])

@@ -83,9 +83,9 @@ def closing(scene: Scene, shapes: Extents, pairs: np.ndarray, apart: Facing) -> 
 
 
 def joining_tolerance(apart: Facing) -> float:
-    """Return the least tolerance that closes all given gaps and makes their sides parallel, or 0.
+    """Return the least tolerance that closes all given gaps and makes their sides parallel.
 
-    The result is 0 if there are no gaps. If the angle between two sides is small enough to be removed by the
+    Without gaps the result is 0. If the angle between two sides is small enough to be removed by the
     alignment, one of their corners is assumed to be inexact. The tolerance is then at least a multiple of the
     error of this corner.
     """

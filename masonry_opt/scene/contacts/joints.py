@@ -42,7 +42,7 @@ _COORDINATE_ROUNDING = 64.0
 #: the larger block.
 _SHARE_INSIDE = 0.999
 
-#: Type of a table of gaps: from the indices of two blocks to the largest width of the gap between them.
+#: Type of a dict of gaps, which maps the indices of two blocks to the largest width of the gap between them.
 Gaps = dict[tuple[int, int], float]
 
 
@@ -74,9 +74,10 @@ class Joints:
     #: Contact points, shape (points, 2) or (points, 3): the two ends of an edge, the corners of a polygon and
     #: of its holes, or one point.
     point: np.ndarray
-    joint: np.ndarray  #: index of the joint of each contact point, in ascending order, shape (points,)
-    #: Index of the outline ring of each contact point, in ascending order, shape (points,). The outer ring of
-    #: a polygon precedes the rings of its holes.
+    #: Index of the joint to which each contact point belongs, in ascending order, shape (points,).
+    joint: np.ndarray
+    #: Index of the outline ring to which each contact point belongs, in ascending order, shape (points,). The
+    #: outer ring of a polygon precedes the rings of its holes.
     ring: np.ndarray
     friction: np.ndarray  #: friction coefficient, ``inf`` if unlimited, shape (joints,)
     cohesion: np.ndarray  #: cohesion per unit of joint length (in space: area), shape (joints,)
@@ -91,15 +92,15 @@ class Joints:
     closing: Closing  #: option of the scene that turns all small gaps into joints
     #: Gaps between blocks that would have a joint if the tolerance were smaller, with their largest widths.
     lost: Gaps
-    #: Gaps that the tolerance closes to joints although the gaps are as wide as a mortar joint, with their
+    #: Gaps that the tolerance turns into joints although the gaps are as wide as a mortar joint, with their
     #: largest widths.
     bridged: Gaps
-    #: Segments in the middle of small gaps, given by their ends, shape (lines, 2, 2) or (lines, 2, 3). In
+    #: Both ends of each segment in the middle of a small gap, shape (segments, 2, 2) or (segments, 2, 3). In
     #: space the segments are the sides of polygons.
     facing: np.ndarray
-    #: Pairs of blocks (indices) that touch without a contact normal and therefore have no joint. They touch
-    #: corner on corner, in space also corner on edge or edge along edge. A pair is left out if both blocks
-    #: have joints at the point of contact, or if the pair has a small gap or a lost joint.
+    #: Pairs of blocks (indices) that touch without a contact normal and therefore have no joint. Two corners
+    #: of such blocks touch, in space also a corner and an edge, or two edges. A pair is left out if both
+    #: blocks have joints at the point of contact, or if the pair has a small gap or a lost joint.
     without_normal: list[tuple[int, int]]
     #: Points at which blocks touch without a contact normal, shape (points, 2) or (points, 3).
     meets: np.ndarray
@@ -152,7 +153,7 @@ class Joints:
 
     @property
     def axes(self) -> np.ndarray:
-        """Return the axes of all joints, shape (dim, joints, dim).
+        """Return the axes of all joints as unit vectors, shape (axes, joints, coordinates).
 
         The axes are the normals, the tangents and in space their vector products.
         """
@@ -160,7 +161,7 @@ class Joints:
         return np.stack([self.normal, self.tangent, *across])
 
     def lines(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the sides of the outlines of all joints, and the index of the joint of each side.
+        """Return the sides of the outlines of all joints, and the index of the joint that has each side.
 
         The indices are in ascending order. In the plane, each joint is a side. Sides are pairs of ends, shape
         (lines, 2, 2) or (lines, 2, 3). A joint at a single point has one side with equal ends.
@@ -309,7 +310,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
 def _measure_moved(
     after: AlignedContacts, joint: np.ndarray, extent: np.ndarray, middle: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lengths and midpoints of the joints of a scene in the plane after alignment.
+    """For a scene in the plane, return the lengths and midpoints of the joints after alignment.
 
     Only the values of joints that the alignment moved are recomputed.
     """
@@ -340,10 +341,10 @@ def joint_properties(
             both_fixed = scene.blocks[one].fixed and scene.blocks[other].fixed
             why = "are both fixed" if both_fixed else "do not touch"
             where = f"joint between {list(exception.between)}"
-            remedy = "Remove this entry, or correct the names of the blocks"
+            remedy = "Remove the entry for this joint, or correct the names of the blocks"
             if (one, other) in gaps:
                 width = rounded_up(gaps[one, other], 2)
-                remedy = f"The gap between them is up to {width} wide: {closes_gaps.advice} to close it"
+                remedy = f"The gap between the blocks is up to {width} wide: {closes_gaps.advice}"
             raise CaseError(
                 f"{scene.origin}: {where}: the blocks {why}, "
                 f"so they have no joint whose properties could be set. {remedy}"

@@ -146,10 +146,10 @@ def _gaps_to_close(
     *,
     contact_tolerance: float | None = None,
 ) -> tuple[np.ndarray, Facing]:
-    """Return near pairs of blocks, and their sides without a joint that touch or are as near as mortar.
+    """Return near pairs of blocks, and the pairs of sides that a larger tolerance could join.
 
-    ``joined`` has the two blocks of each joint. ``contact_tolerance`` replaces the contact tolerance of the
-    shapes.
+    The sides touch, or the gap between them is as narrow as mortar, and they have no joint yet. ``joined``
+    has the two blocks of each joint. ``contact_tolerance`` replaces the contact tolerance of the shapes.
     """
     wider = replace(shapes, contact_tolerance=max(shapes.contact_tolerance, contact_tolerance or 0.0))
     pairs, facing = _facing_across_mortar(scene, wider)
@@ -158,7 +158,7 @@ def _gaps_to_close(
 
 
 def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, near: Closing) -> Closing:
-    """Return the option of the scene that closes given gaps, and its value.
+    """Return the option of the scene that closes the given gaps, and the value of the option.
 
     Several gaps with parallel sides count as intended gaps, which the contact tolerance closes. If ``near``
     is a tolerance, a tolerance closes the small gaps of the scene too.
@@ -265,7 +265,7 @@ def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
 
 
 def _facing_across_mortar(scene: Scene, shapes: Extents) -> tuple[np.ndarray, Facing]:
-    """Return near pairs of blocks, and their sides that touch or have a gap as narrow as mortar.
+    """Return near pairs of blocks, and the pairs of sides that touch or have a gap as narrow as mortar.
 
     The sides are computed with the default tolerance of lengths, because a large tolerance of the scene would
     hide some of the sides.
@@ -289,12 +289,12 @@ def _fine_tolerance(scene: Scene, shapes: Extents) -> float:
 
 
 def _mean_gap(facing: Facing) -> np.ndarray:
-    """Return the mean distance of sides that face each other, shape (n,)."""
+    """Return the mean distance between sides that face each other, shape (n,)."""
     mean: np.ndarray = facing.most - facing.angle * facing.width / 2
     return mean
 
 
 def _codes(ends: np.ndarray, scene: Scene) -> np.ndarray:
-    """Return a number that identifies each pair of blocks in either order, shape (pairs,)."""
+    """Return a number that identifies each pair of blocks, regardless of their order, shape (pairs,)."""
     codes: np.ndarray = ends.min(axis=1) * len(scene.blocks) + ends.max(axis=1)
     return codes

@@ -21,16 +21,18 @@ CONTACT_FUNCTIONS: dict[
     3: (shapes_in_space, faces.facing, faces.SolidCorners),
 }
 
-#: Largest number of pairs of neighbouring blocks, in addition to ``_MOST_PAIRS_PER_BLOCK`` for each block.
-#: With a larger value, a scene of coincident blocks needs more time and memory before it raises an error.
+#: Number of pairs of neighbouring blocks that a scene may have, in addition to ``_MOST_PAIRS_PER_BLOCK`` for
+#: each block. More pairs raise an error. With a larger value, a scene of coincident blocks needs more time
+#: and memory before it raises the error.
 _MOST_PAIRS = 1_000_000
 
-#: Largest number of pairs of neighbouring blocks for each block. In a wall, a block has about six neighbours.
-#: Coincident blocks are all neighbours of each other.
+#: Number of pairs of neighbouring blocks that a scene may have for each block, in addition to
+#: ``_MOST_PAIRS``. More pairs raise an error. In a wall, a block has about six neighbours.
 _MOST_PAIRS_PER_BLOCK = 40
 
 #: Number of the three test points in a gap that must be inside third blocks for the gap to count as blocked.
-#: With a smaller value, a block in a part of the gap prevents the whole joint.
+#: No joint is made across a blocked gap. With a smaller value, a block in a small part of a gap blocks the
+#: whole gap.
 _POINTS_BETWEEN = 2
 
 #: Number of blocks whose neighbours are searched for at a time. A larger value needs more memory.
@@ -68,7 +70,7 @@ def near_pairs(scene: Scene, shapes: Extents, far: np.ndarray) -> np.ndarray:
 
 
 def facing_sides(scene: Scene, shapes: Extents, pairs: np.ndarray, far: np.ndarray) -> Facing:
-    """Return the sides of pairs of blocks that touch, or face each other with no block between them.
+    """Return the pairs of sides that touch, or that face each other with no third block between them.
 
     Parameters
     ----------

@@ -76,7 +76,9 @@ class Items:
 def near_items(
     shapes: Extents, pairs: np.ndarray, far: np.ndarray | float, kinds: tuple[Items, Items]
 ) -> tuple[np.ndarray, ...]:
-    """Return pairs of items, one of each block of a pair, whose bounding boxes are near each other.
+    """For each pair of blocks, return the pairs of items whose bounding boxes are near each other.
+
+    The first item belongs to the first block of the pair, and the second item to the second block.
 
     Parameters
     ----------
@@ -118,7 +120,7 @@ class Facing(Rows, ABC):
     project. The table has n rows, one for each segment or polygon.
     """
 
-    #: Number of the pair of blocks that share each segment or polygon, in ascending order, shape (n,).
+    #: Index of the pair of blocks that share each segment or polygon, in ascending order, shape (n,).
     pair: np.ndarray
     #: Largest distance between the two sides (in space: negative if they overlap), shape (n,).
     most: np.ndarray
@@ -159,7 +161,7 @@ class Facing(Rows, ABC):
         tangent : ndarray, shape (rows, 2) or (rows, 3)
             Unit vector along each row.
         row : ndarray, shape (rings,)
-            Number of the row that each ring bounds.
+            Index of the row that each ring bounds.
         count : ndarray, shape (rings,)
             Number of corners of each ring.
         corners : ndarray, shape (corners, 2) or (corners, 3)
@@ -178,7 +180,7 @@ class Facing(Rows, ABC):
 class Touches(Rows):
     """Contacts of pairs of blocks at points (in space: also along lines)."""
 
-    pair: np.ndarray  #: number of the pair of blocks of each contact, shape (touches,)
+    pair: np.ndarray  #: index of the pair of blocks that has each contact, shape (touches,)
     #: Start of each line of contact, or the point of contact, shape (touches, 2) or (touches, 3).
     start: np.ndarray
     #: End of each line of contact, equal to ``start`` for a point, shape (touches, 2) or (touches, 3).
@@ -209,9 +211,9 @@ class Touches(Rows):
 class Meetings(Rows):
     """Places at which corners (in space: edges) of two blocks coincide."""
 
-    pair: np.ndarray  #: number of the pair of blocks, shape (meetings,)
-    first: np.ndarray  #: number of the corner (in space, edge) of the first block, shape (meetings,)
-    second: np.ndarray  #: number of the corner (in space, edge) of the second block, shape (meetings,)
+    pair: np.ndarray  #: index of the pair of blocks, shape (meetings,)
+    first: np.ndarray  #: index of the corner (in space, edge) of the first block, shape (meetings,)
+    second: np.ndarray  #: index of the corner (in space, edge) of the second block, shape (meetings,)
     #: Point halfway between the corners, or start of the common line, shape (meetings, 2) or (meetings, 3).
     start: np.ndarray
     #: End of the common line, equal to ``start`` for a point, shape (meetings, 2) or (meetings, 3).
@@ -235,14 +237,14 @@ class BlockCorners(ABC):
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
         """Return the contacts of pairs of blocks at corners and edges, one table for each kind of contact.
 
-        ``Touches.pair`` is the number of the row in ``pairs``.
+        ``Touches.pair`` is the index of the row in ``pairs``.
         """
 
     @abstractmethod
     def meetings(self, pairs: np.ndarray) -> "Meetings":
         """Return the places at which corners (in space: edges) of two blocks coincide.
 
-        ``Meetings.pair`` is the number of the row in ``pairs``.
+        ``Meetings.pair`` is the index of the row in ``pairs``.
         """
 
     @abstractmethod
@@ -260,7 +262,7 @@ class BlockCorners(ABC):
         pairs : ndarray, shape (pairs, 2)
             Pairs of blocks.
         asked : ndarray, shape (k,)
-            Numbers of the pairs whose contacts are sought.
+            Indices of the pairs whose contacts are sought.
         shared : Facing
             Lengths or polygons that the pairs share.
         """
@@ -307,7 +309,10 @@ class BlockCorners(ABC):
     def _both_have_joints(
         self, pairs: np.ndarray, pair: np.ndarray, point: np.ndarray, found: Sequence[Facing | Touches]
     ) -> np.ndarray:
-        """Return a mask of the points near which both blocks of the pair have one of the joints ``found``."""
+        """Return a mask of the points at which each block of the pair has a joint, shape (points,).
+
+        ``found`` has the joints. The two blocks may have joints with other blocks at the point.
+        """
         both = np.ones(len(pair), dtype=bool)
         for block in pairs[pair].T:
             distance = [
@@ -328,7 +333,7 @@ class BlockCorners(ABC):
         pairs : ndarray, shape (pairs, 2)
             Pairs of blocks.
         asked : ndarray, shape (k,)
-            Numbers of the pairs to examine.
+            Indices of the pairs to examine.
         found : tuple of Facing and Touches
             Joints of all pairs.
 
@@ -367,14 +372,15 @@ def to_line(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarra
 
 
 def nearest(key: np.ndarray, points: np.ndarray, found: Facing | Touches, of_found: np.ndarray) -> np.ndarray:
-    """Return the distance of each point from the nearest joint with the same key.
+    """Return the distance of each point from the nearest joint of the same block or pair of blocks.
 
-    The shape is (points,). The distance is infinite if no joint has the key of the point.
+    The shape is (points,). The key of a point or joint is the index of a block or of a pair of blocks. The
+    distance is infinite if no joint has the key of the point.
 
     Parameters
     ----------
     key : ndarray, shape (points,)
-        Key of each point, such as a pair of blocks or a block.
+        Key of each point.
     points : ndarray, shape (points, 2) or (points, 3)
         Points.
     found : Facing or Touches

@@ -216,7 +216,8 @@ def _seen_along(meshes: Sequence[Mesh], unit: np.ndarray, drawing: CompasDrawing
     for mesh in meshes:
         if mesh.flat and not flat:
             raise ValueError(
-                f"block '{mesh.name}' is a single face, but other blocks are solids: give it a thickness"
+                f"block '{mesh.name}' is a single face, but other blocks are solids: draw this block with a "
+                "thickness"
             )
         with stones.naming(f"block '{mesh.name}'"):
             outlines.append(_end(mesh, drawing.tolerance, plane, unit))
@@ -324,7 +325,10 @@ def _table(value: Any) -> dict[str, Any]:
 
 
 def _drawn(data: Any) -> Iterator[_DrawnBlock]:
-    """Yield the blocks of an assembly, a model or a list, which may be inside another object."""
+    """Yield the blocks of an assembly, a model or a list.
+
+    The assembly, model or list may be inside another object.
+    """
     content = _content(data)
     if isinstance(content, list):
         yield from _drawn_in_list(content)
@@ -352,14 +356,14 @@ def _drawn(data: Any) -> Iterator[_DrawnBlock]:
 
 
 def _drawn_in_list(items: list[Any]) -> Iterator[_DrawnBlock]:
-    """Yield the blocks of a list, with their numbers from 0 as keys."""
+    """Yield the blocks of a list, with their indices in the list as keys."""
     for number, item in enumerate(_flattened(items)):
         attributes = _table(_content(item)).get("attributes")
         yield number, item, _is_support(attributes), None
 
 
 def _drawn_in_model(model: dict[str, Any]) -> Iterator[_DrawnBlock]:
-    """Yield the elements of a block model, with their numbers from 0 as keys."""
+    """Yield the elements of a block model, with their indices in the model as keys."""
     if model.get("transformation"):
         raise ValueError("the whole model has a transformation: apply the transformation before export")
     elements = model["elements"]
@@ -454,7 +458,7 @@ def _polygon(points: list[Any]) -> tuple[np.ndarray, list[list[int]]]:
 
 
 def _numbers(points: list[Any]) -> np.ndarray:
-    """Return the coordinates of points, shape (points, 3), with z = 0 for points of two coordinates."""
+    """Return the coordinates of points, shape (points, 3). Points with two coordinates have z = 0."""
     rows = [tuple(map(_number, point)) for point in points]
     if any(len(row) not in (2, 3) for row in rows):
         raise CaseError("the block has a corner that has neither two nor three coordinates")

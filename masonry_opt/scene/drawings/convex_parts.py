@@ -15,12 +15,12 @@ from masonry_opt.scene.space.faces import place
 #: usually has a curved surface with too many contacts for an analysis.
 _MOST_PIECES = 1000
 
-#: Reduced tolerance for merging the triangles of a convex hull to sides, relative to the tolerance. With a
+#: Reduced tolerance for merging the triangles of a convex hull into sides, relative to the tolerance. With a
 #: larger value, triangles that are not in one plane may be merged.
 _COPLANAR_SHARE = 1e-3
 
-#: Thickness of the thinnest part, relative to the tolerance. With a value of 1 or less, rounding may reduce
-#: the volume of a part to zero.
+#: Smallest thickness of a part, relative to the tolerance. Thinner parts are omitted. With a value of 1 or
+#: less, rounding may reduce the volume of a part to zero.
 _THINNEST = 2.0
 
 #: Largest fraction of a block's volume in parts that are omitted because they are thinner than the tolerance.
@@ -74,7 +74,7 @@ def convex_solids(mesh: Mesh, tolerance: float) -> list[MeshSolid]:
 
 
 def _fills(block: MeshSolid, hull: MeshSolid, tolerance: float) -> bool:
-    """Return True if a block equals its convex hull, except for a layer as thick as the tolerance.
+    """Return True if a block fills its convex hull, except for a layer as thick as the tolerance.
 
     Surfaces that cross each other may enclose the volume of the hull by chance. Therefore the winding number
     is checked at points between the middle of the hull and its corners.
@@ -176,7 +176,7 @@ def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:
 
 
 def _best(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float) -> int:
-    """Return the index of the side whose plane divides the cell next."""
+    """Return the index of the side along whose plane the cell is divided next."""
     planes = np.unique(pieces.side)
     low, high = pieces.heights(base[planes], normal[planes])
     ahead, behind = high > tolerance, low < -tolerance
@@ -260,7 +260,8 @@ def _hull(corners: np.ndarray, tolerance: float) -> MeshSolid | None:
         hull = ConvexHull(corners)
         mesh = Mesh("", corners, hull.simplices.tolist())
         shape = polyhedron(mesh, tolerance / 4)
-        # If narrow triangles were merged to a side with an inaccurate plane, merge fewer triangles.
+        # A side of narrow triangles may have an inaccurate plane, so that the hull is not convex. If so,
+        # merge fewer triangles.
         if not shape.convex(tolerance):
             shape = polyhedron(mesh, _COPLANAR_SHARE * tolerance)
     except (QhullError, ValueError):

@@ -166,7 +166,7 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
         if not found:
             raise ValueError(f"the model space contains no closed outline{_known(shown)}")
         live_of_layer = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
-        # Live load of each block as a multiple of its weight.
+        # Live loads are multiples of the weights. The multiple may depend on the layer of a block.
         pushes = [live_of_layer.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
         unread = _unread_layers(document, drawing)
         blocks: Sequence[Block | Solid] = _blocks(found, _names(found, shown, scale), drawing, unread)
@@ -198,7 +198,7 @@ def _scale(document: Any) -> float:
 def _outlines(
     curves: list[Curve], diagonal: float, drawing: DxfDrawing, defects: Defects
 ) -> tuple[list[Outline], list[tuple[Curve, Curve]]]:
-    """Return the outlines of the blocks, and the omitted copies of outlines with their originals.
+    """Return the outlines of the blocks, and pairs of an omitted copy and its original outline.
 
     Defects of the drawing are added to ``defects``.
     """

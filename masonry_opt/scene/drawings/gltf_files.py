@@ -13,7 +13,7 @@ import numpy as np
 from masonry_opt.scene.drawings import stones
 from masonry_opt.scene.drawings.meshes import Mesh, used
 
-#: First four bytes of a binary glTF file, and its only supported version.
+#: First four bytes of a binary glTF file, and the only supported version of glTF.
 _HEADER = (b"glTF", 2)
 
 #: Numpy types of the numbers in accessors, by the code ``componentType`` (glTF 2.0, section 3.6.2.2).
@@ -26,8 +26,8 @@ _STRIP = 5
 #: Code of a primitive that is a fan of triangles.
 _FAN = 6
 
-#: Largest number of corners of all nodes. A file with more corners raises an error. Even a small file may
-#: have more corners, because many nodes can refer to one mesh.
+#: Largest total number of corners of all nodes. A file with more corners raises an error. Even a small file
+#: may have more corners, because many nodes can refer to one mesh.
 _MOST_GLTF_CORNERS = 5_000_000
 
 

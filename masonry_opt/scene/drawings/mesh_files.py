@@ -147,7 +147,7 @@ def _sort_key(file: Path) -> list[tuple[int, str]]:
 
 
 def _meshes_as_blocks(path: Path, drawing: MeshDrawing) -> list[Mesh]:
-    """Return the meshes of a file, or the closed surfaces of its mesh if it has only one.
+    """Return the meshes of a file. If the file has only one mesh, return its closed surfaces instead.
 
     Raises CaseError if the ending of the file's name is not the ending of a mesh format.
     """

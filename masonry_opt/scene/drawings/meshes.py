@@ -23,7 +23,7 @@ _NOISE = 4.0
 #: farther.
 _LEAST_NORMAL_SPREAD = 0.02
 
-#: Cosine of the largest angle between faces that may be merged to one plane side.
+#: Cosine of the largest angle between faces that may be merged into one plane side.
 _PARALLEL_COSINE = 0.9
 
 #: Angle between two faces at a common edge, in radians, below which the faces count as coincident.
@@ -121,7 +121,7 @@ class MeshSolid:
 
 
 def across(normal: np.ndarray) -> np.ndarray:
-    """Return two unit vectors in a plane that form a right-handed system with its normal, shape (2, 3)."""
+    """Return two unit vectors in a plane, right-handed with the normal of the plane, shape (2, 3)."""
     u = _cross(normal, np.eye(3)[np.abs(normal).argmin()])
     u /= np.linalg.norm(u)
     return np.array([u, _cross(normal, u)])
@@ -206,7 +206,7 @@ def refuse_holes(mesh: Mesh, tolerance: float) -> None:
         if not _is_covered(edge, ends[others], tolerance):
             one, other = map(place, edge)
             raise ValueError(
-                f"the block is not closed at its edge from {one} to {other}, which only one face has: "
+                f"the block is not closed at its edge from {one} to {other}, which belongs to only one face: "
                 "add the missing face, or close the hole in the program that drew the block"
             )
 
@@ -289,7 +289,7 @@ def used(name: str, points: np.ndarray, faces: list[list[int]], layers: str = ""
 def _through_inside(
     points: np.ndarray, edge: Edge, having: list[int], faces: list[list[int]]
 ) -> Iterator[list[int]]:
-    """Yield the pairs of faces that belong to one block at an edge of more than two faces.
+    """Pair the faces at an edge that more than two faces share, and yield the pairs that bound one block.
 
     Each face is paired with the first face behind it that traverses the edge in the opposite direction.
     """
@@ -332,7 +332,7 @@ def first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def _by_edge(faces: list[list[int]]) -> dict[Edge, list[int]]:
-    """Return the faces at each edge; an edge is the pair of its corner indices, in ascending order."""
+    """Return a dict from each edge, a pair of ascending corner indices, to the faces at the edge."""
     having: dict[Edge, list[int]] = defaultdict(list)
     for number, face in enumerate(faces):
         for tail, tip in steps_round(face):
@@ -446,7 +446,7 @@ def _neighbours(faces: list[list[int]]) -> list[list[int]]:
 
 
 def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side | None:
-    """Merge faces to one plane side, or return None if this is not possible.
+    """Merge faces into one plane side, or return None if the faces cannot be merged.
 
     Faces cannot be merged if they are not in one plane, if they have no outline, or if their outline touches
     itself.

@@ -31,7 +31,7 @@ class Nesting(NamedTuple):
 def outlines_with_holes(
     outlines: Sequence[Curve], is_support: Sequence[bool], tolerance: float, overlap: float, defects: Defects
 ) -> Nesting:
-    """Return the blocks with their holes, and the duplicate outlines that are left out.
+    """Separate outlines of blocks from outlines of holes, and leave out duplicate outlines.
 
     An outline inside another outline, apart from an overlap, is a hole in a block. An outline inside a hole
     is a block again. If the outline of a hole is drawn twice, the first outline is the hole, and the second

@@ -28,8 +28,8 @@ _MOST_POINTS = 4000
 #: value produces more chords.
 SAGITTA = 1e-4
 
-#: Grid step to which intersections of joint lines are rounded, relative to the tolerance of the outlines or
-#: to the default tolerance of a scene, whichever is smaller.
+#: Step of the grid to which intersections of joint lines are rounded, relative to the tolerance of the
+#: outlines or to the default tolerance of a scene, whichever is smaller.
 _GRID_SHARE = 0.01
 
 #: A corner is removed if its distance from the line through its two neighbours is at most this number of
@@ -131,7 +131,7 @@ def layer_of(entity: Any) -> str:
 
 
 def _attribute(entity: Any, name: str, default: object) -> Any:
-    """Return an attribute of an entity, or the default if the entity does not have it."""
+    """Return an attribute of an entity, or the default if the entity lacks the attribute."""
     return entity.dxf.get(name, default) if entity.dxf.is_supported(name) else default
 
 
@@ -256,12 +256,12 @@ def _points(entity: Any, sagitta: float) -> list[Any]:
             return points[:-1] if entity.is_closed else points
         case "SPLINE" if not entity.construction_tool().is_clamped:
             # Do not read the spline, because ezdxf would continue it beyond its ends.
-            raise ValueError("it is a periodic spline")
+            raise ValueError("the curve is a periodic spline")
         case _:
             found = entity.flattening(sagitta)
     points = list(islice(found, _MOST_POINTS + 1))
     if len(points) > _MOST_POINTS:
-        raise ValueError(f"it needs more than {_MOST_POINTS} chords: raise 'sagitta'")
+        raise ValueError(f"the curve needs more than {_MOST_POINTS} chords: raise 'sagitta'")
     return points
 
 
@@ -305,7 +305,8 @@ def closed_outlines(
         if curve.closed or math.dist(curve.points[0], curve.points[-1]) <= tolerance < extent:
             outlines.append((number, curve))
             continue
-        # The key does not depend on the direction, because a copy may run in the opposite direction.
+        # Two curves with equal keys are copies. The key does not depend on the direction of the curve,
+        # because a copy may run in the opposite direction.
         on_grid = np.round(curve.points / rounding) + 0.0
         key = curve.layer, min(on_grid.tobytes(), on_grid[::-1].tobytes())
         if key in originals:
@@ -321,7 +322,7 @@ def closed_outlines(
 def _loops(
     curves: list[tuple[int, Curve]], tolerances: Sequence[float], defects: Defects
 ) -> list[tuple[int, Curve]]:
-    """Return the closed loops that open curves form, each with the number of its first curve.
+    """Return the closed loops that open curves form, each with the index of its first curve.
 
     See :func:`closed_outlines` for the tolerances and the defects.
     """
@@ -353,10 +354,11 @@ def _loops(
         end: int | None = start
         while end is not None:
             end = following.pop(end, None)
-    # Each ring is a closed loop: it lists the curves in order, each by the end at which the curve begins.
+    # Each ring is a closed loop. For each curve of the loop, in order, it has the index of the end at which
+    # the loop enters the curve.
     loops = []
     for ring in rings_of(following):
-        if ring[0] % 2 == 0:  # each loop occurs twice, once in each direction
+        if ring[0] % 2 == 0:  # skip the second copy of each loop, which runs in the opposite direction
             parts = [curves[end // 2][1].points[:: -1 if end % 2 else 1] for end in ring]
             number, curve = curves[ring[0] // 2]
             loops.append((number, curve._replace(points=np.concatenate(parts), closed=True)))

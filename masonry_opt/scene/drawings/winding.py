@@ -22,7 +22,7 @@ def fan_triangles(block: MeshSolid) -> np.ndarray:
 
 
 def winding_number(point: np.ndarray, triangles: np.ndarray) -> float:
-    """Return the winding number of a closed surface of triangles round a point: 1 inside, 0 outside.
+    """Return the winding number of a closed surface of triangles around a point: 1 inside, 0 outside.
 
     The winding number is the solid angle of the surface divided by 4π (Jacobson, Kavan and Sorkine-Hornung
     2013). The solid angle of a triangle is computed by the formula of van Oosterom and Strackee (1983).
