@@ -8,8 +8,8 @@ from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer, St
 
 from masonry_opt.scene.blocks import Name, NonNegative, Number, Positive, Record
 
-#: Largest finite friction coefficient. With a larger coefficient, rounding errors would dominate the friction
-#: conditions.
+#: Largest finite friction coefficient. A larger finite coefficient is refused, because rounding errors would
+#: dominate the friction conditions.
 LARGEST_FRICTION = 1e6
 
 
@@ -34,7 +34,7 @@ Friction = Annotated[
 
 
 class _InDegrees(Record):
-    """Record that accepts angles in degrees and stores their tangents."""
+    """Base class of joint properties: converts friction and dilatancy angles to their tangents."""
 
     friction_angle: Angle | None = Field(default=None, exclude=True, repr=False)
     dilatancy_angle: Angle | None = Field(default=None, exclude=True, repr=False)
@@ -52,7 +52,7 @@ class _InDegrees(Record):
                 continue
             if keys.get(tangent) is not None:
                 raise ValueError(f"give '{tangent}' or '{angle}', not both")
-            keys[tangent] = 0.0  # use a valid coefficient, so that only the wrong angle is reported
+            keys[tangent] = 0.0  # valid placeholder: if the angle is invalid, only the angle is reported
             if type(degrees) in (int, float) and 0 <= degrees < 90:
                 keys[tangent] = math.tan(math.radians(keys.pop(angle)))
         return keys

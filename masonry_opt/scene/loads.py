@@ -11,7 +11,8 @@ from masonry_opt.scene.solids import ONE_OR_SEVERAL, PlaneOrSpaceVector, Vector
 
 Kind = Literal["dead", "live"]
 LOAD_KINDS: tuple[Kind, ...] = ("dead", "live")
-#: Tags of the alternative types of an earthquake's direction, by Python type.
+#: Tag of the direction type that accepts a value, for each Python type of the value. The tag of all other
+#: types, such as numbers, is "<one>".
 _DIRECTION_TAGS = ((str, "<plane>"), ((list, tuple), "<several>"))
 #: Direction of an earthquake: "left" or "right" in the plane. In space the direction is an angle in plan in
 #: degrees, or a vector.

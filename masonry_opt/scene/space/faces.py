@@ -19,9 +19,9 @@ from masonry_opt.scene.geometry import STRAIGHT, TOLERANCE_OVER_ERROR, set_toler
 from masonry_opt.scene.rows import Rows, bounds, dots, first_alike, following, lengths, ranges, sums, turned
 from masonry_opt.scene.scene import Scene
 
-#: Ratio of the error of one corner of a rectangular face to the distance of its corners from their mean
-#: plane. The error tilts this plane, so all four corners have the same distance, which is smaller than the
-#: error. A message multiplies the distance by this ratio to recommend a tolerance.
+#: Ratio of the error of one corner of a rectangular face to the distance of the corners from their mean
+#: plane. The plane tilts towards the wrong corner, so all four corners have the same distance, a quarter of
+#: the error. A message multiplies this distance by the ratio to recommend a tolerance.
 _ERROR_OVER_HEIGHT = 4.0
 
 #: Largest distance of a corner from the plane of its face that may be an error of the coordinates, relative
@@ -41,7 +41,7 @@ class Surfaces:
     scene: Scene  #: scene of the blocks, for messages
     points: np.ndarray  #: coordinates of the vertices, shape (vertices, 3)
     block: np.ndarray  #: index of the block to which each part belongs, in ascending order, shape (parts,)
-    #: Index of the part, of a block, to which each face belongs, in ascending order, shape (faces,).
+    #: Index of the part to which each face belongs, in ascending order, shape (faces,).
     part: np.ndarray
     face: np.ndarray  #: index of the face to which each corner belongs, in ascending order, shape (corners,)
     vertex: np.ndarray  #: index of the vertex at each corner, shape (corners,)
@@ -130,7 +130,7 @@ class Surfaces:
 
 
 def place(point: np.ndarray, tolerance: float = 0.0) -> str:
-    """Return the coordinates of a point as text; values up to the tolerance are written as 0."""
+    """Return the coordinates of a point as text. Coordinates up to the tolerance are written as 0."""
     return f"({', '.join(f'{0.0 if abs(value) <= tolerance else value:.6g}' for value in point)})"
 
 
@@ -155,7 +155,7 @@ class Frames(Rows):
         return cls(base, u, np.cross(normal, u), normal)
 
     def down(self, points: np.ndarray, frame: np.ndarray) -> np.ndarray:
-        """Project points in space to frames; return their plane coordinates, shape (points, 2).
+        """Project points onto planes. Return the coordinates in the axes of the planes, shape (points, 2).
 
         ``frame`` is the index of the frame of each point.
         """
@@ -163,14 +163,14 @@ class Frames(Rows):
         return np.column_stack([dots(offset, self.u[frame]), dots(offset, self.v[frame])])
 
     def above(self, points: np.ndarray, frame: np.ndarray) -> np.ndarray:
-        """Return the heights of points in space above frames, shape (points,).
+        """Return the heights of points in space above the planes of frames, shape (points,).
 
         ``frame`` is the index of the frame of each point.
         """
         return dots(points - self.base[frame], self.normal[frame])
 
     def up(self, points: np.ndarray, frame: np.ndarray) -> np.ndarray:
-        """Return the points in space, shape (points, 3), with given plane coordinates in frames.
+        """Convert coordinates in the axes of planes to points in space, shape (points, 3).
 
         ``frame`` is the index of the frame of each point.
         """
@@ -183,7 +183,7 @@ class OuterFaces(Rows):
 
     block: np.ndarray  #: index of the block of each face, in ascending order, shape (faces,)
     frame: Frames  #: plane and coordinate axes of each face; the normal points outwards
-    #: Polygon of each face, which may have holes, counter-clockwise in the coordinates of its frame, shape
+    #: Polygon of each face in the coordinates of the face's frame, counter-clockwise, with any holes, shape
     #: (faces,).
     polygon: np.ndarray
 
@@ -210,7 +210,7 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class FacePlanes:
-    """Planes of faces; all faces of a block that are within the tolerance of a plane share this plane."""
+    """Planes of faces. Faces of one block that lie within the tolerance of one plane share this plane."""
 
     frame: Frames  #: planes with coordinate axes
     block: np.ndarray  #: index of the block of each plane, in ascending order, shape (planes,)
@@ -295,7 +295,7 @@ def _leading_faces(
         is_first = np.diff(block[remaining], prepend=-1) != 0
         largest = remaining[is_first][np.cumsum(is_first) - 1]
         within = np.abs(dots(middle[remaining] - middle[largest], normal[largest])) <= tolerance
-        # Two opposite faces at a thin end of a part do not share a plane, even if their distance is at most
+        # Two opposite faces at a thin end of a part must not share a plane, even if their distance is at most
         # the tolerance.
         opposite = dots(normal[remaining], normal[largest]) < 0
         within &= ~(opposite & (surfaces.part[remaining] == surfaces.part[largest]))
@@ -314,7 +314,7 @@ def _leading_faces(
 def _height_of_part(
     surfaces: Surfaces, face: np.ndarray, leader: np.ndarray, geometry: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
-    """Return how far the part of each face extends beyond the plane of another face, shape (faces,).
+    """For each face, return how far its part of the block extends beyond a candidate plane, shape (faces,).
 
     A narrow face may lie in a plane that its part crosses elsewhere. The part would then not be convex.
 
