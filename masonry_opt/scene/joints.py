@@ -59,7 +59,7 @@ class _InDegrees(Record):
 
 
 class JointDefaults(_InDegrees):
-    """Default properties of all joints, which :class:`Joint` records override for single joints.
+    """Default properties of the joints of a scene; a :class:`Joint` record overrides them for one joint.
 
     Raises CaseError if a value is out of range.
 
@@ -87,7 +87,7 @@ class JointDefaults(_InDegrees):
 
     def _mistakes(self) -> Iterator[str]:
         if self.dilatancy > self.friction:
-            yield "'dilatancy' must not exceed 'friction': sliding would create energy"
+            yield "'dilatancy' must not exceed 'friction', because sliding would create energy"
         if self.dilatancy_stress and not self.dilatancy_stress[0] < self.dilatancy_stress[1]:
             yield (
                 "'dilatancy_stress' must be two increasing stresses: "
@@ -96,7 +96,7 @@ class JointDefaults(_InDegrees):
 
 
 class Joint(_InDegrees):
-    """Properties of the joint between two named blocks, which override the defaults.
+    """Properties that override the defaults for the joint between two named blocks.
 
     Raises CaseError if a value is out of range.
 

@@ -336,7 +336,7 @@ def _wrong_earthquakes(scene: SceneKeys) -> Iterator[str]:
 
 
 def wrong_direction(scene: SceneKeys, quake: Earthquake) -> str | None:
-    """Return the error message for a wrong direction of an earthquake, or None if it is valid."""
+    """Return the error message for a wrong direction of an earthquake, or None if the direction is valid."""
     if isinstance(quake.direction, str) == (scene.dimension == 3):
         return f"'direction' needs {_DIRECTION_FORMS[scene.dimension]}"
     if scene.sideways(quake.towards) is None:

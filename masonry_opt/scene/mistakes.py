@@ -37,7 +37,7 @@ _MESSAGES = {
     "less_than": "must be less than {lt}",
     "less_than_equal": "must be {le} or less",
     "string_unicode": "must be text of whole characters",
-    # This message is for a list with a missing entry. A missing key has a different message.
+    # Message for a list that lacks an entry. A missing key has a different message.
     "missing": "needs two numbers, [x, y]",
 }
 
@@ -145,7 +145,7 @@ def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, An
     alias = field.alias if field else None
     nested = _held(field, item["loc"]) if field else None
     if nested and len(loc) > 1 and isinstance(loc[1], int) and (in_file or alias):
-        # In a case file, a generator is either one table or a list of tables.
+        # In a case file, a generator may be one table instead of a list of tables.
         is_list = not in_file or isinstance(values.get(key), list)
         where = [_entry(alias or key, loc[1], values.get(key)) if is_list else f"[{key}]"]
         loc = loc[2:]
@@ -243,7 +243,7 @@ def _fields(record: type[BaseModel]) -> dict[str, FieldInfo]:
 
 
 def _held(field: FieldInfo, loc: Collection[str | int]) -> type[BaseModel] | None:
-    """Return the class of the records in a field, or None if the field has no records.
+    """Return the class of the records that a field contains, or None if the field contains no records.
 
     If several classes are possible, the location of the error selects the class.
     """

@@ -32,7 +32,7 @@ def sides_of(polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def without_straight_corners(polygons: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return counter-clockwise polygons without corners on straight sides.
+    """Return the polygons counter-clockwise, without corners in the middle of straight sides.
 
     A corner is removed if it lies within the tolerance of the outline without this corner.
     """

@@ -107,7 +107,7 @@ class Axles(Record):
     def _mistakes(self) -> Iterator[str]:
         if self.set is not None:
             if self.loads or self.distances:
-                yield "a group has either a 'set', or 'loads' and 'distances': remove one of the two"
+                yield "a group of axles needs either a 'set', or 'loads' and 'distances', but not both"
             if self.set not in SETS:
                 yield f"'set' \"{self.set}\" is unknown{instead_of(self.set, SETS)}"
         elif not self.loads and (self.distances or not self.uniform):

@@ -277,7 +277,7 @@ class Scene(SceneKeys):
         """
         if self.dimension == 3:
             raise OptionError(
-                f"{self.origin}: its blocks are solids, but this function needs a scene in the plane"
+                f"{self.origin}: the blocks are solids, but this function needs a scene in the plane"
             )
         return [block for block in self.blocks if isinstance(block, Block)]
 
@@ -287,7 +287,7 @@ class Scene(SceneKeys):
         Raises OptionError for a plane scene.
         """
         if self.dimension == 2:
-            raise OptionError(f"{self.origin}: its blocks lie in the plane, but this function needs solids")
+            raise OptionError(f"{self.origin}: the blocks lie in the plane, but this function needs solids")
         return [block for block in self.blocks if isinstance(block, Solid)]
 
     @property

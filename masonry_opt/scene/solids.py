@@ -38,7 +38,7 @@ COORDINATES = {2: "two numbers, x, y", 3: "three numbers, x, y, z"}
 
 
 def coordinates(given: Any, dimension: int) -> np.ndarray | None:
-    """Return a value as a vector, shape (dimension,), or None if it is not a vector of finite numbers."""
+    """Convert a value to a vector, shape (dimension,); return None if it is no vector of finite numbers."""
     try:
         vector = np.array(given, dtype=float)
     except (TypeError, ValueError):

@@ -241,7 +241,7 @@ class Column(WeighedGenerator):
             )
 
     def blocks(self, thickness: float | None = None) -> list[Block]:
-        """Return the drums ``d1``, ``d2``, ... from the bottom, then the base.
+        """Return the drums ``d1``, ``d2``, ... from the bottom upwards, and finally the base.
 
         See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``.
         """

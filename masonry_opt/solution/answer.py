@@ -304,7 +304,7 @@ def kinematic_residual(problem: Problem, q: np.ndarray, still: np.ndarray) -> fl
 
 
 def static_residual(problem: Problem, d: np.ndarray, p: np.ndarray, held: np.ndarray) -> float:
-    """Return the residual of a proof that given yield conditions are never active together at λ ≥ 0.
+    """Return the residual of a proof that given yield conditions cannot all be active in a state with λ ≥ 0.
 
     The given yield conditions are the faces for which ``held`` (faces,) is True. The proof is a motion d
     (3b,) with rates p (faces,) that satisfies three conditions: Bᵀd = C(μ)ᵀp, p ≥ 0 on all other faces, and

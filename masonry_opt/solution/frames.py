@@ -255,8 +255,8 @@ def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataF
     closing = problem.of_forces(u)[has_role]
     names = [*(block.name for block in assembly.scene.blocks), "ground"]
     lowest, highest = np.array([[each.lowest, each.highest] for each in forces], float).reshape(-1, 2).T
-    # Solvers satisfy a force limit only to a tolerance that is relative to the forces of the scene. Smaller
-    # differences count as rounding.
+    # Solvers satisfy a force limit only to a tolerance that is relative to the forces of the scene.
+    # Differences up to this value count as rounding.
     rounding = IDLE * np.abs(problem.normal_forces(q)).max(initial=0.0) * problem.force_unit
     within = np.clip(T, lowest, highest)
     T = np.where(np.abs(T - within) <= rounding, within, T)

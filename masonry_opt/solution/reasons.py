@@ -93,7 +93,7 @@ class Code(StrEnum):
     NO_MECHANISM = "no mechanism"
     # It is proven that no collapse state exists. Values: ``static_cuts``, the number of sets of yield
     # conditions that cannot all be at yield in one state; ``kinematic_cuts``, the number of sets of yield
-    # conditions of which at least one yields in every mechanism in which the live load does work.
+    # conditions of which at least one must yield if the live load does work.
     NO_COLLAPSE = "no collapse"
     # It is proven that some forces within the friction limits carry any multiple of the live load. This
     # reason has no values.
@@ -120,7 +120,8 @@ class Code(StrEnum):
     # ``by``, the difference of the two load factors. All codes from here to LEAST_BORNE_OUT belong to the
     # loop of linear programs.
     ABOVE_ASSOCIATIVE = "above associative"
-    # The associative answer already satisfies the flow rule, so the loop stops. This reason has no values.
+    # The associative answer already satisfies the joints' own flow rule, so the loop stops. This reason has
+    # no values.
     FLOW_RULE_IDLE = "flow rule idle"
     # λ still changes at the last iteration of the loop. Values: ``count``, the number of sub-problems;
     # ``lowest`` and ``highest`` λ of the last sub-problems.
@@ -200,10 +201,10 @@ class Code(StrEnum):
     # The time of option ``search`` was over before the search found an exact state.
     NO_TIME = "no time"
 
-    # The lower bound equals the lowest load factor, without any assumption. All codes of method "global" have
-    # the values ``bound``, the lower bound of λ; ``load_factor``, λ of the answer; ``rates``, the largest sum
-    # of rates for which the bound is valid, or None; ``forces``, True if the bound assumes a limit of normal
-    # forces.
+    # The lower bound agrees with the lowest load factor, and is valid without assumptions. All codes of
+    # method "global" have the values ``bound``, the lower bound of λ; ``load_factor``, λ of the answer;
+    # ``rates``, the largest sum of rates for which the bound is valid, or None; ``forces``, True if the bound
+    # assumes a limit of normal forces.
     PROVEN = "proven"
     # The lower bound agrees with the lowest load factor, but is valid only for states within the assumed
     # limits of rates and forces.
@@ -283,8 +284,8 @@ class Code(StrEnum):
     # median block if the value is too small, or the sum of all dead loads if the value is too large.
     STRENGTH_DIFFERS = "strength differs"
     # The strength or the cohesion of joints seems to have another unit than the weights. Values: ``key``,
-    # "strength" or "cohesion"; ``value``, the strength or cohesion; ``weight``, the stress below a column of
-    # the median unit weight that is as high as the largest dimension of the scene.
+    # "strength" or "cohesion"; ``value``, the strength or cohesion; ``weight``, the stress below a column
+    # with the median unit weight, as high as the largest dimension of the scene.
     STRESS_DIFFERS = "stress differs"
     # Small gaps between blocks carry no force. Values: ``pairs``, the two blocks at each gap; ``widths``, the
     # widths of the gaps; ``option``, the option of the scene that closes all gaps, "tolerance" or

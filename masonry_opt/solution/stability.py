@@ -70,7 +70,7 @@ class Stability:
 
 
 def are_resultants_unique(assembly: Assembly) -> bool:
-    """Return True if equilibrium alone provably fixes the resultants of all joints.
+    """Return True if equilibrium alone provably determines the resultants of all joints.
 
     Resultants are unique if the joint forces are unique. They are also unique if joints and limited forces
     connect the blocks without closed loops, because each connection then carries all loads on one of its

@@ -23,8 +23,8 @@ _NEARLY_PARALLEL_ANGLE = 0.01
 _PARALLEL_ANGLE = 1e-9
 
 #: Rotation of a joint by alignment, in radians, above which a warning names the joint. The value is one
-#: millimetre per metre, the accuracy of cut stones. A larger value may hide that a large tolerance has made
-#: the faces of a real wedge parallel. A smaller value causes more warnings.
+#: millimetre per metre, the accuracy of cut stones. With a larger value, no warning may reveal that a large
+#: tolerance has made the faces of a real wedge parallel. With a smaller value, warnings are more frequent.
 _NAMED_TURN = 1e-3
 
 #: A joint counts as about to slide if its shear exceeds this fraction of the friction limit. With a smaller

@@ -28,7 +28,7 @@ _CVXPY_VERDICTS = {
 }
 
 #: Map from CVXPY's name of a solver to the solver's option for a time limit in seconds. A solver without an
-#: entry cannot be stopped, so the time limit of the analysis applies only after its end.
+#: entry cannot be stopped, so an analysis can exceed its time limit until the solver ends.
 _TIME_LIMITS = {
     cp.CLARABEL: "time_limit",
     cp.HIGHS: "time_limit",

@@ -157,7 +157,7 @@ def names() -> list[str]:
 
 
 def capable(language: str, has: Callable[[SolverEntry], bool]) -> tuple[str, ...]:
-    """Return the names of all solvers of a language that have a capability; the default comes first.
+    """Return the names of all solvers in a language that have a capability, the default solver first.
 
     ``has`` is a function that returns True for the entry of a solver with the capability. Solvers that are
     not installed are included.

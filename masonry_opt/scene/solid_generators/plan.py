@@ -218,7 +218,7 @@ class Plan(SolidGenerator):
             if any(along_y == next_along_y for (_, along_y), (_, next_along_y) in pairwise(directions)):
                 yield (
                     f"the 'axis' of wall '{wall.name}' must turn by 90° at each point between its two ends: "
-                    "remove the points at which it does not"
+                    "remove the points at which it is straight"
                 )
 
     def _wrong_openings(self, stretches: list[WallStretch]) -> Iterator[str]:
@@ -232,7 +232,7 @@ class Plan(SolidGenerator):
                 if rows > top:
                     yield (
                         f"the lintel of {where} is in course {rows}, but the wall has {top} courses: "
-                        "lower 'sill' or 'height'"
+                        "reduce 'sill' or 'height'"
                     )
                 elif (wall.name, number) not in valid:
                     yield (

@@ -248,13 +248,13 @@ class Dome(SolidGenerator):
         return self.voussoirs * (2 if self.bond == "running" else 1)
 
     def blocks(self) -> list[Solid]:
-        """Return the voussoirs of the dome, then ``key`` and ``base``.
+        """Return the voussoirs of the dome, and finally the blocks ``key`` and ``base``.
 
         Voussoir 2 of ring 1 is named ``1-2``. Rings are numbered from the foot upwards.
         """
         first = math.radians(self.springing)
         if self.oculus is None:
-            # The key spans the angle of one ring; half of this angle is on either side of the axis.
+            # The key spans half the angle of a ring on either side of the axis.
             step = (math.pi / 2 - first) / (self.rings + 0.5)
         else:
             step = (math.acos(self.oculus / self._inner) - first) / self.rings

@@ -24,9 +24,9 @@ from masonry_opt.scene.scene import Scene
 #: the error. A message multiplies this distance by the ratio to recommend a tolerance.
 _ERROR_OVER_HEIGHT = 4.0
 
-#: Largest distance of a corner from the plane of its face that may be an error of the coordinates, relative
-#: to the square root of the face's area. If no corner is farther away, the error message also suggests a
-#: tolerance. A larger limit would suggest a tolerance for faces that are bent on purpose.
+#: Distance of a corner from the plane of its face, relative to the square root of the face's area, up to
+#: which the coordinates may be inexact. Up to this distance, the error message also suggests a tolerance. A
+#: larger value would suggest a tolerance for faces that are bent on purpose.
 _INEXACT = 0.02
 
 
@@ -179,7 +179,7 @@ class Frames(Rows):
 
 @dataclass(frozen=True)
 class OuterFaces(Rows):
-    """Outer faces of all blocks, which are plane polygons."""
+    """Outer faces of all blocks, as plane polygons."""
 
     block: np.ndarray  #: index of the block of each face, in ascending order, shape (faces,)
     frame: Frames  #: plane and coordinate axes of each face; the normal points outwards
@@ -194,7 +194,7 @@ class OuterFaces(Rows):
         return bounds(face, self.frame.up(flat, face), len(self.block))
 
     def sides(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the start, the end and the face of each side of the faces' outlines and holes.
+        """Return the start and end of each side of all outlines and holes, and the index of the side's face.
 
         Starts and ends have shape (sides, 3); indices of faces are in ascending order. Seen from outside, the
         face is to the left of each side.
@@ -238,7 +238,7 @@ def planes(surfaces: Surfaces, tolerance: float) -> FacePlanes:
             error = _ERROR_OVER_HEIGHT * float(height[worst])
             remedy += f", or {set_tolerance(TOLERANCE_OVER_ERROR * error)} if coordinates are inexact"
         why = (
-            f"{{}} is not flat, because a corner is {height[worst]:.3g} away from its plane "
+            f"{{}} is not flat, because a corner is {height[worst]:.3g} away from the plane of the face "
             f"(tolerance {tolerance:.3g}): {remedy}"
         )
         surfaces.refuse(int(face[worst]), why)
@@ -342,7 +342,7 @@ def _height_of_part(
 
 
 def _uncrossed(polygons: np.ndarray, tolerance: float) -> np.ndarray:
-    """Replace polygons that cross themselves only because of rounding by their convex hulls.
+    """Replace polygons by their convex hulls if they cross themselves only because of rounding.
 
     Rounding changes the area of a polygon by at most the tolerance times half its outline.
     """

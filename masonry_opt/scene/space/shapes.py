@@ -108,7 +108,9 @@ def overlapping(
 
 
 def _common_region(parts: ConvexParts, one: int, other: int) -> Common:
-    """Return the region in which two convex parts overlap. Its depth is zero if they do not overlap.
+    """Return the common region of two convex parts.
+
+    The depth of the region is zero if the parts do not overlap.
 
     The depth is the diameter of the largest ball inside the region, which is computed by a linear program.
     """
