@@ -123,7 +123,7 @@ class Solution:
 
     @property
     def incremental_value(self) -> float | None:
-        """Largest load factor of the load history; None if no load history was followed to its end."""
+        """Largest load factor of the load history; None if no load history shows a collapse."""
         state = self.at_incremental
         if state is None:
             return None
