@@ -185,7 +185,7 @@ def _wrong_load_dimension(scene: SceneKeys) -> Iterator[str]:
 
 
 def of_plane_alone(scene: SceneKeys) -> Iterator[str]:
-    """Yield an error message for each key that only plane scenes may have but this scene in space has.
+    """Yield an error message for each key of a scene in space that only plane scenes may have.
 
     The key ``thickness`` is not checked.
     """

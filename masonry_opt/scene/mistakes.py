@@ -123,7 +123,7 @@ def suggests_arguments(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def instead_of(name: object, known: Iterable[str]) -> str:
-    """Return a clause that lists all valid names, after a suggestion if a valid name is similar."""
+    """Return a clause that suggests a valid name similar to ``name``, if any, and lists all valid names."""
     names = [*known]
     similar = did_you_mean(str(name), names)
     listed = ", ".join(names)
@@ -249,7 +249,7 @@ def _held(field: FieldInfo, loc: Collection[str | int]) -> type[BaseModel] | Non
     """
     annotations: list[Any] = [field.annotation]
     candidates: list[tuple[bool, type[BaseModel]]] = []
-    for annotation in annotations:  # the loop also visits the parts of annotations, which it appends
+    for annotation in annotations:  # the loop appends the parts of annotations, to visit them too
         kind, *marks = get_args(annotation) or (annotation,)
         if isinstance(kind, type) and issubclass(kind, BaseModel):
             is_tagged = any(isinstance(mark, Tag) and mark.tag in loc for mark in marks)

@@ -85,7 +85,7 @@ def valid(polygons: np.ndarray) -> np.ndarray:
 
 
 def common_to(one: np.ndarray, other: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return all common pieces of pairs of polygons, and the index of each piece's pair.
+    """Intersect pairs of polygons; return all pieces, and for each piece the index of its pair.
 
     The indices are in ascending order.
     """

@@ -142,9 +142,9 @@ def combine(
 
 
 def chunks(sizes: np.ndarray) -> Iterator[slice]:
-    """Yield slices of a list of numbers of combinations.
+    """Yield slices of ``sizes``, a list of combination counts.
 
-    Each slice of ``sizes`` has at most about ``_CHUNK_SIZE`` combinations, which fit into memory.
+    Each slice has at most about ``_CHUNK_SIZE`` combinations, which fit into memory.
     """
     ends = np.flatnonzero(np.diff(np.cumsum(sizes) // _CHUNK_SIZE)) + 1
     return starmap(slice, pairwise([0, *ends.tolist(), len(sizes)]))

@@ -65,7 +65,7 @@ class PlanWall(Record):
 
 
 class WallCrossing(NamedTuple):
-    """Place where another wall crosses or ends a stretch, which is a straight piece of a wall."""
+    """Place where a stretch (a straight piece of a wall) crosses another wall, or ends at another wall."""
 
     start: float  #: position of the other wall's nearer face along the stretch
     end: float  #: position of the other wall's farther face along the stretch
