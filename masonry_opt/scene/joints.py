@@ -8,8 +8,8 @@ from pydantic import AfterValidator, BeforeValidator, Field, PlainSerializer, St
 
 from masonry_opt.scene.blocks import Name, NonNegative, Number, Positive, Record
 
-#: Largest finite friction coefficient. With a larger coefficient, rounding errors would dominate the friction
-#: conditions.
+#: Largest finite friction coefficient. A larger finite coefficient is refused, because rounding errors would
+#: dominate the friction conditions.
 LARGEST_FRICTION = 1e6
 
 
@@ -34,7 +34,7 @@ Friction = Annotated[
 
 
 class _InDegrees(Record):
-    """Record that accepts angles in degrees and stores their tangents."""
+    """Base class of joint properties: converts friction and dilatancy angles to their tangents."""
 
     friction_angle: Angle | None = Field(default=None, exclude=True, repr=False)
     dilatancy_angle: Angle | None = Field(default=None, exclude=True, repr=False)
@@ -52,14 +52,14 @@ class _InDegrees(Record):
                 continue
             if keys.get(tangent) is not None:
                 raise ValueError(f"give '{tangent}' or '{angle}', not both")
-            keys[tangent] = 0.0  # use a valid coefficient, so that only the wrong angle is reported
+            keys[tangent] = 0.0  # valid placeholder: if the angle is invalid, only the angle is reported
             if type(degrees) in (int, float) and 0 <= degrees < 90:
                 keys[tangent] = math.tan(math.radians(keys.pop(angle)))
         return keys
 
 
 class JointDefaults(_InDegrees):
-    """Default properties of all joints, which :class:`Joint` records override for single joints.
+    """Default properties of the joints of a scene; a :class:`Joint` record overrides them for one joint.
 
     Raises CaseError if a value is out of range.
 
@@ -87,7 +87,7 @@ class JointDefaults(_InDegrees):
 
     def _mistakes(self) -> Iterator[str]:
         if self.dilatancy > self.friction:
-            yield "'dilatancy' must not exceed 'friction': sliding would create energy"
+            yield "'dilatancy' must not exceed 'friction', because sliding would create energy"
         if self.dilatancy_stress and not self.dilatancy_stress[0] < self.dilatancy_stress[1]:
             yield (
                 "'dilatancy_stress' must be two increasing stresses: "
@@ -96,7 +96,7 @@ class JointDefaults(_InDegrees):
 
 
 class Joint(_InDegrees):
-    """Properties of the joint between two named blocks, which override the defaults.
+    """Properties that override the defaults for the joint between two named blocks.
 
     Raises CaseError if a value is out of range.
 

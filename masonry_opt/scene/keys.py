@@ -77,7 +77,9 @@ class SceneKeys(Record):
         return None if self.tilt is None else self.sideways(self.tilt)
 
     def sideways(self, towards: str | tuple[float, ...]) -> np.ndarray | None:
-        """Return the unit vector perpendicular to gravity that points left, right or along a vector.
+        """Return a unit vector perpendicular to gravity, towards the left, the right or a given vector.
+
+        The component of a given vector along gravity is removed.
 
         The result is None if the vector is parallel to gravity.
         """
@@ -139,7 +141,7 @@ def _without_support(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[st
     if any(fixed.values()):
         return
     if GROUND in fixed:
-        yield f"no block is fixed, and '{GROUND}' is a movable block: mark the support with 'fixed = true'"
+        yield f"no block is fixed, not even the block named '{GROUND}': mark the support with 'fixed = true'"
     elif not any(GROUND in strut.between for strut in (*scene.ties, *scene.props)):
         yield f"no block is fixed: mark the support with 'fixed = true', or end a tie at \"{GROUND}\""
 
@@ -183,7 +185,10 @@ def _wrong_load_dimension(scene: SceneKeys) -> Iterator[str]:
 
 
 def of_plane_alone(scene: SceneKeys) -> Iterator[str]:
-    """Yield an error message for each key that is allowed only in the plane, except ``thickness``."""
+    """Yield an error message for each key of a scene in space that only plane scenes may have.
+
+    The key ``thickness`` is not checked.
+    """
     if scene.edge_loads:
         yield "'edge_load' is only for scenes in the plane: give the resultant forces as 'load'"
     if scene.axles:
@@ -236,7 +241,7 @@ def _wrong_loads(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
 def _wrong_fills(scene: SceneKeys) -> Iterator[str]:
     """Yield an error message for each mistake in the fills."""
     if scene.fills and (scene.gravity[0] != 0 or scene.gravity[1] > 0):
-        yield "a 'fill' needs gravity straight down, [0, -1]"
+        yield "a 'fill' needs vertical gravity: set 'gravity' to [0, -1]"
     roads = [fill.road for fill in scene.fills]
     ends = sorted((road[0][0], road[-1][0], number) for number, road in enumerate(roads, start=1))
     for (_, end, left), (start, _, right) in itertools.pairwise(ends):
@@ -331,7 +336,7 @@ def _wrong_earthquakes(scene: SceneKeys) -> Iterator[str]:
 
 
 def wrong_direction(scene: SceneKeys, quake: Earthquake) -> str | None:
-    """Return the error message for a wrong direction of an earthquake, or None if it is valid."""
+    """Return the error message for a wrong direction of an earthquake, or None if the direction is valid."""
     if isinstance(quake.direction, str) == (scene.dimension == 3):
         return f"'direction' needs {_DIRECTION_FORMS[scene.dimension]}"
     if scene.sideways(quake.towards) is None:

@@ -11,7 +11,8 @@ from masonry_opt.scene.solids import ONE_OR_SEVERAL, PlaneOrSpaceVector, Vector
 
 Kind = Literal["dead", "live"]
 LOAD_KINDS: tuple[Kind, ...] = ("dead", "live")
-#: Tags of the alternative types of an earthquake's direction, by Python type.
+#: Tag of the direction type that accepts a value, for each Python type of the value. The tag of all other
+#: types, such as numbers, is "<one>".
 _DIRECTION_TAGS = ((str, "<plane>"), ((list, tuple), "<several>"))
 #: Direction of an earthquake: "left" or "right" in the plane. In space the direction is an angle in plan in
 #: degrees, or a vector.
@@ -148,7 +149,7 @@ class _Strut(Record):
 
 
 class Tie(_Strut):
-    """Tie rod along the line between two anchors, with a tension between its prestress and its strength.
+    """Tie rod between two anchors. Its tension is at least the prestress, and at most the strength.
 
     The tie may pass through blocks between its anchors without touching them. It carries no shear.
 
@@ -172,7 +173,7 @@ class Tie(_Strut):
 
 
 class Prop(_Strut):
-    """Prop along the line between two points, with a compression up to its strength.
+    """Prop along the line between two points. Its compression is at most its strength.
 
     Raises CaseError if the two points are the same.
 
@@ -234,7 +235,7 @@ class Earthquake(Record):
 
 
 class LoadCase(Record):
-    """Load case: factors of the load groups that act together.
+    """Load case: the load groups that act together, each with a factor.
 
     A load can name its group. In addition, these groups are predefined:
 

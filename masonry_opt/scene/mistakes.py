@@ -37,7 +37,7 @@ _MESSAGES = {
     "less_than": "must be less than {lt}",
     "less_than_equal": "must be {le} or less",
     "string_unicode": "must be text of whole characters",
-    # This message is for a list with a missing entry. A missing key has a different message.
+    # Message for a list that lacks an entry. A missing key has a different message.
     "missing": "needs two numbers, [x, y]",
 }
 
@@ -49,22 +49,24 @@ _PYTHON_MESSAGES = _MESSAGES | {
     "missing": "needs two entries",
 }
 
-#: Largest number of lines in one error message. Further mistakes are usually repetitions.
+#: Largest number of lines in one error message. The last line counts the mistakes that are left out, which
+#: usually repeat earlier mistakes.
 _MOST_MESSAGE_LINES = 20
 
-#: Largest number of characters of an error message that quotes names.
+#: Largest number of characters of an error message that quotes names. A longer message is cut off.
 _LONGEST_MESSAGE = 500
 
-#: Largest number of characters of a quoted key or value in an error message.
+#: Largest number of characters of a quoted key or value in an error message. A longer quotation is cut off.
 _LONGEST_QUOTE = 60
 
-#: Function that shortens the text representation of values.
+#: Formatter that shortens the text representation of long values.
 _SHORT_REPR = reprlib.Repr()
 _SHORT_REPR.maxstring = _LONGEST_QUOTE
 _SHORT_REPR.maxother = _LONGEST_QUOTE
 _SHORT_REPR.maxlong = _LONGEST_QUOTE
 
-#: Tags of alternative types, which pydantic includes in the location of an error.
+#: Tags that pydantic adds to the location of an error if a value may have several types. Error messages omit
+#: the tags.
 _TAGS = ("<one>", "<several>", "<plane>", "<space>", "<block>", "<solid>")
 
 
@@ -85,7 +87,7 @@ def wrong_values(
 
 
 def called(record: type[BaseModel], values: Mapping[str, Any]) -> str:
-    """Return the name of a record in error messages: the title or name of its class, then its own name."""
+    """Return the name of a record for error messages: the title or name of its class, and its own name."""
     return f"{record.model_config.get('title') or record.__name__} {_name(values)}".rstrip()
 
 
@@ -106,7 +108,7 @@ def keyword_arguments(function: Callable[..., object]) -> tuple[str, ...]:
 
 
 def suggests_arguments(function: Callable[P, R]) -> Callable[P, R]:
-    """Wrap a function: an unknown argument raises OptionError, which suggests a similar name."""
+    """Decorate a function: a call with an unknown argument raises OptionError and suggests a similar name."""
     known = [name for name in keyword_arguments(function) if name != "self"]
 
     @functools.wraps(function)
@@ -121,7 +123,7 @@ def suggests_arguments(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def instead_of(name: object, known: Iterable[str]) -> str:
-    """Return a clause that suggests a similar name, if there is one, and lists all valid names."""
+    """Return a clause that suggests a valid name similar to ``name``, if any, and lists all valid names."""
     names = [*known]
     similar = did_you_mean(str(name), names)
     listed = ", ".join(names)
@@ -129,12 +131,12 @@ def instead_of(name: object, known: Iterable[str]) -> str:
 
 
 def repeated(names: Iterable[str]) -> list[str]:
-    """Return the names that occur more than once, without repetition."""
+    """Return the names that occur more than once, each name once."""
     return [name for name, count in Counter(names).items() if count > 1]
 
 
 def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, Any]) -> str:
-    """Return the message about one mistake, which begins with the name of its table or list entry."""
+    """Return the message about one mistake, after the name of the table or list entry with the mistake."""
     in_file = not record.model_config.get("populate_by_name")
     loc = [part for number, part in enumerate(item["loc"]) if not number or part not in _TAGS]
     key = str(loc[0]) if loc else ""
@@ -143,7 +145,7 @@ def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, An
     alias = field.alias if field else None
     nested = _held(field, item["loc"]) if field else None
     if nested and len(loc) > 1 and isinstance(loc[1], int) and (in_file or alias):
-        # In a case file, a generator is either one table or a list of tables.
+        # In a case file, a generator may be one table instead of a list of tables.
         is_list = not in_file or isinstance(values.get(key), list)
         where = [_entry(alias or key, loc[1], values.get(key)) if is_list else f"[{key}]"]
         loc = loc[2:]
@@ -158,7 +160,7 @@ def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, An
 
 
 def _sentence(item: dict[str, Any], loc: list[Any], record: type[BaseModel], in_file: bool) -> str:
-    """Return the message of one mistake at the key with the path ``loc``.
+    """Return the message about one mistake; ``loc`` is the path of the wrong key.
 
     ``record`` is the class whose keys the message may suggest.
     """
@@ -199,7 +201,7 @@ def _entry(table: str, index: int, entries: Any) -> str:
 def _name(entry: Any) -> str:
     """Return the text that identifies an entry: its name or the names of its blocks, or an empty text."""
     named = entry if isinstance(entry, Mapping) else {}
-    # In a load, "block" is the name of the loaded block. In other tables its value is not a text.
+    # In a load, the value of "block" is the name of the loaded block. A value that is not text is not a name.
     block = named.get("block")
     name = named.get("name", named.get("between", block if isinstance(block, str) else None))
     # Test for arrays first, because the truth value of an array is ambiguous.
@@ -230,20 +232,24 @@ def _dotted(loc: list[Any]) -> str:
 
 
 def _fields(record: type[BaseModel]) -> dict[str, FieldInfo]:
-    """Return the fields of a record by name and alias. For a case file, the alias replaces the name."""
+    """Return a map from the keys of a record to its fields.
+
+    In Python, a field with an alias has two keys: its name and its alias. In a case file, it has only the
+    alias.
+    """
     by_name, fields = record.model_config.get("populate_by_name"), record.model_fields.items()
     own = {name if by_name else field.alias or name: field for name, field in fields}
     return own | {field.alias: field for _, field in fields if field.alias}
 
 
 def _held(field: FieldInfo, loc: Collection[str | int]) -> type[BaseModel] | None:
-    """Return the class of the records in a field, or None if the field has no records.
+    """Return the class of the records that a field contains, or None if the field contains no records.
 
     If several classes are possible, the location of the error selects the class.
     """
     annotations: list[Any] = [field.annotation]
     candidates: list[tuple[bool, type[BaseModel]]] = []
-    for annotation in annotations:  # the loop appends the parts of each annotation to the list
+    for annotation in annotations:  # the loop appends the parts of annotations, to visit them too
         kind, *marks = get_args(annotation) or (annotation,)
         if isinstance(kind, type) and issubclass(kind, BaseModel):
             is_tagged = any(isinstance(mark, Tag) and mark.tag in loc for mark in marks)

@@ -7,8 +7,8 @@ import shapely
 
 from masonry_opt.scene.rows import steps_round
 
-#: Largest length of a mitre at an offset corner, relative to the offset. Only corners sharper than about 1°
-#: have longer mitres.
+#: Largest length of a mitre at an offset corner, relative to the offset. Longer mitres, at corners sharper
+#: than about 1°, are cut off.
 _MITRE_LIMIT = 100.0
 
 #: Sine of the largest angle by which a convex piece may turn inwards at a corner because of rounding.
@@ -32,7 +32,7 @@ def sides_of(polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def without_straight_corners(polygons: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return counter-clockwise polygons without corners on straight sides.
+    """Return the polygons counter-clockwise, without corners in the middle of straight sides.
 
     A corner is removed if it lies within the tolerance of the outline without this corner.
     """
@@ -85,7 +85,7 @@ def valid(polygons: np.ndarray) -> np.ndarray:
 
 
 def common_to(one: np.ndarray, other: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Intersect pairs of polygons; return all pieces, and the index of the pair to which each piece belongs.
+    """Intersect pairs of polygons; return all pieces, and for each piece the index of its pair.
 
     The indices are in ascending order.
     """
@@ -99,7 +99,7 @@ def common_to(one: np.ndarray, other: np.ndarray, tolerance: float) -> tuple[np.
 
 
 def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarray]:
-    """Divide a polygon or multipolygon into convex polygons without additional corners.
+    """Divide a polygon or multipolygon into convex polygons without adding corners.
 
     The corners of each piece are counter-clockwise, shape (corners, 2). Neighbours share whole sides. Pieces
     thinner than ``tolerance`` are dropped.

@@ -19,7 +19,7 @@ TravelDirection = Literal["right", "left"]
 
 
 class AxleSet(NamedTuple):
-    """Distances and loads of successive axles, with their source."""
+    """Distances and loads of successive axles, and the standard that defines them."""
 
     distances: tuple[float, ...]  #: distance from each axle to the next axle, in m
     loads: tuple[float, ...]  #: load of each axle, in kN
@@ -107,7 +107,7 @@ class Axles(Record):
     def _mistakes(self) -> Iterator[str]:
         if self.set is not None:
             if self.loads or self.distances:
-                yield "a group has either a 'set', or 'loads' and 'distances': remove one of the two"
+                yield "a group of axles needs either a 'set', or 'loads' and 'distances', but not both"
             if self.set not in SETS:
                 yield f"'set' \"{self.set}\" is unknown{instead_of(self.set, SETS)}"
         elif not self.loads and (self.distances or not self.uniform):
@@ -120,13 +120,13 @@ class Axles(Record):
 
     @property
     def group(self) -> AxleSet:
-        """Return the axle distances, the axle loads (with the factor) and the source of the group."""
+        """Return the axle distances, the axle loads multiplied by ``factor``, and the source of both."""
         given = SETS[self.set] if self.set else AxleSet(tuple(self.distances), tuple(self.loads), "")
         return given._replace(loads=tuple(self.factor * load for load in given.loads))
 
     @property
     def strips(self) -> np.ndarray:
-        """Return the load, the start and the end of each uniform load, shape (n, 3).
+        """Return a table with the load, the start and the end of each uniform load, shape (loads, 3).
 
         The loads contain the factor of the group. Start and end are distances behind the first axle.
         """
@@ -252,11 +252,12 @@ class Fill(Record):
 
     @property
     def zones(self) -> "tuple[Fill, ...]":
-        """Return the fill and, if there is a backing, a second fill for the backing below its line."""
+        """Return the fill and, if it has a backing, a second fill that represents the backing."""
         if self.backing is None:
             return (self,)
         own = {key: value for key, value in vars(self.backing).items() if key != "line" and value is not None}
-        # Do not validate this copy: `_mistakes` checks it, so that error messages name the backing.
+        # Do not validate the backing as a separate fill: `_mistakes` validates it, with messages that name
+        # the backing.
         return self, BaseModel.model_copy(self, update=own | {"road": self.backing.line, "backing": None})
 
     @property

@@ -46,7 +46,7 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
 
 
 def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    """Return the sum of all rows that belong to each owner, shape (count, k).
+    """Return the sum of the rows of ``values`` for each owner, shape (count, columns).
 
     ``values`` has shape (rows, k). ``owner`` has the index of the owner of each row, less than ``count``.
     """
@@ -54,7 +54,7 @@ def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
 
 
 def bounds(owner: np.ndarray, values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the column minima and maxima of the rows that belong to each owner, shape (count, k) each.
+    """Return the column minima and maxima of ``values`` for each owner, shape (count, columns) each.
 
     ``values`` has shape (rows, k). ``owner`` has the index of the owner of each row, in ascending order. Each
     owner has at least one row.
@@ -70,7 +70,7 @@ def first_alike(rows: np.ndarray) -> np.ndarray:
 
 
 def linked(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the index of the connected component of each node of a graph, shape (count,).
+    """Return the index of the connected component of each node of a graph, shape (nodes,).
 
     The graph has ``count`` nodes. Its edges connect each node of ``one`` to the node at the same place of
     ``other``.
@@ -110,7 +110,7 @@ def ranges(first: np.ndarray, count: np.ndarray) -> np.ndarray:
 
 
 def following(count: np.ndarray) -> np.ndarray:
-    """Return the index that follows each index in its ring.
+    """Return, for each index in a set of rings, the next index in the same ring.
 
     The rings have the sizes ``count``. Their indices are numbered consecutively over all rings.
     """
@@ -121,14 +121,14 @@ def following(count: np.ndarray) -> np.ndarray:
 
 
 def steps_round(ring: Sequence[int]) -> Iterator[tuple[int, int]]:
-    """Return the pairs of successive entries of a ring, including the last entry with the first entry."""
+    """Return the pairs of successive entries of a ring, including the pair of the last and first entry."""
     return zip(ring, [*ring[1:], ring[0]], strict=True)
 
 
 def combine(
     first1: np.ndarray, count1: np.ndarray, first2: np.ndarray, count2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return all pairs of integers from two equally long lists of ranges.
+    """Return all pairs of integers from corresponding ranges of two lists of ranges.
 
     Each integer of a range in the first list is paired with each integer of the range at the same position in
     the second list. A range is given by its first integer and its length. The results are, for each pair, the
@@ -142,7 +142,10 @@ def combine(
 
 
 def chunks(sizes: np.ndarray) -> Iterator[slice]:
-    """Yield slices of ``sizes`` such that the combinations counted in each slice fit into memory."""
+    """Yield slices of ``sizes``, a list of combination counts.
+
+    Each slice has at most about ``_CHUNK_SIZE`` combinations, which fit into memory.
+    """
     ends = np.flatnonzero(np.diff(np.cumsum(sizes) // _CHUNK_SIZE)) + 1
     return starmap(slice, pairwise([0, *ends.tolist(), len(sizes)]))
 

@@ -15,8 +15,8 @@ from masonry_opt.scene.loads import Earthquake, Kind, LoadCase
 from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.solids import Solid
 
-#: Largest number of blocks for which a notebook displays a drawing. Notebooks store their pictures, so more
-#: blocks would make the files of notebooks large.
+#: Largest number of blocks for which a notebook displays a drawing. A larger scene is not drawn, because
+#: notebooks store their pictures and would become large.
 _MOST_DRAWN_BLOCKS = 2000
 
 
@@ -191,7 +191,10 @@ class Scene(SceneKeys):
         return self._settled
 
     def settled_as(self, state: Any) -> Self:
-        """Return the scene in a state after a settlement (see ``problem/settled.py``)."""
+        """Return a copy of the scene in a given state after a settlement of supports.
+
+        The state is described in ``problem/settled.py``.
+        """
         scene = self.model_copy()
         scene._settled = state
         return scene
@@ -250,7 +253,7 @@ class Scene(SceneKeys):
 
     @property
     def factor_of_pressure(self) -> float:
-        """Return the factor of the earth pressures of fills."""
+        """Return the number by which the selected load case multiplies the earth pressures of fills."""
         return 1.0 if self._load_case is None else self._load_case.pressure
 
     @property
@@ -274,7 +277,7 @@ class Scene(SceneKeys):
         """
         if self.dimension == 3:
             raise OptionError(
-                f"{self.origin}: its blocks are solids, but this function needs a scene in the plane"
+                f"{self.origin}: the blocks are solids, but this function needs a scene in the plane"
             )
         return [block for block in self.blocks if isinstance(block, Block)]
 
@@ -284,12 +287,12 @@ class Scene(SceneKeys):
         Raises OptionError for a plane scene.
         """
         if self.dimension == 2:
-            raise OptionError(f"{self.origin}: its blocks lie in the plane, but this function needs solids")
+            raise OptionError(f"{self.origin}: the blocks lie in the plane, but this function needs solids")
         return [block for block in self.blocks if isinstance(block, Solid)]
 
     @property
     def origin(self) -> str:
-        """Return the path of the scene's case file, or ``"scene"``.
+        """Return the path of the scene's case file, or ``"scene"`` if the scene has no case file.
 
         Error messages begin with this text.
         """
@@ -313,13 +316,16 @@ class Scene(SceneKeys):
         return self._case
 
     def read_from(self, origin: str | Path, case: SceneKeys | None = None) -> Self:
-        """Return a copy of the scene with the path, or another origin, and the content of its case file."""
+        """Return a copy of the scene with a given origin and a given content of its case file.
+
+        ``origin`` is the path of the case file, or another text that names the scene in error messages.
+        """
         scene = self.model_copy()
         scene._origin, scene._case = str(origin), case
         return scene
 
     def __eq__(self, other: object) -> bool:
-        """Return True if the scenes have equal keys, load cases and settlements.
+        """Return True if all values, the selected load cases and the settlements of two scenes are equal.
 
         Equal scenes may be read from different files.
         """

@@ -38,7 +38,7 @@ COORDINATES = {2: "two numbers, x, y", 3: "three numbers, x, y, z"}
 
 
 def coordinates(given: Any, dimension: int) -> np.ndarray | None:
-    """Return a value as a vector, shape (dimension,), or None if it is not a vector of finite numbers."""
+    """Convert a value to a vector, shape (dimension,); return None if it is no vector of finite numbers."""
     try:
         vector = np.array(given, dtype=float)
     except (TypeError, ValueError):
@@ -63,7 +63,7 @@ _BOX_FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 
 
 
 class Polyhedron(NamedTuple):
-    """Polyhedron given by corners, shape (v, 3), and faces, each a list of corner indices in order."""
+    """Polyhedron: corners, shape (corners, 3), and faces, each of which lists corner indices in order."""
 
     vertices: np.ndarray
     faces: list[list[int]]
@@ -165,7 +165,7 @@ def _is_solid(value: Any) -> bool:
     if not value.keys().isdisjoint({"box", "faces", "live_moment", "dead_moment"}):
         return True
     shape = value.get("vertices", value.get("parts"))
-    # Without a shape, use the number of components of vectors, so that the error describes the intended type.
+    # Without a shape, vectors with three components show that a solid is intended.
     if shape is None:
         return any(_numbers(value.get(key)) == 3 for key in _VECTOR_KEYS)
     return any(isinstance(part, Part | Mapping) for part in _entries(shape)) or _numbers(shape) == 3
@@ -222,7 +222,7 @@ def prism(front: Sequence[Sequence[float]], back: Sequence[Sequence[float]]) -> 
 def _wrong_faces(shape: Part | Solid) -> Iterator[str]:
     """Yield an error message for each mistake in the faces or the box of a solid."""
     if shape.vertices is not None and shape.faces is None:
-        yield "a solid with 'vertices' needs 'faces', the corner numbers round each face (or give a 'box')"
+        yield "a solid with 'vertices' needs 'faces': list the corner indices of each face, or give a 'box'"
     if shape.faces is not None and shape.vertices is None:
         yield "'faces' need 'vertices': remove 'faces', or add 'vertices'"
     for axis, (low, high) in zip("xyz", shape.box or (), strict=False):

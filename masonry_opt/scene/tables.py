@@ -16,15 +16,17 @@ from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.files import JSON_KEY, write_whole
 from masonry_opt.scene.mistakes import repeated
 
-#: Largest size of a case file, in bytes. A file of this size has about 90,000 blocks, more than can be
-#: solved. Reading a file needs about 80 times its size in memory, and up to 400 times for a malicious file.
+#: Largest size of a case file, in bytes; larger files are refused. A file of this size has about 90,000
+#: blocks, more than can be solved. Reading a file needs about 80 times its size in memory, and up to 400
+#: times for a malicious file.
 LARGEST_FILE = 10_000_000
 
-#: Largest number of entries in one list of tables. Each invalid entry needs memory and time for its message.
+#: Largest number of entries in one list of tables. Longer lists are refused, because the error message of
+#: each invalid entry needs memory and time.
 _MOST_ENTRIES = 200_000
 
-#: Largest number of parts of a dotted key. Case files need three parts. The memory for parsing a key grows
-#: with the square of its number of parts.
+#: Largest number of parts of a dotted key; longer keys are refused. Case files need three parts. The memory
+#: for parsing a key grows with the square of its number of parts.
 _MOST_KEY_PARTS = 9
 
 #: Regular expression for one part of a dotted key.
@@ -35,7 +37,7 @@ _LONG_KEY = re.compile(rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{_MOST_KEY_PARTS}}
 
 
 def as_path(path: str | Path, of: str, *ends: str) -> Path:
-    """Convert a text or path to a path.
+    """Convert the path of a file to a ``Path`` object, and check its ending.
 
     ``of`` describes the file in error messages. Raises CaseError if ``path`` is neither a text nor a path, or
     if it does not have one of the endings ``ends``.
@@ -70,7 +72,7 @@ def read_tables(path: Path) -> dict[str, Any]:
 
 
 def parse_file(path: Path) -> Any:
-    """Return the parsed content of a ``.toml`` or ``.json`` file, which may have any type.
+    """Return the parsed content of a ``.toml`` or ``.json`` file; any type of content is valid.
 
     Raises CaseError as :func:`read_tables` does.
     """
@@ -85,7 +87,8 @@ def parse_file(path: Path) -> Any:
     except RecursionError:
         raise CaseError(f"{path}: the lists or tables are nested too deeply for a case file") from None
     except ValueError as error:
-        # Replace the message about integers with thousands of digits, which Python refuses to convert.
+        # Python refuses to convert integers with thousands of digits, and its message does not explain the
+        # mistake in the file.
         why = str(error)
         if "integer string conversion" in why:
             why = "a whole number has thousands of digits"
@@ -160,7 +163,7 @@ def _toml(text: str) -> Any:
     long_key = _LONG_KEY.search(text)
     if long_key:
         line = text.count("\n", 0, long_key.start()) + 1
-        raise ValueError(f"a key has more than {_MOST_KEY_PARTS} parts (line {line})")
+        raise ValueError(f"line {line} has a key with more than {_MOST_KEY_PARTS} parts: shorten the key")
     return tomllib.loads(text, parse_float=_number)
 
 
@@ -176,7 +179,7 @@ def _number(text: str) -> float:
 
 
 def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Convert a JSON object, given as pairs of keys and values, to a dictionary.
+    """Convert the pairs of keys and values of a JSON object to a dictionary.
 
     Raises ValueError if a key is given twice, because the parser would silently use the last one.
     """

@@ -194,7 +194,7 @@ class Facade(WeighedGenerator):
         return sorted(pieces, key=lambda piece: piece[0])
 
     def _openings(self, numbers: Iterable[int], bearing: float = 0.0) -> list[tuple[float, float]]:
-        """Return the left and right ends of the openings with the given numbers, in block lengths.
+        """Return the left and right ends of the openings with the given numbers, in lengths of a block.
 
         Each end is moved outwards by ``bearing``.
         """
@@ -241,7 +241,7 @@ class Column(WeighedGenerator):
             )
 
     def blocks(self, thickness: float | None = None) -> list[Block]:
-        """Return the drums ``d1``, ``d2``, ... from the bottom, then the base.
+        """Return the drums ``d1``, ``d2``, ... from the bottom upwards, and finally the base.
 
         See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``.
         """

@@ -7,7 +7,7 @@ from math import inf
 
 
 class Kind(StrEnum):
-    """Kind of an answer, which determines the limits of the answer's residuals."""
+    """Kind of an answer. The kind determines the largest residuals that the answer may have."""
 
     #: Optimum of the associative problem: the static program, eq. (9), or the kinematic program, eq. (10).
     ASSOCIATIVE = "associative"
@@ -16,8 +16,8 @@ class Kind(StrEnum):
     #: of the last sub-problem, with errors of yield and flow that ``LIMITS`` explains.
     LOOP = "loop"
     #: Answer of the paper's loop with the paper's own stopping rule. In joints that do not slide, forces may
-    #: violate the yield conditions. Each violation is limited only by the residual of its joint: it is at
-    #: most the largest force on the less loaded of the joint's two blocks.
+    #: violate the yield conditions. A violation may be as large as the largest force on the less loaded of
+    #: the joint's two blocks.
     BARE_LOOP = "bare loop"
     #: State that is exact except for its complementarity, because inactive yield conditions have small rates.
     #: The energy of these rates is about 1e-9 of λ on small scenes, and up to 1e-5 on façades.
@@ -36,14 +36,14 @@ class Kind(StrEnum):
 class Limits:
     """Largest residuals that an answer may have, for the whole scene and for each block and joint."""
 
-    equilibrium: float  #: limit of the certificate's residual ``equilibrium``
-    yield_: float  #: limit of the certificate's residual ``yield_``
-    flow: float  #: limit of the certificate's residual ``flow``
-    #: Limit of the certificate's residual ``complementarity``, divided by |λ| or by ``SMALLEST``, whichever
-    #: is larger.
+    equilibrium: float  #: largest accepted residual of equilibrium, ``Certificate.equilibrium``
+    yield_: float  #: largest accepted violation of a yield condition, ``Certificate.yield_``
+    flow: float  #: largest accepted departure from the flow rule, ``Certificate.flow``
+    #: Largest accepted residual of complementarity, ``Certificate.complementarity``, divided by |λ|. If |λ|
+    #: is less than ``SMALLEST``, ``SMALLEST`` is the divisor.
     complementarity: float
-    #: Limit of the work of unbalanced forces in units of λ, divided by |λ| or by ``SMALLEST``, whichever is
-    #: larger.
+    #: Largest accepted work of the unbalanced forces, divided by |λ| times the work of the live load. If |λ|
+    #: is less than ``SMALLEST``, ``SMALLEST`` replaces it.
     work: float
     block: float  #: limit of a block's unbalanced force, relative to the largest force on the block
     #: Limit of the violation of a yield condition in a joint, under the exact friction law. The violation is
@@ -51,7 +51,7 @@ class Limits:
     joint: float
 
     def as_dict(self) -> dict[str, float]:
-        """Return the limits in a dictionary, under the names of the residuals in reports."""
+        """Return a dictionary of the limits; the keys are the names of the residuals in reports."""
         return {field.name.rstrip("_"): getattr(self, field.name) for field in fields(self)}
 
     def failing(self, residuals: Mapping[str, float | None]) -> dict[str, float | None]:
@@ -62,10 +62,11 @@ class Limits:
         }
 
 
-#: Limits of the residuals for each kind of answer. Published load factors agree to four digits, so the limits
-#: of associative answers are 1e-4. The loop computes friction limits from the normal forces of the previous
-#: sub-problem: on the walls of Table 1, its yield residual reaches a tenth of a block's weight. In the loop,
-#: sliding joints contract by 10⁻³ μ times their slip, which adds to the flow residual.
+#: Limits of the residuals for each kind of answer. The limits of associative answers are 1e-4, because
+#: published load factors agree to four digits. The loop needs larger limits. The friction limits of a
+#: sub-problem depend on the normal forces of the previous sub-problem, so the yield residual reaches a tenth
+#: of a block's weight on the walls of Table 1. Sliding joints contract by 10⁻³ μ times their slip, which adds
+#: to the flow residual.
 LIMITS: dict[Kind, Limits] = {
     Kind.ASSOCIATIVE: Limits(1e-4, 1e-4, 1e-4, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
     Kind.LOOP: Limits(1e-3, 0.1, 1e-2, 1e-2, work=5e-2, block=5e-2, joint=0.5),
@@ -82,38 +83,40 @@ AGREEMENT = 1e-7
 #: Largest residual at which the command ``check`` accepts an answer.
 DUALITY = 1e-6
 
-#: Largest violation of complementarity (z·p, divided by |λ|) at which the loop of linear programs accepts the
-#: forces and the mechanism as one state. If the violation is larger, the loop is repeated with other options.
-#: The answer must also satisfy ``LIMITS``.
+#: Largest violation of complementarity at which the loop of linear programs accepts the forces and the
+#: mechanism as one state. The violation is Σ|z p| (slacks times rates), divided by |λ|. If it is larger, the
+#: loop is repeated with other options. The answer must also satisfy ``LIMITS``.
 MOST_ENERGY = 1e-3
 
 #: Largest residual of a sub-problem's state at which the loop accepts the sub-problem's load factor as
 #: verified. The answer must also satisfy ``LIMITS``.
 BORNE_OUT = 1e-3
 
-#: Largest residual of an inequality in a proof that no load factor exists. The unit of a residual is the sum
-#: of the loads, or the work of the loads. A proof is valid for forces and motions up to 1e8 times this unit.
+#: Largest residual of an inequality in a proof that no load factor exists, relative to the sum of the loads
+#: or to the work of the loads. With this value, a proof covers forces and motions up to 1e8 times the sum or
+#: the work.
 PROOF = 1e-8
 
-#: Relative difference between λ and its lower bound, up to which λ counts as proven to be the least load
+#: Largest relative difference between λ and its lower bound at which λ counts as proven to be the least load
 #: factor.
 CLOSED = 1e-5
 
-#: Largest relative distance of λ from the interval between its certified bounds at which λ counts as correct.
-#: With this value, λ agrees with the bounds in four digits.
+#: Largest relative distance by which λ may lie outside the interval between its certified bounds. Up to this
+#: distance, λ agrees with the bounds in four digits and counts as correct.
 OUTSIDE = 1e-4
 
-#: Tolerance of the force limits that a lower bound assumes: forces may exceed a limit by this fraction of the
-#: limit plus this fraction of the median block weight. The bound counts as valid for such forces.
+#: Fraction by which forces may exceed a force limit that a lower bound assumes. The bound counts as valid if
+#: each force exceeds its limit by at most this fraction of the limit plus this fraction of the median block
+#: weight.
 BEYOND_LIMITS = 1e-6
 
-#: Largest residual, relative to the load, at which a point counts as feasible, so that its objective value is
-#: a certified bound.
+#: Largest residual, relative to the load, at which a solution counts as feasible. The objective value of a
+#: feasible solution is a certified bound.
 FEASIBLE = 1e-11
 
 #: A mechanism proves a scene unstable only if it violates the associative flow rule by at most this fraction
-#: of its power. The power is computed with forces in median block weights. With this value, joint forces that
-#: sum to less than a million median block weights cannot prevent the fall.
+#: of its power. The power is computed with forces in median block weights. With this value, only joint forces
+#: whose sum exceeds a million median block weights could stop the mechanism.
 DEPARTS = 1e-6
 
 #: Size below which a slip, a shear or a violation of the associative flow rule counts as rounding.

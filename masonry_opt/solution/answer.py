@@ -65,8 +65,8 @@ def certify(
     """
     total_dead = problem.force_sizes(problem.dead).sum() or problem.live_norm
     z, p = problem.slacks(q), problem.rates(d, slope)
-    # Divide rates of sliding by max(1, μ) / max(1, slope). Without this division, a rounding error of 1e-14
-    # in the slip at μ = 1e6 would count as an energy of 1e-8 times a force.
+    # Divide rates of sliding by max(1, μ) / max(1, slope). Otherwise, at μ = 1e6, a rounding error of 1e-14
+    # in the slip would count as an energy of 1e-8 times a force.
     steep = problem.steep / np.maximum(problem.limit_factors @ slope, 1.0)
     live_work = float(problem.live @ d) or problem.live_norm
     return Certificate(
@@ -121,7 +121,7 @@ def unbalanced_shares(problem: Problem, unbalanced: np.ndarray, acting: np.ndarr
 
 
 def violation_shares(problem: Problem, z: np.ndarray, acting: np.ndarray) -> np.ndarray:
-    """Return the relative violation of each yield condition, shape (faces,).
+    """Return the relative violation of each yield condition, shape (yield conditions,).
 
     The violation is −z; a negative entry means that the condition is satisfied. A violation in a joint is
     divided by the largest force on the joint's less loaded block. The violation of a force limit is divided
@@ -137,9 +137,10 @@ class FinalState:
 
     q: np.ndarray | None = None  #: joint forces, shape (3c,)
     d: np.ndarray | None = None  #: block velocities, shape (3b,)
-    #: Ratio of opening to slip in the flow rule of the mechanism, shape (k,).
+    #: Ratio of opening to slip of each joint that can slide, in the flow rule of the mechanism, shape (k,).
     slope: np.ndarray | None = None
-    #: Classes that evaluate the friction law (linear or cone) and the strength law (linear or parabola).
+    #: Classes that evaluate the friction law (as linear conditions or as a cone) and the strength law (as
+    #: chords or as a parabola).
     forms: Forms = BY_FACES
 
     __repr__ = brief
@@ -155,7 +156,7 @@ class Answer(FinalState):
     load_factor: float  #: load factor λ
     q: np.ndarray  #: joint forces, shape (3c,)
     d: np.ndarray  #: block velocities, shape (3b,)
-    slope: np.ndarray  #: ratio of opening to slip in the flow rule, shape (k,)
+    slope: np.ndarray  #: ratio of opening to slip of each joint that can slide, shape (k,)
     certificate: Certificate  #: residuals of the scene as a whole
     residuals: dict[str, float]  #: residuals, keyed by the names of their limits in ``Limits``
 
@@ -293,7 +294,7 @@ def ray_residuals(
 
 
 def kinematic_residual(problem: Problem, q: np.ndarray, still: np.ndarray) -> float:
-    """Return the residual of a proof that the live load does no positive work unless a given face moves.
+    """Return the residual of a proof: if the live load does positive work, one of the given faces moves.
 
     The given faces (yield conditions) are those for which ``still``, shape (faces,), is True. A residual of
     zero proves that f_L·d ≤ 0 in every mechanism in which none of these faces moves. The residual is the
@@ -303,7 +304,7 @@ def kinematic_residual(problem: Problem, q: np.ndarray, still: np.ndarray) -> fl
 
 
 def static_residual(problem: Problem, d: np.ndarray, p: np.ndarray, held: np.ndarray) -> float:
-    """Return the residual of a proof that given yield conditions are never active together at λ ≥ 0.
+    """Return the residual of a proof that given yield conditions cannot all be active in a state with λ ≥ 0.
 
     The given yield conditions are the faces for which ``held`` (faces,) is True. The proof is a motion d
     (3b,) with rates p (faces,) that satisfies three conditions: Bᵀd = C(μ)ᵀp, p ≥ 0 on all other faces, and

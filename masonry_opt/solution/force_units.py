@@ -15,7 +15,10 @@ from masonry_opt.solution.reasons import Code, Reason, reason
 
 
 class _Range(NamedTuple):
-    """Usual range of the ratio of a stress to the stress due to weight. A wider range misses more errors."""
+    """Usual range of the ratio of a stress to the stress due to weight.
+
+    A wider range detects fewer strengths and cohesions in a wrong unit.
+    """
 
     least: float
     greatest: float

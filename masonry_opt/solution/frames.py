@@ -156,7 +156,7 @@ def _columns(prefix: str, vectors: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _vectors(assembly: Assembly, of_kinds: np.ndarray) -> np.ndarray:
-    """Convert components normal and tangential to joints to vectors in space, shape (points, 3).
+    """Convert normal and tangential components at contact points to vectors in space, shape (points, 3).
 
     Each vector is the force on the first block at a contact point, or the motion of the first block relative
     to the second block.
@@ -167,7 +167,7 @@ def _vectors(assembly: Assembly, of_kinds: np.ndarray) -> np.ndarray:
 
 
 def _forces(assembly: Assembly, q: np.ndarray, u: np.ndarray, d: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the table columns of joint forces and joint rates in the plane."""
+    """Return the table columns of the forces and rates of joints in a plane scene."""
     problem = assembly.problem
     (first, second, s), (*openings, slip) = problem.by_kind(q), problem.by_kind(u)
     return {
@@ -181,7 +181,7 @@ def _forces(assembly: Assembly, q: np.ndarray, u: np.ndarray, d: np.ndarray) -> 
 
 
 def _resultants(assembly: Assembly, q: np.ndarray, _: np.ndarray, d: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the table columns of joint normals, resultants and rates in space."""
+    """Return the table columns of the normals, resultants and rates of joints in a scene in space."""
     joints, problem, origin = assembly.joints, assembly.problem, assembly.geometry.origin
     joint, normal, middle, count = joints.joint, joints.normal, joints.middle, len(joints.first)
     of_points, n_of_points = _vectors(assembly, q), problem.normal_forces(q)
@@ -231,8 +231,7 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
     # Forces below this value count as rounding errors. Smaller limits of forces are replaced by this value.
     rounding = IDLE * (np.abs(n).max(initial=0.0) or 1.0)
     limit = ShearLimits.true(problem).at(n[problem.sliding])
-    # Largest moment that a joint can carry, expressed as the difference of the two normal forces at its
-    # points.
+    # Largest moment of a joint, expressed as the difference of the normal forces at its two ends.
     largest = n.copy()
     largest[problem.crushing] = parabola(n[problem.crushing], problem.crushing_force)
     used = m / np.maximum(largest, rounding)
@@ -244,7 +243,7 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
 
 
 def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataFrame":
-    """Return a table of the limited forces (such as tie forces) that have one of the given roles.
+    """Return a table with one row for each limited force, such as a tie force, with one of the given roles.
 
     Unknown values are NaN.
     """
@@ -256,8 +255,8 @@ def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataF
     closing = problem.of_forces(u)[has_role]
     names = [*(block.name for block in assembly.scene.blocks), "ground"]
     lowest, highest = np.array([[each.lowest, each.highest] for each in forces], float).reshape(-1, 2).T
-    # Solvers satisfy a force limit only to a tolerance that is relative to the forces of the scene. Smaller
-    # differences count as rounding.
+    # Solvers satisfy a force limit only to a tolerance that is relative to the forces of the scene.
+    # Differences up to this value count as rounding.
     rounding = IDLE * np.abs(problem.normal_forces(q)).max(initial=0.0) * problem.force_unit
     within = np.clip(T, lowest, highest)
     T = np.where(np.abs(T - within) <= rounding, within, T)

@@ -17,7 +17,7 @@ class LoadStep:
 
     iteration: int  #: number of the step, counted from 1; the first step is under the dead load alone
     load_factor: float  #: load factor λ at the end of the increment
-    #: Work of the live load divided by Σ|f_L|. The unit is the elastic displacement: the closing of a joint
+    #: Displacement of the live load: its work divided by Σ|f_L|. The unit is the elastic closing of a joint
     #: of mean length under the mean contact force.
     displacement: float
     is_jump: bool  #: True if the step is a jump: the blocks came to rest after a damped motion
@@ -25,7 +25,8 @@ class LoadStep:
     #: True for contacts without normal force; in the plane, for joints with an open end, shape (c,).
     open: np.ndarray
     d: np.ndarray  #: displacements of the blocks from equilibrium under the dead load, shape (3b,)
-    forces: np.ndarray  #: joint forces in the problem's order, shape (3c + t,)
+    #: Forces of the c contacts and the t limited forces, in the problem's order, shape (3c + t,).
+    forces: np.ndarray
 
     __repr__ = brief
 
@@ -48,7 +49,10 @@ class LoadHistory:
 
     @cached_property
     def displacements(self) -> np.ndarray:
-        """Displacement of the live load at each step, shape (steps,); see ``LoadStep.displacement``."""
+        """Displacement of the live load at each step, shape (steps,).
+
+        See ``LoadStep.displacement`` for the definition and the unit.
+        """
         return np.array([step.displacement for step in self.steps])
 
     @property

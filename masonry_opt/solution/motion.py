@@ -17,7 +17,8 @@ from masonry_opt.solution.thresholds import CRUSHES, DRIVES, HINGES, IDLE, MOVES
 class JointMotion:
     """Joints that slide, hinge, separate or crush in a mechanism."""
 
-    slides: np.ndarray  #: True if a joint slips while its sides touch and it does not crush, shape (joints,).
+    #: True if a joint slips while its sides touch and no stone is crushed, shape (joints,).
+    slides: np.ndarray
     #: True if a joint opens by rotation about one edge (in space, about the points that still touch), shape
     #: (joints,).
     hinges: np.ndarray
@@ -105,12 +106,18 @@ def moving_blocks(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 
 def moving_names(assembly: Assembly, d: np.ndarray) -> list[str]:
-    """Return the names of the blocks that move in a mechanism d, shape (3b,), fastest first."""
+    """Return the names of the blocks that move in a mechanism, fastest first.
+
+    The mechanism ``d`` consists of block velocities, shape (3b,).
+    """
     return assembly.names(assembly.movable[moving_blocks(assembly, d)])
 
 
 def fastest(assembly: Assembly, d: np.ndarray) -> float:
-    """Return the speed of the fastest block corner in the mechanism d, shape (3b,).
+    """Return the speed of the fastest block corner in a mechanism.
+
+    The mechanism ``d`` consists of block velocities, shape (3b,). The result is 1 if no corner is known to
+    move.
 
     The value is 1 if no corner is known to move.
     """

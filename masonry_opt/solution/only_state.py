@@ -38,7 +38,7 @@ _BALANCED = 1e-8
 
 
 def is_only_load_factor(problem: Problem, load_factor: float) -> bool:
-    """Return True if it is proven that no other load factor above zero can cause collapse.
+    """Return True if it is proven that no load factor above zero other than ``load_factor`` causes collapse.
 
     The proof uses the known load factor, but not the forces or the mechanism of its collapse state.
     """

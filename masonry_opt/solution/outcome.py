@@ -39,10 +39,10 @@ class Size:
 
     blocks: int  #: number b of movable blocks
     joints: int  #: number of joints (c in the plane)
-    #: Rows of the linear program, as passed to the solver; None if there is no linear program.
+    #: Number of rows of the linear program, as passed to the solver; None if there is no linear program.
     rows: int | None
-    columns: int | None  #: columns of the linear program; None if there is no linear program
-    nonzeros: int | None  #: nonzero coefficients of the linear program; None if there is no linear program
+    columns: int | None  #: number of columns of the linear program; None if there is no linear program
+    nonzeros: int | None  #: number of nonzero coefficients of the linear program; None if there is none
     left_out: tuple[str, ...] = ()  #: parts of the scene that the model leaves out, each with the reason
     contacts: int | None = None  #: number c of contact points of a scene in space; None in the plane
 
@@ -308,7 +308,7 @@ class Outcome:
 
     @cached_property
     def pressures(self) -> "pd.DataFrame":
-        """Table with one row for each block face on which a fill presses, with the columns of ``ties``.
+        """Table with one row for each block face on which a fill presses; it has the columns of ``ties``.
 
         ``first`` is the block of the face. ``force`` is horizontal and directed into the face. It is at least
         ``lowest``, the active pressure, and at most ``highest``, the mobilised share of the passive pressure.
@@ -445,7 +445,7 @@ class Outcome:
 
     @property
     def crushing(self) -> str:
-        """Strength law of the answer: "parabola" or "chords"; "" if no joint has a strength.
+        """Strength law of the answer: "parabola" or its approximation "chords"; "" without any strength.
 
         The chords are inside the parabola, and permit moments that are up to 0.65 % smaller.
         """

@@ -23,9 +23,9 @@ from masonry_opt.files import JSON_KEY, WRITER, refuse_unwritable, write_whole
 #: Version of the file format. A reader refuses files of other versions.
 FORMAT = 1
 
-#: Range of forces and motions in which the conflicts of a proof are valid. The sum of all forces is at most
-#: this multiple of the sum of all loads. The sum of all motions is at most this multiple of the mean velocity
-#: of the live load. A larger range requires multipliers with smaller rounding errors.
+#: Range of forces and motions that a proof covers. The sum of all forces is at most this multiple of the sum
+#: of all loads. The sum of all motions is at most this multiple of the mean velocity of the live load. A
+#: larger range requires multipliers with smaller rounding errors.
 REACH = 1e6
 
 
@@ -46,13 +46,13 @@ class StaticConflict:
 
     @property
     def clause(self) -> list[int]:
-        """Clause in DIMACS numbering: at least one of the conditions does not move."""
+        """Clause in DIMACS numbering: at least one of the yield conditions has a rate of zero."""
         return [-(int(condition) + 1) for condition in self.conditions]
 
 
 @dataclass(frozen=True, eq=False)
 class KinematicConflict:
-    """Yield conditions of which at least one moves in every mechanism whose λ is between 0 and the bound.
+    """Yield conditions of which at least one has a positive rate if λ is between 0 and the bound.
 
     The multipliers are forces that carry ``weight`` times the dead load and ``load_factor`` times the live
     load, where ``load_factor`` exceeds ``weight`` times the bound. They satisfy C(tan ψ) q + weight · e ≥ 0
@@ -68,17 +68,18 @@ class KinematicConflict:
 
     @property
     def clause(self) -> list[int]:
-        """Clause in DIMACS numbering: at least one of the conditions moves."""
+        """Clause in DIMACS numbering: at least one of the yield conditions has a positive rate."""
         return [int(condition) + 1 for condition in self.conditions]
 
 
 @dataclass(frozen=True, eq=False)
 class EnergyBound:
-    """Lower bound of (μ − tan ψ) n, the energy that friction in a joint dissipates per unit slip.
+    """Lower bound of the energy that friction in a joint dissipates per unit slip.
 
-    The dilatancy is tan ψ. The lower bound is valid for λ between 0 and the bound of the proof. The
-    multipliers are a motion as in :class:`StaticConflict`, with Bᵀd + (μ − tan ψ) Nᵀ = C(μ)ᵀp. The rates
-    satisfy p ≥ 0 on all conditions except the joint's own sliding condition, which is at yield.
+    The energy is (μ − tan ψ) n, where tan ψ is the dilatancy. The lower bound is valid for λ between 0 and
+    the bound of the proof. The multipliers are a motion as in :class:`StaticConflict`, with
+    Bᵀd + (μ − tan ψ) Nᵀ = C(μ)ᵀp. The rates satisfy p ≥ 0 on all conditions except the joint's own sliding
+    condition, which is at yield.
     """
 
     condition: int  #: index of the joint's sliding condition
@@ -101,7 +102,8 @@ class Proof:
     #: ``mo.check_proof`` only checks that this load factor exceeds the bound.
     load_factor: float
     conditions: int  #: number of yield conditions; each corresponds to one Boolean variable
-    #: Conflicts with their multipliers. No values of the Boolean variables satisfy all clauses of the proof.
+    #: Conflicts with their multipliers. The clauses of the conflicts and of ``senses`` cannot all be
+    #: satisfied, so no collapse state exists up to the bound.
     conflicts: tuple[Conflict, ...]
     #: Lower bounds of the energy dissipated by friction, which the kinematic conflicts use.
     energy_bounds: tuple[EnergyBound, ...]

@@ -54,11 +54,11 @@ class Code(StrEnum):
     The comment on each code states its meaning, and the values that its message needs.
     """
 
-    # The scene has no live load and is stable. Values: ``unique``, True if equilibrium alone fixes the joint
-    # forces; ``elastic``, True if elastic contacts determine the forces, False if a linear or cone program
-    # does.
+    # The scene has no live load and is stable. Values: ``unique``, True if equilibrium alone determines the
+    # joint forces; ``elastic``, True if elastic contacts determine the forces, False if the forces are a
+    # solution of a linear or cone program.
     CARRIED = "carried"
-    # The scene is unstable under its dead load. Value: ``blocks``, the blocks that fall.
+    # The scene is unstable under its dead load. Value: ``blocks``, the names of the blocks that fall.
     FALLS = "falls"
     # Some of the falling blocks have no joint that supports them from below. Value: ``blocks``, the names of
     # the blocks without support.
@@ -75,11 +75,12 @@ class Code(StrEnum):
     # Solvers could not decide if the scene is stable. Values: ``word``, status of the last solver; ``ratio``,
     # largest divided by smallest dead load of a block.
     DEAD_LOAD_UNDECIDED = "dead load undecided"
-    # Only forces of wedged blocks could carry the dead load, so the answer is withdrawn. Values:
-    # ``load_factor``, λ of the withdrawn answer, or None; ``blocks``, the blocks that move.
+    # Only wedging forces could carry the dead load, and the flow rule of the joints does not sustain such
+    # forces, so the answer is withdrawn. Values: ``load_factor``, λ of the withdrawn answer, or None;
+    # ``blocks``, the names of the blocks that move.
     WEDGED = "wedged"
-    # The only collapse state that was found has a load factor of zero or less, and is not reached from rest.
-    # Value: ``load_factor``, λ of this state.
+    # The only collapse state that was found has a load factor of zero or less, although the scene is stable
+    # under its dead load from rest. Value: ``load_factor``, λ of this state.
     BELOW_ZERO = "below zero"
     # A solver failed. Value: ``word``, status of the solver.
     SOLVER_STOPPED = "solver stopped"
@@ -92,7 +93,7 @@ class Code(StrEnum):
     NO_MECHANISM = "no mechanism"
     # It is proven that no collapse state exists. Values: ``static_cuts``, the number of sets of yield
     # conditions that cannot all be at yield in one state; ``kinematic_cuts``, the number of sets of yield
-    # conditions of which at least one yields in every mechanism in which the live load does work.
+    # conditions of which at least one must yield if the live load does work.
     NO_COLLAPSE = "no collapse"
     # It is proven that some forces within the friction limits carry any multiple of the live load. This
     # reason has no values.
@@ -107,8 +108,9 @@ class Code(StrEnum):
     # the live load.
     NO_WORK = "no work"
     # The time limit ended the analysis. Values: ``seconds``, the time limit; ``phase`` of the analysis;
-    # ``carried``, the largest load factor that the load history has reached, or None; ``last``, λ of the last
-    # step of another method, or None. If there is an answer, ``carried`` and ``last`` are None.
+    # ``carried``, the largest load factor that a load history has reached, or None; ``last``, λ of the last
+    # step of a method without a load history, or None. If there is an answer, ``carried`` and ``last`` are
+    # None.
     TIME_LIMIT = "time limit"
     # The answer is rejected because of its residuals. Values: ``load_factor``, λ of the answer;
     # ``residuals``, the residuals that exceed their limits, by name.
@@ -118,7 +120,8 @@ class Code(StrEnum):
     # ``by``, the difference of the two load factors. All codes from here to LEAST_BORNE_OUT belong to the
     # loop of linear programs.
     ABOVE_ASSOCIATIVE = "above associative"
-    # The associative answer already satisfies the flow rule, so the loop stops. This reason has no values.
+    # The associative answer already satisfies the joints' own flow rule, so the loop stops. This reason has
+    # no values.
     FLOW_RULE_IDLE = "flow rule idle"
     # λ still changes at the last iteration of the loop. Values: ``count``, the number of sub-problems;
     # ``lowest`` and ``highest`` λ of the last sub-problems.
@@ -164,15 +167,16 @@ class Code(StrEnum):
     # joints (in space, of contact points).
     NOT_COMPUTED = "incremental not computed"
     # Load histories were repeated with random input. Values: ``draws``, the number of load histories with
-    # random stiffness, and again with random self-stress; ``stiffness`` and ``stress``, the range of the
-    # incremental load factor in each case, or None; ``without``, the number of load histories without a
-    # collapse.
+    # random stiffness, and the equal number with random self-stress; ``stiffness`` and ``stress``, the ranges
+    # of the incremental load factor in these two groups, or None; ``without``, the number of load histories
+    # without a collapse.
     SPREAD = "spread"
     # The result contains a load–displacement curve. Values: ``states``, the number of load steps; ``jumps``,
     # the number of jumps among them.
     CURVE = "curve"
 
-    # The answer of the MPEC is a local minimum. Value: ``epsilon``, the largest permitted product z p.
+    # The answer of the MPEC is a local minimum. Value: ``epsilon``, the largest permitted product of a slack
+    # z and its rate p.
     LOCAL_MINIMUM = "local minimum"
     # The loop, which provides the start of the MPEC, failed.
     START_FAILED = "start failed"
@@ -197,10 +201,10 @@ class Code(StrEnum):
     # The time of option ``search`` was over before the search found an exact state.
     NO_TIME = "no time"
 
-    # The lower bound equals the lowest load factor, without any assumption. All codes of method "global" have
-    # the values ``bound``, the lower bound of λ; ``load_factor``, λ of the answer; ``rates``, the largest sum
-    # of rates for which the bound is valid, or None; ``forces``, True if the bound assumes a limit of normal
-    # forces.
+    # The lower bound agrees with the lowest load factor, and is valid without assumptions. All codes of
+    # method "global" have the values ``bound``, the lower bound of λ; ``load_factor``, λ of the answer;
+    # ``rates``, the largest sum of rates for which the bound is valid, or None; ``forces``, True if the bound
+    # assumes a limit of normal forces.
     PROVEN = "proven"
     # The lower bound agrees with the lowest load factor, but is valid only for states within the assumed
     # limits of rates and forces.
@@ -264,10 +268,10 @@ class Code(StrEnum):
     # Some blocks are far away from all other blocks. Values: ``blocks``, the names of the blocks far away;
     # ``distance``, their distance from all other blocks; ``size``, the extent of all other blocks.
     FAR_AWAY = "far away"
-    # Unit weights of blocks are so different that some of them probably have a wrong unit. Values: ``blocks``
-    # with another unit weight; ``ratio``, unit weight of the first of these blocks divided by the median;
-    # ``median`` of all unit weights; ``per_area``, True if unit weights are per area (in the plane without a
-    # thickness).
+    # Unit weights of blocks are so different that some of them probably have a wrong unit. Values:
+    # ``blocks``, the names of the blocks with an unusual unit weight; ``ratio``, unit weight of the first of
+    # these blocks divided by the median; ``median`` of all unit weights; ``per_area``, True if unit weights
+    # are per area (in the plane without a thickness).
     WEIGHTS_DIFFER = "weights differ"
     # The unit weight of a fill or backing is so large or so small that its unit is probably wrong. Values:
     # ``fill``, number of the fill, from 1; ``backing``, True for the fill's backing and False for the fill;
@@ -280,8 +284,8 @@ class Code(StrEnum):
     # median block if the value is too small, or the sum of all dead loads if the value is too large.
     STRENGTH_DIFFERS = "strength differs"
     # The strength or the cohesion of joints seems to have another unit than the weights. Values: ``key``,
-    # "strength" or "cohesion"; ``value``, the strength or cohesion; ``weight``, the stress below a column of
-    # the median unit weight that is as high as the largest dimension of the scene.
+    # "strength" or "cohesion"; ``value``, the strength or cohesion; ``weight``, the stress below a column
+    # with the median unit weight, as high as the largest dimension of the scene.
     STRESS_DIFFERS = "stress differs"
     # Small gaps between blocks carry no force. Values: ``pairs``, the two blocks at each gap; ``widths``, the
     # widths of the gaps; ``option``, the option of the scene that closes all gaps, "tolerance" or
@@ -313,7 +317,7 @@ class Code(StrEnum):
     # Corners press on edges of limited strength. Values: ``pairs``, the two blocks of each joint at such a
     # corner; ``normal_forces`` of the joints, largest first.
     CORNERS_BEAR = "corners bear"
-    # A part of an edge load has no effect, because no free edge of a movable block is there. Values:
+    # A part of an edge load has no effect, because it is not on a free edge of a movable block. Values:
     # ``number`` of the edge load, from 1; ``length`` of this part.
     BARE_EDGE_LOAD = "bare edge load"
     # The scene was solved without its axles. Value: ``names``, the names of the groups of axles.
@@ -327,8 +331,8 @@ class Code(StrEnum):
     FORCES_DIFFER = "forces differ"
 
 
-#: Map from a reason code to the names of its values that are load factors. These values are converted when
-#: the live load is scaled.
+#: Map from a reason code to the names of its values that are load factors. If the live load is scaled, these
+#: values are converted.
 LOAD_FACTORS: dict[Code, tuple[str, ...]] = {
     Code.WEDGED: ("load_factor",),
     Code.BELOW_ZERO: ("load_factor",),
@@ -363,5 +367,5 @@ def reason(code: Code, **values: Any) -> Reason:
 
 
 def size_of(problem: Problem) -> dict[str, int]:
-    """Return a reason's value ``joints`` (in space, ``contacts``): the number of joints of a problem."""
+    """Return the number of joints (in space, of contact points), under its name in the values of a reason."""
     return {problem.layout.called: problem.joints}

@@ -17,7 +17,7 @@ Columns = dict[str, list[Any]]
 
 
 def load_columns(assembly: Assembly) -> Columns:
-    """Return the dead load and the live load of each movable block, with moments about its centroid.
+    """Return the dead and live load of each movable block: forces, and moments about the block's centroid.
 
     In the plane the columns also contain the ``vertices`` of the block.
     """
@@ -59,12 +59,12 @@ def limit_columns(assembly: Assembly, solution: Solution) -> Columns:
 
 
 def normal_columns(assembly: Assembly) -> Columns:
-    """Return the unit normal of each joint in the plane, which points into its first block."""
+    """Return the unit normals of the joints of a plane scene. Each points into the joint's first block."""
     return {f"n{axis}": column.tolist() for axis, column in zip("xy", assembly.joints.normal.T, strict=True)}
 
 
 def line_columns(assembly: Assembly, *roles: Role) -> Columns:
-    """Return the points of application and the directions of limited forces with the given roles.
+    """Return the points of application and the directions of the limited forces with the given roles.
 
     The point is on the first block of the limited force. The columns ``ux``, ``uy`` (and ``uz``) are the
     force on this block per unit of the limited force. The opposite force acts on the second block of a tie or

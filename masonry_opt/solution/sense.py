@@ -31,9 +31,9 @@ _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], .
 _FAR_DISTANCE_RATIO = 10.0
 
 #: Ratio of two unit weights, or of a force to a weight, above which a warning says that their units differ.
-#: Different materials alone cause ratios of about 5 (stone to timber). A mix of kN and N alone causes the
-#: ratio 1000. If both occur, the ratio can be less than 1000, so the limit is well below 1000. Two unit
-#: weights with a smaller ratio are compared with typical values.
+#: Different materials cause ratios of about 5 (stone to timber), and a mix of kN and N causes the ratio 1000.
+#: Both together can cause a ratio below 1000, so the limit is well below 1000. Two unit weights with a ratio
+#: below the limit are compared with typical values.
 _OTHER_UNITS = 300.0
 
 #: Ratio of a block's weight per area to the median weight per area, for plane blocks that are specified by
@@ -114,7 +114,7 @@ def _joints(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _idle_supports(assembly: Assembly) -> list[Reason]:
-    """Return a warning that names the supports without function; the list is empty if there are none.
+    """Return a list with a warning that names the supports without function, or an empty list.
 
     A support has a function if it has a joint with a movable block, if a fill touches it, or if a tie or prop
     ends at it.
@@ -128,7 +128,7 @@ def _idle_supports(assembly: Assembly) -> list[Reason]:
 
 
 def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
-    """Return a warning about joints at supports whose friction forces are due to self-stress alone."""
+    """Return a warning about friction forces at supports that are due to self-stress alone."""
     infeasibility = solution.infeasibility if solution and solution.load_factor is None else None
     clamped = assembly.joints_of(np.array(infeasibility.clamped if infeasibility else (), dtype=int))
     joints = assembly.joints
@@ -235,14 +235,15 @@ def _far_away(assembly: Assembly) -> list[Reason]:
     lowest = np.full((groups, 2 * axes), np.inf)
     np.minimum.at(lowest, group, bounds)
     # For each group, find the bounding box of all other groups: each bound is the least value over all
-    # groups, or the second least value if the group itself has the least one. Upper bounds are negated.
+    # groups, or the second least value if the group itself has the least one. Upper bounds are negated, so
+    # the same rule applies to them.
     least, second = np.sort(lowest, axis=0)[:2]
     others = np.where(lowest == least, second, least)
     size, size_of_rest = (np.hypot.reduce(-box[:, axes:] - box[:, :axes], axis=1) for box in (lowest, others))
     apart = np.maximum(lowest[:, :axes] + others[:, axes:], others[:, :axes] + lowest[:, axes:])
     distance = np.hypot.reduce(np.maximum(0.0, apart), axis=1)
     far = distance > _FAR_DISTANCE_RATIO * np.maximum(size, size_of_rest)
-    # The largest group counts as the structure itself.
+    # The largest group counts as the structure itself, so the warning does not name it.
     far[np.bincount(group).argmax()] = False
     if not far.any():
         return []
@@ -342,7 +343,8 @@ def _strengths(assembly: Assembly) -> Iterator[Reason]:
     median = lower_median(weight[weight > 0])
     all_dead = float(np.hypot.reduce(problem.forces(problem.dead), axis=1).sum()) * problem.force_unit
     least_strength = max(median / _WEIGHT_TO_STRENGTH, min(all_dead / _SUM_TO_STRENGTH, median / 5))
-    # A small prestress is not an error, because a tie may be tightened by hand.
+    # The limit is lower for prestress than for strength: a small prestress is not an error, because a tie may
+    # be tightened by hand.
     least = {"strength": least_strength, "prestress": median / _WEIGHT_TO_FORCE_RATIO}
     for force in assembly.limited:
         if force.role not in (Role.TIE, Role.PROP):
@@ -363,7 +365,7 @@ def _differing(
     others: np.ndarray,
     **values: object,
 ) -> list[Reason]:
-    """Return a warning that names the blocks with an extreme ratio, the most extreme first.
+    """Return a warning that names the blocks with extreme values of a ratio, the most extreme value first.
 
     A ratio is extreme if it exceeds ``most[0]``, or if its inverse exceeds ``most[1]``. Blocks for which
     ``others`` is True are named too.

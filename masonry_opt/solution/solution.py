@@ -56,7 +56,7 @@ class Solution:
     #: Number of starts of the search for exact states; None if the method does not search.
     starts: int | None = None
     exact_states: int | None = None  #: number of different exact states found from all starts
-    #: Load factor, zero or negative, of an exact state other than the answer; infinite if none was found.
+    #: Load factor of an exact state with λ ≤ 0 that is not the answer; infinite if no such state was found.
     below_zero: float = inf
     #: True if equilibrium alone determines all forces, so that no other load factor above zero can cause
     #: collapse.
@@ -68,14 +68,15 @@ class Solution:
     #: Largest load factor of the load history, if the load history ends at a lower load factor; otherwise
     #: None.
     peak: float | None = None
-    #: Proof that no load factor exists, or the result of an undecided attempt; None if none was attempted.
+    #: Proof that no load factor exists, or the undecided result of an attempt to prove it; None if no proof
+    #: was attempted.
     infeasibility: InfeasibilityCertificate | None = None
     #: Safety margins of a scene that has no live load and is stable; None for all other scenes.
     stability: Stability | None = None
     size: LpSize | None = None  #: size of the linear program
     tells_curve: bool = False  #: True if the user requested the load–displacement curve
     log: tuple[LogEntry, ...] = ()  #: one entry for each step of a method with several steps
-    #: Solver of the method that computed this solution. The user may have chosen another method.
+    #: Solver of the method that computed this solution, which may differ from the method that the user chose.
     solver: Solver | None = None
 
     __repr__ = brief
@@ -122,7 +123,7 @@ class Solution:
 
     @property
     def incremental_value(self) -> float | None:
-        """Largest load factor of the load history; None if there is no load history with an end."""
+        """Largest load factor of the load history; None if no load history shows a collapse."""
         state = self.at_incremental
         if state is None:
             return None
@@ -170,7 +171,7 @@ class Solution:
         return answer.certified_by(problem.by(answer.forms).by_cone, problem.dilatancy).exact
 
     def ended(self, status: Status, code: Code, **values: Any) -> Self:
-        """Return a copy with a new status and one new reason.
+        """Return a copy of the solution with a new status and a new reason instead of all former reasons.
 
         Data about the former answer are reset to their defaults.
         """
@@ -210,7 +211,7 @@ class Solution:
         return self.answer.failing(self.kind) if self.answer else {}
 
     def accepted(self) -> Self:
-        """Return the solution, without its load factor if a residual exceeds its limit."""
+        """Return the solution, or a copy without its load factor if a residual exceeds its limit."""
         failing = self.failing()
         if failing:
             return self.withdrawn(Status.SOLVER_FAILED, Code.NOT_CERTIFIED, residuals=failing)

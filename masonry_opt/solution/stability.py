@@ -70,7 +70,7 @@ class Stability:
 
 
 def are_resultants_unique(assembly: Assembly) -> bool:
-    """Return True if equilibrium alone provably fixes the resultants of all joints.
+    """Return True if equilibrium alone provably determines the resultants of all joints.
 
     Resultants are unique if the joint forces are unique. They are also unique if joints and limited forces
     connect the blocks without closed loops, because each connection then carries all loads on one of its
@@ -126,7 +126,7 @@ def worst_joint(assembly: Assembly, q: np.ndarray) -> WorstJoint | None:
 
 
 def _least_normal_forces(assembly: Assembly, total: np.ndarray) -> np.ndarray:
-    """Return the normal force above which each joint counts as pressed, shape (joints,).
+    """Return the normal force of each joint above which the joint counts as pressed, shape (joints,).
 
     ``total`` are the normal forces of the joints.
     """
@@ -137,7 +137,7 @@ def _least_normal_forces(assembly: Assembly, total: np.ndarray) -> np.ndarray:
 
 
 def _in_plane(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndarray:
-    """Return the distance of each resultant from the nearer end of its joint, and the margin.
+    """Return the distance of each resultant from the nearer end of its joint, absolute and as a margin.
 
     The shape is (2, k) for the k joints ``pressed``; ``n`` are the normal forces at the contact points.
     """
@@ -147,7 +147,7 @@ def _in_plane(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndar
 
 
 def _in_space(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndarray:
-    """Return the distance of each resultant from the nearest edge of its joint, and the margin.
+    """Return the distance of each resultant from the nearest edge of its joint, absolute and as a margin.
 
     The shape is (2, k) for the k joints ``pressed``; ``n`` are the normal forces at the contact points. The
     edges are those of the convex hulls of the points. From the middle to each edge, the margin falls from 1

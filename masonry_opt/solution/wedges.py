@@ -23,8 +23,8 @@ _NEARLY_PARALLEL_ANGLE = 0.01
 _PARALLEL_ANGLE = 1e-9
 
 #: Rotation of a joint by alignment, in radians, above which a warning names the joint. The value is one
-#: millimetre per metre, the accuracy of cut stones. A larger value may hide that a large tolerance has made
-#: the faces of a real wedge parallel. A smaller value causes more warnings.
+#: millimetre per metre, the accuracy of cut stones. With a larger value, no warning may reveal that a large
+#: tolerance has made the faces of a real wedge parallel. With a smaller value, warnings are more frequent.
 _NAMED_TURN = 1e-3
 
 #: A joint counts as about to slide if its shear exceeds this fraction of the friction limit. With a smaller
@@ -32,9 +32,9 @@ _NAMED_TURN = 1e-3
 #: answers of interior-point solvers.
 _SHARE_OF_FRICTION_LIMIT = 0.999
 
-#: Largest number of joints of a block whose joints are compared with each other. A support under many blocks
-#: may have more joints. A larger value needs more memory; a smaller value misses wedges of blocks with many
-#: joints.
+#: Largest number of joints of a block up to which its joints are compared with each other. Blocks with more
+#: joints, such as supports under many blocks, are left out. A larger value needs more memory; a smaller value
+#: misses more wedges.
 _MOST_JOINTS_COMPARED = 300
 
 

@@ -28,7 +28,7 @@ _CVXPY_VERDICTS = {
 }
 
 #: Map from CVXPY's name of a solver to the solver's option for a time limit in seconds. A solver without an
-#: entry cannot be stopped, so the time limit of the analysis applies only after its end.
+#: entry cannot be stopped, so an analysis can exceed its time limit until the solver ends.
 _TIME_LIMITS = {
     cp.CLARABEL: "time_limit",
     cp.HIGHS: "time_limit",
@@ -60,7 +60,7 @@ class CvxpyEngine:
         self._purpose = purpose
 
     def restart(self, effort: Effort) -> None:
-        """Record the time and the iterations of all further solves in another effort.
+        """Record the time and the iterations of all later solves in the given ``effort``.
 
         Each solve is independent of earlier solves.
         """
@@ -106,7 +106,7 @@ class CvxpyEngine:
         stats = program.solver_stats
         seconds = elapsed if stats.solve_time is None else float(stats.solve_time)
         effort.add("solve", seconds)
-        # The remaining time, in which CVXPY passes the matrices to the solver, counts as compilation.
+        # The time outside the solver, in which CVXPY passes on the matrices, counts as compilation.
         effort.add("compile", max(elapsed - seconds, 0.0))
         effort.iterations += iterations_of(raw["info"]) if is_highs else int(stats.num_iters or 0)
         verdict = _CVXPY_VERDICTS.get(program.status, Verdict.FAILED)
@@ -125,9 +125,9 @@ def has_optimum(
     return CvxpyEngine(program, solver, effort, purpose).solve().readable(nearly)
 
 
-#: Rows, and then columns, with an entry above this magnitude are scaled down to this magnitude. The value is
-#: the geometric mean of 1 and a large friction coefficient, 1e6. If either of these two entries were scaled
-#: to 1, digits of the other would be lost.
+#: Magnitude above which entries are scaled down: first the rows, then the columns with a larger entry are
+#: scaled to this magnitude. With this value, a row with the entries 1 and 1e6 (a large friction coefficient)
+#: is scaled to 1e-3 and 1e3. A smaller or larger value would lose digits of one of the two entries.
 _LARGE_ENTRY = 1e3
 
 
@@ -165,7 +165,7 @@ def _largest(A: Any) -> np.ndarray:
 
 
 def _by_cones(factors: np.ndarray, cone_of_row: np.ndarray, equations: int) -> np.ndarray:
-    """Return scaling factors of the rows that are equal within each cone, so the cones do not change.
+    """Return a scaling factor for each row. Factors are equal within a cone, so the cones do not change.
 
     All rows of a cone get the smallest of their factors. Equations are not scaled.
     """

@@ -17,8 +17,8 @@ from masonry_opt.solvers.registry import LpSize, Solver, Verdict, find_solver, i
 if TYPE_CHECKING:
     import cvxpy as cp
 
-#: HiGHS ignores matrix coefficients below this magnitude (option ``small_matrix_value``). Its default, 1e-9,
-#: would ignore coefficients of nearly parallel joints, which are as small as 1e-10.
+#: HiGHS ignores matrix coefficients below this magnitude (option ``small_matrix_value``). The default of
+#: HiGHS, 1e-9, would ignore coefficients of nearly parallel joints, which are as small as 1e-10.
 SMALLEST_COEFFICIENT = 1e-12
 
 _UNIT_ROUNDOFF = 2.0**-53  #: Largest relative rounding error of one addition or product in double precision.
@@ -41,7 +41,7 @@ class LinearProgram:
 
     @classmethod
     def of(cls, program: "cp.Problem") -> "LinearProgram":
-        """Create the record from a linear program that is declared in CVXPY."""
+        """Convert a linear program that is declared in CVXPY to arrays."""
         from cvxpy.constraints import Zero
 
         data = program.get_problem_data("HIGHS", ignore_dpp=True)[0]
@@ -73,7 +73,7 @@ class LinearProgram:
 
     @classmethod
     def of_pyomo(cls, program: Any) -> "LinearProgram":
-        """Create the record from a linear program that is declared in Pyomo."""
+        """Convert a linear program that is declared in Pyomo to arrays."""
         from pyomo.environ import Var
         from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 
@@ -279,7 +279,7 @@ class HighsSession:
         return self._present_program().least(self.multipliers())
 
     def contradiction(self) -> tuple[float, np.ndarray]:
-        """Compute a bound that can prove the last program infeasible, from a dual ray.
+        """Compute from a dual ray a bound that can prove the last program infeasible.
 
         The results ``value`` and ``short``, shape (columns,), satisfy ``short·|x| ≥ value`` for every
         feasible x. A value of 0 proves nothing.

@@ -43,7 +43,7 @@ class PyomoEngine:
             self._highs.set_instance(program)
 
     def restart(self, effort: Effort) -> None:
-        """Record all further solves in another effort, and discard the basis of earlier solves."""
+        """Record all later solves in the given ``effort``, and discard the basis of earlier solves."""
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
         highs = self._highs._solver_model
@@ -73,7 +73,7 @@ class PyomoEngine:
         result = self._highs.solve(self.program)
         seconds = highs.getRunTime() - before
         effort.add("solve", seconds)
-        # The remaining time, in which changed parameters are passed to HiGHS, counts as compilation.
+        # The time outside the solver, in which changed parameters are passed to HiGHS, counts as compilation.
         effort.add("compile", max(time.perf_counter() - start - seconds, 0.0))
         effort.iterations += iterations_of(highs.getInfo())
         condition = result.termination_condition

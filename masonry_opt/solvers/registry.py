@@ -29,13 +29,13 @@ Options = Callable[[float], dict[str, Any]]
 
 @dataclass(frozen=True)
 class SolverEntry:
-    """Solver in one modelling language, or a solver that works on matrices, with its capabilities.
+    """Solver in one modelling language, or for matrices without a language, and its capabilities.
 
     To add a solver, add an entry to ``_ENTRIES``.
     """
 
     name: str
-    language: str  #: modelling language "cvxpy" or "pyomo", or "matrices" for a solver without one
+    language: str  #: modelling language, "cvxpy" or "pyomo"; "matrices" if the solver uses no language
     engine: str  #: name of the solver within the modelling language
     #: Function that converts a tolerance to the options of the solver; None if the solver has fixed
     #: tolerances.
@@ -44,8 +44,8 @@ class SolverEntry:
     brought_by: str = ""
     #: True if the solver returns an interior point of the set of optimal states instead of a vertex.
     interior: bool = False
-    #: True if the solver is faster with a larger tolerance. HiGHS is not: with 1e-4 it ends with the status
-    #: "unknown".
+    #: True if a larger tolerance makes the solver faster. It is False for HiGHS, which ends with the status
+    #: "unknown" at a tolerance of 1e-4.
     stops_early: bool = False
     decides: bool = True  #: True if the verdicts "infeasible" and "unbounded" can be trusted
     conic: bool = False  #: True if the solver supports second-order cones
@@ -115,7 +115,8 @@ def _highs_interior(tolerance: float, solver: str = "ipx") -> dict[str, Any]:
 
 
 def _first_order(**iteration_limit: int) -> Options:
-    # First-order solvers need many cheap iterations, so the limit is larger than the default of OSQP.
+    # First-order solvers need many cheap iterations, so the largest number of iterations exceeds the default
+    # of OSQP.
     return lambda tolerance: {"eps_abs": tolerance, "eps_rel": tolerance, **iteration_limit}
 
 
@@ -156,7 +157,7 @@ def names() -> list[str]:
 
 
 def capable(language: str, has: Callable[[SolverEntry], bool]) -> tuple[str, ...]:
-    """Return the names of all solvers of a language that have a capability; the default comes first.
+    """Return the names of all solvers in a language that have a capability, the default solver first.
 
     ``has`` is a function that returns True for the entry of a solver with the capability. Solvers that are
     not installed are included.
@@ -223,8 +224,8 @@ class Verdict(Enum):
     #: unbounded.
     INFEASIBLE_OR_UNBOUNDED = "infeasible or unbounded"
     FAILED = "solver failed"
-    #: The solver's point misses the tolerance; the certificate of the answer decides if the point is
-    #: accepted.
+    #: The solution of the solver is less accurate than the tolerance. The certificate of the answer decides
+    #: if the solution is accepted.
     NEARLY = "nearly optimal"
 
 

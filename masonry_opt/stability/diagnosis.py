@@ -29,7 +29,7 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
 from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 
-#: Key in a result's ``solvers`` for the optimisation programs that find out why there is no load factor.
+#: Key in a result's ``solvers`` for the optimisation programs that determine why there is no load factor.
 DIAGNOSIS = "diagnosis"
 
 #: Largest number of programs that are solved to decide if a load drives a mechanism. If more programs are
@@ -37,14 +37,17 @@ DIAGNOSIS = "diagnosis"
 #: program is used.
 _MOST_PROGRAMS = 40
 
-#: Largest number of joints for which programs are solved by the simplex method. A program with so many joints
-#: takes half a minute.
+#: Largest number of joints up to which further programs, solved by the simplex method, follow a program that
+#: decides nothing. A program with so many joints takes half a minute. With more joints, the question remains
+#: undecided.
 _SIMPLEX_UP_TO = 2000
 
-#: Largest number of joints for which the smallest stabilising factor on friction is computed.
+#: Largest number of joints for which the smallest stabilising factor on friction is computed. With more
+#: joints, the factor remains unknown.
 FACTOR_UP_TO = 2000
 
-#: Largest number of friction factors that the search for the smallest stabilising factor tries.
+#: Largest number of friction factors that the search for the smallest stabilising factor tries. The search
+#: then ends with the smallest stable factor so far.
 _MOST_FACTORS = 12
 
 #: The search ends if the smallest stable and the largest unstable friction factor differ by at most this
@@ -60,7 +63,7 @@ _BEARS = 1e-6
 
 
 class DeadLoadUndecided(Exception):
-    """Error: it remains undecided if a scene is stable under its dead load.
+    """Error that is raised if no program decides whether a scene is stable under its dead load.
 
     Neither forces that carry the dead load nor a falling mechanism could be verified.
     """
@@ -86,7 +89,7 @@ class _Standing:
     forces: np.ndarray | None = None
 
     def again_for(self, problem: Problem, effort: Effort) -> "_Standing":
-        """Set the shear limits of another problem, and return this program.
+        """Prepare this program for a problem with other shear limits, and return the program.
 
         :class:`~masonry_opt.solvers.driver.ProgramCache` calls this method.
         """
@@ -178,7 +181,7 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
 
 
 def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Effort) -> tuple[Status, Reason]:
-    """Return the status and the reason if eq. (9) or eq. (10) has no optimum for a stable scene.
+    """Return the status and the reason if the program of eq. (9) or (10) has no optimum for a stable scene.
 
     - LOCKED: the live load drives a mechanism of the joints' own flow rule, but no mechanism of associative
       flow.
@@ -313,7 +316,7 @@ def _decide(
 def _finer(
     problem: Problem, motion_and_forces: tuple[np.ndarray, np.ndarray] | None, senses: Senses | None
 ) -> Senses:
-    """Return the slip directions of the polygons that approximate the friction circles in the next program.
+    """Return the slip directions of the polygons that replace the friction circles in the next program.
 
     Polygons inside the circles alternate with polygons around the circles. The first directions are evenly
     spaced. The directions of slip in a motion, shape (3b,), and the directions opposite to the shears in

@@ -254,7 +254,7 @@ def test_sets_are_whole():
         ({}, "no axle"),
         ({"set": "LM9"}, "did you mean 'LM2'"),
         ({"set": "tank"}, "LM1 lane 1"),
-        ({"set": "LM2", "loads": [1]}, "remove one of the two"),
+        ({"set": "LM2", "loads": [1]}, "but not both"),
         ({"loads": [1], "road": [(1, 0), (0, 0)]}, "left to right"),
         ({"loads": [1], "travels": "up"}, "travels"),
     ],

@@ -65,7 +65,7 @@ class PlanWall(Record):
 
 
 class WallCrossing(NamedTuple):
-    """Place at which another wall crosses a stretch (straight piece) of a wall, or meets its end."""
+    """Place where a stretch (a straight piece of a wall) crosses another wall, or ends at another wall."""
 
     start: float  #: position of the other wall's nearer face along the stretch
     end: float  #: position of the other wall's farther face along the stretch
@@ -77,7 +77,7 @@ class WallCrossing(NamedTuple):
 
     @property
     def middles(self) -> list[float]:
-        """Return the positions along the stretch of the middle lines of the other wall's leaves."""
+        """Return the middle line of each leaf of the other wall, as a position along the stretch."""
         leaf = (self.end - self.start) / self.leaves
         return [self.start + (number + 0.5) * leaf for number in range(self.leaves)]
 
@@ -143,7 +143,7 @@ class WallStretch(NamedTuple):
         return any(low - nothing <= left and right <= high + nothing for low, high, _ in self.bays())
 
     def runs(self, course: int) -> list[_Run]:
-        """Return the start and end of each piece of a course between interruptions.
+        """Return the start and end of each uninterrupted piece of a course.
 
         Walls that pass through the stretch, openings and lintels interrupt the course.
         """
@@ -154,7 +154,7 @@ class WallStretch(NamedTuple):
 
 
 class Plan(SolidGenerator):
-    """Walls in running bond on a fixed base, which are bonded or butted where they meet at right angles.
+    """Walls in running bond on a fixed base. Where walls meet at right angles, they are bonded or butted.
 
     The top of the base is at z = 0. Every second course is shifted by half a block. At a corner or crossing,
     a block of the wall that passes through extends beyond the face of the other wall. Pieces at ends and
@@ -218,7 +218,7 @@ class Plan(SolidGenerator):
             if any(along_y == next_along_y for (_, along_y), (_, next_along_y) in pairwise(directions)):
                 yield (
                     f"the 'axis' of wall '{wall.name}' must turn by 90° at each point between its two ends: "
-                    "remove the points at which it does not"
+                    "remove the points at which it is straight"
                 )
 
     def _wrong_openings(self, stretches: list[WallStretch]) -> Iterator[str]:
@@ -232,7 +232,7 @@ class Plan(SolidGenerator):
                 if rows > top:
                     yield (
                         f"the lintel of {where} is in course {rows}, but the wall has {top} courses: "
-                        "lower 'sill' or 'height'"
+                        "reduce 'sill' or 'height'"
                     )
                 elif (wall.name, number) not in valid:
                     yield (
@@ -365,8 +365,8 @@ class Plan(SolidGenerator):
         length = self.thickness if headers else self.block[0]
         joints: list[float] = []
         for start, end, left in stretch.bays():
-            # Every second course begins with half a block. After a crossing in a toothed bond, a course
-            # continues with half a block if this wall passes through the other wall.
+            # Every second course begins with half a block. In a toothed bond, a course begins with half a
+            # block also after a crossing if this wall passes through the other wall.
             half = left.passes[course % 2] if left and self.bond == "toothed" else course % 2
             joints += every(length, start + length / 2 * (headers or half), end - CLOSER * length)
         middles = [middle for crossing in stretch.crossings for middle in crossing.middles]

@@ -57,9 +57,9 @@ class Barrel(ArchRing, SolidGenerator):
         ``abutment 2``.
         """
         built = []
-        # Number of the row of stones that each voussoir, skewback and abutment forms. In a running bond, rows
-        # with odd numbers are offset by half a stone, so neighbouring rows have an even and an odd number.
-        # Abutments are not cut, so their numbers have no effect.
+        # Each voussoir, skewback and abutment forms a row of stones. In a running bond, rows with odd numbers
+        # are offset by half a stone, so neighbouring rows need an even and an odd number. Abutments are not
+        # cut into stones, so their numbers have no effect.
         rows = [*range(self.voussoirs), 1, self.voussoirs, 0, 0]
         for stone, row in zip(self._stones(), rows, strict=False):
             if stone.area is None:
@@ -75,11 +75,11 @@ class Barrel(ArchRing, SolidGenerator):
 
     @staticmethod
     def _slice(stone: Stone, start: float, end: float) -> Shape:
-        """Return the shape of the piece of a stone between two values of y."""
+        """Return the part of a voussoir, skewback or abutment that lies between two values of y."""
         return prism(*([(x, place, z) for x, z in stone.corners] for place in (start, end)))
 
     def _cuts(self, row: int) -> list[tuple[float, float]]:
-        """Return the start and end along y of each stone of a voussoir."""
+        """Return the start and end of each stone of a row, as values of y."""
         if self.stone is None:
             return [(0.0, self.length)]
         begins = self.stone / 2 if self.bond == "running" and row % 2 else 0.0
@@ -135,7 +135,7 @@ class Groin(SolidGenerator):
         return int(4 * self.voussoirs * (2 + min(self.bay / 2 / self.stone, 1e9)))
 
     def blocks(self) -> list[Solid]:
-        """Return the stones, corner by corner and in each corner course by course, and then the abutments.
+        """Return the stones and then the abutments; stones are sorted by corner and then by course.
 
         For corner 1, names are ``1 g1``, ... on the groin, ``1 y1-1``, ... along y and ``1 x1-1``, ... along
         x. Abutments are named ``abutment 1`` to ``abutment 4``.
@@ -159,7 +159,7 @@ class Groin(SolidGenerator):
         return built
 
     def _courses(self) -> list[list[Point]]:
-        """Return the cross-sections of the courses from the bottom to the crown, and then of the abutment.
+        """Return the cross-sections of the courses, from bottom to crown, and finally of the abutment.
 
         All cross-sections are in the right half of the arch, where x is not negative.
         """
@@ -179,14 +179,14 @@ class Groin(SolidGenerator):
 def _leg(
     section: Sequence[Point], start: float | None, end: float, signs: tuple[int, int], along: str
 ) -> Shape:
-    """Return the shape of a piece of a course in the barrel along x or y.
+    """Return the shape of one stone of a course, in the barrel along x or y.
 
     The piece begins at ``start``, or at the groin if ``start`` is None, and ends at ``end``. ``signs`` are
     the signs of x and y in the piece's corner of the vault.
     """
 
     def face(at: float | None) -> list[tuple[float, float, float]]:
-        """Return the corners of the section at ``at`` along the barrel, or on the groin if ``at`` is None."""
+        """Return the corners of a cross-section: at a position along the barrel, or at the groin (None)."""
         places = [(x, x if at is None else at, z) for x, z in section]
         turned = places if along == "y" else [(v, u, z) for u, v, z in places]
         return [(signs[0] * x, signs[1] * y, z) for x, y, z in turned]
@@ -244,17 +244,17 @@ class Dome(SolidGenerator):
 
     @property
     def _sectors(self) -> int:
-        """Return the number of sectors of a ring, which the meridians through corners of stones bound."""
+        """Return the number of sectors into which the meridians through the stones' corners divide a ring."""
         return self.voussoirs * (2 if self.bond == "running" else 1)
 
     def blocks(self) -> list[Solid]:
-        """Return the voussoirs of the dome, then ``key`` and ``base``.
+        """Return the voussoirs of the dome, and finally the blocks ``key`` and ``base``.
 
         Voussoir 2 of ring 1 is named ``1-2``. Rings are numbered from the foot upwards.
         """
         first = math.radians(self.springing)
         if self.oculus is None:
-            # The key spans the angle of one ring; half of this angle is on either side of the axis.
+            # The key spans half the angle of a ring on either side of the axis.
             step = (math.pi / 2 - first) / (self.rings + 0.5)
         else:
             step = (math.acos(self.oculus / self._inner) - first) / self.rings

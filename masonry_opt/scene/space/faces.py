@@ -19,14 +19,14 @@ from masonry_opt.scene.geometry import STRAIGHT, TOLERANCE_OVER_ERROR, set_toler
 from masonry_opt.scene.rows import Rows, bounds, dots, first_alike, following, lengths, ranges, sums, turned
 from masonry_opt.scene.scene import Scene
 
-#: Ratio of the error of one corner of a rectangular face to the distance of its corners from their mean
-#: plane. The error tilts this plane, so all four corners have the same distance, which is smaller than the
-#: error. A message multiplies the distance by this ratio to recommend a tolerance.
+#: Ratio of the error of one corner of a rectangular face to the distance of the corners from their mean
+#: plane. The plane tilts towards the wrong corner, so all four corners have the same distance, a quarter of
+#: the error. A message multiplies this distance by the ratio to recommend a tolerance.
 _ERROR_OVER_HEIGHT = 4.0
 
-#: Largest distance of a corner from the plane of its face that may be an error of the coordinates, relative
-#: to the square root of the face's area. If no corner is farther away, the error message also suggests a
-#: tolerance. A larger limit would suggest a tolerance for faces that are bent on purpose.
+#: Distance of a corner from the plane of its face, relative to the square root of the face's area, up to
+#: which the coordinates may be inexact. Up to this distance, the error message also suggests a tolerance. A
+#: larger value would suggest a tolerance for faces that are bent on purpose.
 _INEXACT = 0.02
 
 
@@ -41,7 +41,7 @@ class Surfaces:
     scene: Scene  #: scene of the blocks, for messages
     points: np.ndarray  #: coordinates of the vertices, shape (vertices, 3)
     block: np.ndarray  #: index of the block to which each part belongs, in ascending order, shape (parts,)
-    #: Index of the part, of a block, to which each face belongs, in ascending order, shape (faces,).
+    #: Index of the part to which each face belongs, in ascending order, shape (faces,).
     part: np.ndarray
     face: np.ndarray  #: index of the face to which each corner belongs, in ascending order, shape (corners,)
     vertex: np.ndarray  #: index of the vertex at each corner, shape (corners,)
@@ -130,7 +130,7 @@ class Surfaces:
 
 
 def place(point: np.ndarray, tolerance: float = 0.0) -> str:
-    """Return the coordinates of a point as text; values up to the tolerance are written as 0."""
+    """Return the coordinates of a point as text. Coordinates up to the tolerance are written as 0."""
     return f"({', '.join(f'{0.0 if abs(value) <= tolerance else value:.6g}' for value in point)})"
 
 
@@ -155,7 +155,7 @@ class Frames(Rows):
         return cls(base, u, np.cross(normal, u), normal)
 
     def down(self, points: np.ndarray, frame: np.ndarray) -> np.ndarray:
-        """Project points in space to frames; return their plane coordinates, shape (points, 2).
+        """Project points onto planes. Return the coordinates in the axes of the planes, shape (points, 2).
 
         ``frame`` is the index of the frame of each point.
         """
@@ -163,14 +163,14 @@ class Frames(Rows):
         return np.column_stack([dots(offset, self.u[frame]), dots(offset, self.v[frame])])
 
     def above(self, points: np.ndarray, frame: np.ndarray) -> np.ndarray:
-        """Return the heights of points in space above frames, shape (points,).
+        """Return the heights of points in space above the planes of frames, shape (points,).
 
         ``frame`` is the index of the frame of each point.
         """
         return dots(points - self.base[frame], self.normal[frame])
 
     def up(self, points: np.ndarray, frame: np.ndarray) -> np.ndarray:
-        """Return the points in space, shape (points, 3), with given plane coordinates in frames.
+        """Convert coordinates in the axes of planes to points in space, shape (points, 3).
 
         ``frame`` is the index of the frame of each point.
         """
@@ -179,11 +179,11 @@ class Frames(Rows):
 
 @dataclass(frozen=True)
 class OuterFaces(Rows):
-    """Outer faces of all blocks, which are plane polygons."""
+    """Outer faces of all blocks, as plane polygons."""
 
     block: np.ndarray  #: index of the block of each face, in ascending order, shape (faces,)
     frame: Frames  #: plane and coordinate axes of each face; the normal points outwards
-    #: Polygon of each face, which may have holes, counter-clockwise in the coordinates of its frame, shape
+    #: Polygon of each face in the coordinates of the face's frame, counter-clockwise, with any holes, shape
     #: (faces,).
     polygon: np.ndarray
 
@@ -194,7 +194,7 @@ class OuterFaces(Rows):
         return bounds(face, self.frame.up(flat, face), len(self.block))
 
     def sides(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the start, the end and the face of each side of the faces' outlines and holes.
+        """Return the start and end of each side of all outlines and holes, and the index of the side's face.
 
         Starts and ends have shape (sides, 3); indices of faces are in ascending order. Seen from outside, the
         face is to the left of each side.
@@ -210,7 +210,7 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class FacePlanes:
-    """Planes of faces; all faces of a block that are within the tolerance of a plane share this plane."""
+    """Planes of faces. Faces of one block that lie within the tolerance of one plane share this plane."""
 
     frame: Frames  #: planes with coordinate axes
     block: np.ndarray  #: index of the block of each plane, in ascending order, shape (planes,)
@@ -238,7 +238,7 @@ def planes(surfaces: Surfaces, tolerance: float) -> FacePlanes:
             error = _ERROR_OVER_HEIGHT * float(height[worst])
             remedy += f", or {set_tolerance(TOLERANCE_OVER_ERROR * error)} if coordinates are inexact"
         why = (
-            f"{{}} is not flat, because a corner is {height[worst]:.3g} away from its plane "
+            f"{{}} is not flat, because a corner is {height[worst]:.3g} away from the plane of the face "
             f"(tolerance {tolerance:.3g}): {remedy}"
         )
         surfaces.refuse(int(face[worst]), why)
@@ -295,7 +295,7 @@ def _leading_faces(
         is_first = np.diff(block[remaining], prepend=-1) != 0
         largest = remaining[is_first][np.cumsum(is_first) - 1]
         within = np.abs(dots(middle[remaining] - middle[largest], normal[largest])) <= tolerance
-        # Two opposite faces at a thin end of a part do not share a plane, even if their distance is at most
+        # Two opposite faces at a thin end of a part must not share a plane, even if their distance is at most
         # the tolerance.
         opposite = dots(normal[remaining], normal[largest]) < 0
         within &= ~(opposite & (surfaces.part[remaining] == surfaces.part[largest]))
@@ -314,7 +314,7 @@ def _leading_faces(
 def _height_of_part(
     surfaces: Surfaces, face: np.ndarray, leader: np.ndarray, geometry: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
-    """Return how far the part of each face extends beyond the plane of another face, shape (faces,).
+    """For each face, return how far its part of the block extends beyond a candidate plane, shape (faces,).
 
     A narrow face may lie in a plane that its part crosses elsewhere. The part would then not be convex.
 
@@ -342,7 +342,7 @@ def _height_of_part(
 
 
 def _uncrossed(polygons: np.ndarray, tolerance: float) -> np.ndarray:
-    """Replace polygons that cross themselves only because of rounding by their convex hulls.
+    """Replace polygons by their convex hulls if they cross themselves only because of rounding.
 
     Rounding changes the area of a polygon by at most the tolerance times half its outline.
     """

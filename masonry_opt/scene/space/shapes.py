@@ -57,7 +57,9 @@ class ConvexParts:
         return bounds(self.of_point, self.points, len(self.block))
 
     def beyond(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the least and largest heights of parts above planes of other parts, shape (pairs,) each.
+        """Return the least and largest heights of a part above planes of another part, for pairs of parts.
+
+        Heights have shape (pairs,).
 
         Parameters
         ----------
@@ -106,7 +108,9 @@ def overlapping(
 
 
 def _common_region(parts: ConvexParts, one: int, other: int) -> Common:
-    """Return the region in which two convex parts overlap. Its depth is zero if they do not overlap.
+    """Return the common region of two convex parts.
+
+    The depth of the region is zero if the parts do not overlap.
 
     The depth is the diameter of the largest ball inside the region, which is computed by a linear program.
     """
@@ -120,7 +124,8 @@ def _common_region(parts: ConvexParts, one: int, other: int) -> Common:
     own = np.isin(parts.of_plane, both)
     normal = parts.normal[own]
     offset = (parts.offset[own] - normal @ middle) / scale
-    # The variables are the centre and the radius of the ball; the radius is maximised.
+    # The linear program maximises the radius of a ball inside both parts. The variables are the centre and
+    # the radius.
     rows = np.column_stack([normal, np.ones(len(normal))])
     limits = [(None, None)] * 3 + [(0, None)]
     exact = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
@@ -148,8 +153,8 @@ class Shapes(Extents):
 
     within = "in a volume"
     meeting = "only along edges or at corners, but a joint needs a face of one of the blocks"
-    bearing = "cut one of the blocks there to form a narrow face"
-    enough = 100  # end the search early, because each overlap needs the solution of a linear program
+    bearing = "cut a narrow face into one of the blocks at the contact"
+    enough = 100  # end the search after 100 overlaps, because each overlap needs a linear program
 
     __repr__ = brief
 
@@ -224,7 +229,7 @@ class Shapes(Extents):
         return thickness
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Yield, for each two overlapping parts, the index of their pair of blocks and their overlap."""
+        """For each two parts that overlap, yield the index of their pair of blocks, and their overlap."""
         count = np.bincount(self.parts.block, minlength=len(self.size))
         first = np.cumsum(count) - count
         i, j = pairs.T
