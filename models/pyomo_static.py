@@ -7,7 +7,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class PyomoStatic:
-    """Static program, eq. (9), declared as a minimisation.
+    """Static linear program, eq. (9) of the paper: the maximum of λ, written as a minimum of −λ.
 
         min  −λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    −z = −C(slope) q − c ≤ 0
 
@@ -26,7 +26,7 @@ class PyomoStatic:
         model.objective = pyo.Objective(expr=-problem.live_norm * self.statics.load_factor)
 
     def read(self) -> State:
-        """Return the state at the optimum of the program.
+        """Return the load factor, forces, velocities and rates at the optimum of the solved program.
 
         Velocities and rates are the negative of the dual values of equilibrium and yield.
         """

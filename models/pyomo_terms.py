@@ -75,11 +75,12 @@ class PyomoShearParameters:
 
 
 class PyomoStatics:
-    """Variables for λ and for joint forces q in equilibrium, eq. (1), with the slacks z of eq. (4).
+    """Pyomo variables for the load factor λ and the joint forces q, with equilibrium, eq. (1), as constraint.
 
         B q + λ f_L + f_D = 0,    z = C(slope) q + c
 
-    Shear limits are parameters or numbers. ``slacks`` contains one expression for each face.
+    Shear limits are parameters or numbers. ``slacks`` contains the slack z of each face, eq. (4), as an
+    expression.
     """
 
     def __init__(
@@ -108,12 +109,14 @@ class PyomoStatics:
         self.slacks: list[Any] = [z + c for z, c in zip(without_friction, constant, strict=True)]
 
     def forces(self) -> tuple[float, np.ndarray]:
-        """Return the present values of λ and of the joint forces q, shape (3c,)."""
+        """Return the current values of the load factor λ and of the vector of joint forces q."""
         return float(self.load_factor.value), values(self.q)
 
 
 class PyomoMechanism:
-    """Variables for velocities d and rates p ≥ 0 of the yield conditions, by eqs (2), (5) and (6).
+    """Pyomo variables for the block velocities d and the rates p ≥ 0 of the yield conditions.
+
+    The constraints are compatibility, eqs (2), (5) and (6), and the normalised work of the live load.
 
         Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|
 
@@ -126,11 +129,10 @@ class PyomoMechanism:
         d, p = list(self.d.values()), list(self.p.values())
         motion = list(rows(problem.B.T.tocsr(), d))
         without_dilatancy = list(rows(problem.D(np.zeros_like(problem.friction)), p))
-        #: Slip of each joint that can slide: the sum of its rates in all directions of slip, as an
-        #: expression.
+        #: One expression for the slip of each joint that can slide: the sum of its rates in all directions of
+        #: slip.
         self.slip = list(rows(problem.limit_factors.T.tocsr(), p))
-        #: Energy dissipated by crushing (by the chords of the crushing curve) and by limited forces at their
-        #: limits.
+        #: Expression for the energy that crushing joints, and ties or props at their force limits, dissipate.
         self.resisted = dot(problem.face_constant, p) if problem.face_constant.any() else 0.0
         dilates: dict[int, Any] = {
             row: slope[i] * self.slip[i]
