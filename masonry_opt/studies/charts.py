@@ -73,7 +73,7 @@ class NamedChart:
         return _configured(chart, max(1, width // _ENTRY))
 
     def on_page(self) -> dict[str, Any]:
-        """Return the Vega-Lite specification of an untitled chart for an HTML page, as wide as its container."""
+        """Return the Vega-Lite specification of an untitled chart that fills the width of an HTML page."""
         chart = self.chart.properties(width="container", autosize={"type": "fit-x", "contains": "padding"})
         if self.panels:
             values = self._panels()
