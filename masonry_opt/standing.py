@@ -67,7 +67,7 @@ class DeadLoadCheck:
                 return self._stable(forces, True, own_effort)
         fallen, by_program = self._decide_by_program(own_effort)
         if by_program is None:
-            assert fallen is not None, "a check that finds no forces must return a solution with the reason"
+            assert fallen is not None, "without forces, the check must return a solution with the reason"
             return fallen
         with self.effort.measure("dead_load"):
             forces = None if is_small else self._forces_at_rest(own_effort)

@@ -377,7 +377,10 @@ class Comparison:
         if len(self.summary):
             lines += [self.told.to_string(index=False), ""]
             scenes = counted(len(self.scenes), "scene")
-            lines += [f"the table covers {scenes}; success is the share of runs that are certified or named"]
+            lines += [
+                f"the table covers {scenes}; "
+                "success is the share of runs with a certified load factor or a correct reason"
+            ]
             lines += ["named: the run reports correctly why no load factor exists"]
             lines += [
                 "failed: the run reports that it has no answer; wrong: the reported answer or reason is wrong"

@@ -456,7 +456,7 @@ class _Search:
             return f"{at} and {not_so} at {high.value:g}: use {other}"
         exceptions = ", ".join(f"{trial.value:.6g}" for trial in row if trial.holds != low.holds)
         if exceptions:
-            return f"{at} and at {high.value:g}, but {not_so} at {exceptions}: end the range at such a value"
+            return f"{at} and at {high.value:g}, but {not_so} at {exceptions}: begin or end the range there"
         remedies, count = ", or ".join(self._remedies(low, high)), len(row) - 2
         return f"{at}, at {high.value:g} and at all {count} intermediate values: {remedies}"
 
