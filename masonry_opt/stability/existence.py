@@ -36,11 +36,10 @@ from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Solver, Verdict
 from masonry_opt.stability.diagnosis import locking_joints
 
-#: Largest number of joints for which proofs that no load factor exists are attempted. Larger scenes have no
-#: such certificate.
+#: Only for scenes with at most this many joints, the module tries to prove that no load factor exists.
 _RAYS_UP_TO = 2000
 
-#: Largest number of joints for which branch and cut is used. It is skipped for larger scenes.
+#: Largest number of joints for which branch and cut is used. For larger scenes, branch and cut is skipped.
 _CUTS_UP_TO = 100
 
 #: Branch and cut stops without a proof if the number of linear programs times the number of joints exceeds
@@ -59,8 +58,8 @@ _MOVING_RATE = 1e-9
 #: larger fraction, cuts contain fewer faces, but their residuals may be too large for a proof.
 _TO_BLAME = 1e-9
 
-#: The search branches on the face that occurs most often in the latest cuts. The value is the number of cuts
-#: that are counted.
+#: Number of latest cuts in which the search counts how often each face occurs. It branches on the most
+#: frequent face.
 _OF_LATE = 200
 
 #: Value of a face (yield condition) in a choice: it is not yet decided whether the face moves.
@@ -217,10 +216,10 @@ class Cuts:
         self._keep(_MOVING, kinematic_residual(self.problem, q, blamed), blamed)
 
     def _keep(self, implied: int, residual: float, blamed: np.ndarray) -> None:
-        """Store a cut: a set of faces of which at least one has the value ``implied`` in every Coulomb state.
+        """Store a cut: faces that cannot all rest, or faces that cannot all move, in one Coulomb state.
 
-        ``implied`` is ``_MOVING`` or ``_RESTING``. ``blamed``, shape (faces,), is True for the faces of the
-        cut.
+        ``implied`` is ``_MOVING`` if at least one face must move, and ``_RESTING`` if at least one must rest.
+        ``blamed``, shape (faces,), is True for the faces of the cut.
 
         Raises _Undecided if the residual is too large for a proof.
         """
@@ -254,7 +253,7 @@ def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> In
 
 
 def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> InfeasibilityCertificate:
-    """Return the certificate of :func:`existence` for a problem that is scaled to units of its load."""
+    """Return the certificate of :func:`existence` for a problem that is scaled by its load."""
     # If the dilatancy falls with stress, it may fall to zero. The proof then uses zero for each joint with a
     # positive dilatancy.
     dilatancy_falls = problem.dilatancy_depends_on_stress
@@ -345,8 +344,8 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
             without = replace(without, below_zero=solution.load_factor)
         if solution.peak is None:
             return without
-        # Keep the reasons that describe the load history, because the scene carried the load factors up to
-        # its peak.
+        # Keep the reasons that describe the load history, because the scene carried all load factors up to
+        # the peak of the load history.
         of_history = (entry for entry in solution.reasons if entry.code in (Code.COLLAPSE, Code.RANGE))
         return replace(without.telling(*of_history), followed_to_end=True, peak=solution.peak)
     moving = [] if solution.d is None else moving_names(assembly, solution.d)

@@ -114,7 +114,7 @@ def specification(chart: Any) -> dict[str, Any]:
 
 
 def pictures(drawings: Iterable[NamedChart]) -> dict[str, str | bytes]:
-    """Return the contents of PNG and SVG files of charts, by file name. Equal charts give identical bytes."""
+    """Return the PNG and SVG files of charts by file name. Equal charts produce identical bytes."""
     files: dict[str, str | bytes] = {}
     for drawing in drawings:
         described = specification(drawing.on_paper())

@@ -186,14 +186,14 @@ def question_of(method: str) -> str:
 
 
 def claim_of(row: Mapping[Any, Any]) -> str:
-    """Return the claim of a run about its scene (one of CLAIMS), or how the run ended without a claim."""
+    """Return the claim of a run about its scene (one of CLAIMS) or, without a claim, how the run ended."""
     if row["ended"] != FINISHED:
         return row["ended"]
     return row["status"] if pd.isna(row["load_factor"]) else ANSWER
 
 
 def judge(row: dict[str, Any], bounds: CertifiedBounds | None, best: BestKnown | None) -> dict[str, Any]:
-    """Return the verdict on one run and the error of its load factor, by the names of the columns JUDGED.
+    """Return the verdict on one run and the error of its load factor, by column name (see ``JUDGED``).
 
     - ``question``: ASSOCIATIVE or COULOMB.
     - ``verdict``: one of VERDICTS.

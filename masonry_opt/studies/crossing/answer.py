@@ -54,7 +54,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         return [*self.worst.warning_records, *self._unusual_axles(), *self._contradictions()]
 
     def _unusual_axles(self) -> Iterator[dict[str, Any]]:
-        """Yield warnings about axles whose loads and the weights seem to be in different units."""
+        """Yield warnings about axles if their loads and the weights seem to be in different units."""
         groups = {passage.axles.name: passage.axles for passage in (each.passage for each in self.passages)}
         if groups:
             yield from unusual_axles(self.passages[0].passage.assembly, groups.values())

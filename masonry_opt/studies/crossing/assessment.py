@@ -24,8 +24,8 @@ class Assessment(NamedTuple):
 
     outcome: AssessmentOutcome
     load_factor: float | None  #: load factor that is compared; None if it is unlimited or not known
-    #: Name of the compared load factor. If the outcome is undecided, or if no load factor is compared, it is
-    #: the reason for the outcome instead.
+    #: Name of the compared load factor. If the outcome is undecided, or if no load factor is compared, the
+    #: text is the reason for the outcome instead.
     why: str
 
 

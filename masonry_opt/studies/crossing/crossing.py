@@ -32,7 +32,8 @@ from masonry_opt.studies.crossing.answer import Crossing
 from masonry_opt.studies.crossing.assessment import refuse_required_factor
 from masonry_opt.studies.crossing.text import WITHIN
 
-_LONGEST_RANGE = 0.01  #: Largest distance between neighbouring solved positions, relative to the road.
+#: Largest distance between neighbouring solved positions, relative to the length of the road.
+_LONGEST_RANGE = 0.01
 #: Type of the argument ``axles``: records of axles, or the name of a group of axles of the scene.
 _AxlesArgument = str | Axles | Sequence[Axles] | None
 
@@ -234,7 +235,7 @@ def _limit_of(session: Session) -> TimeLimitReached:
 
 
 def _stop_of(session: Session, result: Result) -> KeyboardInterrupt | None:
-    """Return the exception for a solve that the user or the session's time limit ended, or None.
+    """Return the exception for a solve that the user or the session's time limit ended, otherwise None.
 
     A method may have a time limit of its own. This limit does not end a crossing.
     """
@@ -268,7 +269,7 @@ def _worst_result(
 
 
 def _time_is_over(scene: Scene, stop: TimeLimitReached, known: str) -> TimeLimitError:
-    """Return the error for a crossing that the time limit ended; ``known`` is a text on its results."""
+    """Return the error for a crossing that the time limit ended, with the text ``known`` on its results."""
     return TimeLimitError(f"{scene.origin}: the {stop} ended the crossing: {known}; raise the time limit")
 
 
@@ -305,8 +306,8 @@ def _cross(
         for way in ways:
             for passage in way:
                 program = programs[passage.case]
-                # An associative method is replaced by the compiled linear program, which has the same
-                # answers, unless joints crush or the user chose a solver.
+                # The compiled linear program replaces an associative method. Both have the same answers,
+                # unless joints crush or the user chose a solver.
                 is_program = default_solver and associative and not len(passage.assembly.problem.crushing)
                 solve = program if is_program else _solve(many, passage, effort)
                 bounds = None if associative else search.PassageTrials(passage, program)

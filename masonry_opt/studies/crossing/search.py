@@ -406,7 +406,7 @@ def least_coulomb(solved: PassageTrials, within: float) -> None:
 
 
 def _estimates(associative: np.ndarray, load_factors: np.ndarray) -> np.ndarray:
-    """Return estimates of λ at all positions, shape (n,), which are rather too low than too high.
+    """Return estimates of λ at all positions, shape (n,). The estimates are rather too low than too high.
 
     An estimate is the associative load factor times a ratio: the lesser ratio λ / λ_associative of the two
     solved neighbours, reduced by half of the difference of both ratios. At positions at which the scene

@@ -40,7 +40,7 @@ FALLS = -math.inf  #: Value of ``Trial.number`` for a scene that is unstable und
 UNLIMITED = math.inf  #: Value of ``Trial.number`` for a scene that carries any load.
 #: Printed text for load factors that are not finite.
 _INFINITE_FACTOR_TEXTS = {FALLS: "none (unstable under dead load)", UNLIMITED: "any"}
-#: Types of the columns of a table of trials whose names are attributes of a trial.
+#: Columns of a table of trials that are copied from attributes of a trial, and their types.
 _TRIAL_COLUMNS = {"value": "float64", "holds": "bool", "number": "float64"}
 _VALUE_DIGITS = 9  #: Least number of significant digits with which the ends of an interval are printed.
 _NUMBER_DIGITS = 6  #: Least number of significant digits with which load factors are printed.
@@ -226,7 +226,7 @@ Tried = Callable[[Trial], None]  #: Type of a function that is called with every
 
 THRESHOLD_TOLERANCE = 1e-6  #: Default width of the interval of the threshold, relative to the threshold.
 SAMPLES = 5  #: Default number of intermediate values that are tried before the search.
-#: The tolerance is relative to the threshold, or to this fraction of the searched range if it is larger.
+#: The tolerance is relative to the threshold, but to at least this fraction of the searched range.
 _LEAST_SCALE = 1e-3
 _LEAST_RTOL = 4 * np.finfo(float).eps  #: Least relative tolerance that Brent's method accepts.
 _MOST_ITERATIONS = 1000  #: Largest number of iterations of Brent's method; bisection alone needs about 30.
@@ -406,7 +406,7 @@ class _Search:
         return number, result.certificate, answer
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
-        """Narrow the interval by Brent's method; return the trial at its holding and at its failing end.
+        """Narrow the interval by Brent's method; return its ends: a trial that holds and a trial that fails.
 
         The distance of the ends is then below the tolerance times the larger of ``least_size`` and the value.
         """

@@ -73,7 +73,7 @@ def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str], method: str) ->
 
 
 def warnings_by_status(code: StudyCode, rows: pd.DataFrame, kind: str) -> Iterator[dict[str, Any]]:
-    """Yield a warning for each status of the given runs: its number of runs, and their first message."""
+    """Yield a warning for each status: the number of runs with this status, and their first message."""
     for status in rows["status"].unique():
         of_status = rows[rows["status"] == status]
         why = str(of_status["message"].iloc[0] or "")

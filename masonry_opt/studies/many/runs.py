@@ -57,7 +57,8 @@ _STUDY_FILES = re.compile(
     r"|(quantiles|fragility|sensitivity)\.csv|charts\.html"
 )
 
-#: Cache of each worker thread: the pickled settings of its last study (``how``), and their ``session``.
+#: Cache of each worker thread: the pickled settings of its last study (``how``), and the ``session`` with
+#: these settings.
 _thread_cache = threading.local()
 
 
@@ -221,7 +222,7 @@ def is_outdated(recorded: Row, time_limit: float | None) -> bool:
 
 @contextlib.contextmanager
 def _discarded_if_nothing_is_solved(journal: Journal | None, rows: Mapping[int, Row]) -> Iterator[None]:
-    """Context manager that at its end removes the rows added to the journal if no run was solved."""
+    """Context manager that on exit removes the rows added to the journal if no run was solved."""
     try:
         yield
     finally:

@@ -158,7 +158,7 @@ class Screen:
 
 
 def _improves(state: FoundState, row: Row) -> bool:
-    """Return True if a state has a lower load factor than the answer of a run, or if a run has no answer."""
+    """Return True if a state has a lower load factor than a run's answer, or if the run has no answer."""
     load_factor = row["load_factor"]
     if load_factor is None:
         return True
