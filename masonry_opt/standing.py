@@ -121,7 +121,9 @@ class DeadLoadCheck:
                 return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **error.values), None
         if falling is None:
             return None, forces
-        self.effort.begins("finding the falling blocks and what would support them")
+        self.effort.begins(
+            "finding the falling blocks, and whether more friction or strength would support them"
+        )
         with self.effort.measure("dead_load"):
             falling = diagnosis.as_it_falls(assembly, falling, Effort())
             falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))
@@ -170,7 +172,7 @@ class DeadLoadCheck:
         return forces
 
     def _is_carried_at_rest(self, effort: Effort) -> bool:
-        """Return True if forces of elastic contacts that carry the dead load were found.
+        """Return True if elastic contact forces in equilibrium with the dead load were found.
 
         The forces are computed only for small scenes. They are not computed if the session keeps programs,
         because forces of earlier scenes then decide at once.

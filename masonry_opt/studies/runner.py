@@ -46,7 +46,7 @@ PATIENCE = 10
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 #: Modules that the fork server imports before it starts processes, so that no process has to import them.
 _PRELOADED = ("studies.compare.runs", "methods.bracket.bracket", "methods.mpec")
-#: Start method of processes; Windows has no fork server.
+#: Start method of processes. Windows has no fork server, so processes are spawned there.
 _START_METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 _STANDARD: Any = multiprocessing.get_context(_START_METHOD)
 #: Lock for starting processes: only one thread at a time may start a process, because each start temporarily
@@ -230,7 +230,7 @@ def _prepare_process() -> None:
 
 
 def _silence(*streams: int) -> None:
-    """Discard everything that is written to these file descriptors."""
+    """Discard everything that is written to the given file descriptors."""
     null = os.open(os.devnull, os.O_WRONLY)
     for stream in streams:
         os.dup2(null, stream)

@@ -57,7 +57,7 @@ class Journal:
             folder.mkdir(parents=True, exist_ok=True)
             data = self.path.read_bytes() if self.path.exists() else b""
             complete = data[: data.rfind(b"\n") + 1]
-            if data and not complete:  # a journal has at least one complete line
+            if data and not complete:  # a journal has a complete first line, so the file is no journal
                 raise OptionError(f"{self.path}: the file is not a journal of runs: choose another folder")
             complete = complete or _line(head)
             if complete != data:

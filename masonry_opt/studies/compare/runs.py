@@ -33,7 +33,8 @@ CERTIFICATE_RESIDUALS = ("equilibrium", "yield", "flow", "complementarity")  #: 
 #: Columns of text; "" if unknown.
 _TEXT_COLUMNS = ("ended", "status", "kind", "existence", "crushing", "friction_law", "message")
 #: Columns of results.csv: λ and its certificate, times in seconds, memory in MB, counts, and the limits of
-#: the run. ``wall`` is the duration of the solve, or of the whole process if the run did not finish.
+#: the run. The column ``wall`` has the duration of the solve. If the run did not finish, it has the duration
+#: of the process.
 COMPARISON_COLUMNS = (
     *KEY,
     *_TEXT_COLUMNS,
@@ -100,7 +101,7 @@ def checked(scene: CaseScene) -> CaseScene:
 
 
 def content_of(scene: Scene) -> str:
-    """Return a hash (12 hexadecimal digits) of all inputs of a scene that influence answers.
+    """Return a hash (12 hexadecimal digits) of the inputs that influence the answers of a scene.
 
     Keys with default values are ignored, so that new keys of a later version do not change the hash.
     """

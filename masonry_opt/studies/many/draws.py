@@ -20,7 +20,8 @@ from masonry_opt.scene.mistakes import instead_of
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints
 
-BY = ("scene", "course", "joint")  #: Groups of joints that share one random value of a property.
+#: Groups of joints with one random value of a property: all joints, each course, or each joint.
+BY = ("scene", "course", "joint")
 #: Sobol points are used in at most this many dimensions, and independent points in more dimensions. In 83
 #: dimensions, some pairs of coordinates of 128 Sobol points have a correlation of 0.8. The correlations of
 #: independent points are at most 0.3.

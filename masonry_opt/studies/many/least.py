@@ -395,7 +395,7 @@ class _Search:
         elif result.solution.carries_any_load:
             number = UNLIMITED
         elif result.associative is not None and result.associative < self.load:
-            number = result.associative  # an upper bound of every Coulomb load factor
+            number = result.associative  # upper bound of all Coulomb load factors: the load is not carried
         else:
             raise NoLoadFactorError(
                 "it could not be decided whether the load is carried: narrow the range, or choose another "

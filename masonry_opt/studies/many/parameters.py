@@ -19,8 +19,8 @@ from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.scene import Scene
 
 _Path = tuple[str | int, ...]  #: Path to a number through nested records, as field names and list indices.
-#: Tables whose entries are always part of the names of parameters, as in block.A.weight. In other tables,
-#: entries are part of the names only if there are several entries.
+#: Tables whose entries are always named in parameters, as in block.A.weight. In other tables, the entry is
+#: named only if the table has several entries.
 _ALWAYS_NAMED = ("block", "joint")
 _GENERATORS = tuple(name for name in CaseFile.model_fields if name not in SceneKeys.model_fields)
 #: Keys of points, forces and moments, whose components are named x, y and z.
@@ -34,7 +34,7 @@ _LISTED = 12  #: Largest number of names that a message lists.
 
 
 class Parameters:
-    """Parameters of a scene by name: the numbers in its case file, including its generators."""
+    """Parameters of a scene by name: the numbers in its case file, including the numbers of generators."""
 
     def __init__(self, scene: Scene) -> None:
         case = scene.case

@@ -69,7 +69,7 @@ _LEFT_OPEN_WITHOUT_LIVE_LOAD = (
     "impact, settlement and people is not known."
 )
 _MOTIONS = ("slides", "hinges", "separates", "crushes")  #: Motions of joints in a mechanism.
-#: Pattern of an innermost TOML list that is written over several lines.
+#: Pattern of a TOML list that extends over several lines and contains no other list.
 _LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")
 
 
@@ -174,7 +174,7 @@ def _units(units: str | None) -> dict[str, str]:
 
 @singledispatch
 def _part(answer: object) -> ReportPart:
-    """Return the part of a report about an answer.
+    """Return the part of a report that presents an answer.
 
     Raises OptionError if the argument is not an answer.
     """

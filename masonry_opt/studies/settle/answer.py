@@ -175,7 +175,7 @@ class Bound:
 
     @property
     def is_proven(self) -> bool:
-        """True if a proof shows that no exact state has a reaction closer to the reaction at rest."""
+        """True if proven: no exact state has a reaction closer to the reaction at rest than ``reaction``."""
         return bool(known_least(self.result))
 
     @property
@@ -421,13 +421,13 @@ class Settlement(StudyAnswer):
         return render("study.html", title=title, answer=self, pictures=pictures, parts={})
 
     def pictures(self, view: ViewAngles | None = None) -> dict[str, Picture]:
-        """Return the pictures of the page by caption."""
+        """Return the pictures of the HTML page, by caption."""
         if self.fallen:
             return {"How it falls": self.plot(view=view)}
         return {f"What moves at the {end} reaction": self.plot(end, view=view) for end in self.ends}
 
     def page_tables(self) -> dict[str, dict[str, Any]]:
-        """Return the tables of the page by heading; empty if the scene is unstable."""
+        """Return the tables of the HTML page, by heading; empty if the scene is unstable."""
         if not self.ends:
             return {}
         reactions = self.table.replace({"kind": KIND_NAMES})
