@@ -121,9 +121,7 @@ class DeadLoadCheck:
                 return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **error.values), None
         if falling is None:
             return None, forces
-        self.effort.begins(
-            "finding the falling blocks, and whether more friction or strength would support them"
-        )
+        self.effort.begins("finding the falling blocks, and whether more friction or strength supports them")
         with self.effort.measure("dead_load"):
             falling = diagnosis.as_it_falls(assembly, falling, Effort())
             falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))
