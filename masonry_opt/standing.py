@@ -48,8 +48,8 @@ class DeadLoadCheck:
     def fall(self) -> Solution | None:
         """Return a solution with the reason why the scene is unstable, or None if the scene is stable."""
         self.effort.begins("stability under the dead load")
-        # This check counts its programs separately: the result includes the time and the solver of the check,
-        # but not the number of its programs.
+        # Programs of this check are counted in a separate record. The final result includes the time and the
+        # solver of the check, but not the number of its programs.
         own_effort = self.effort.beside()
         with self.effort.measure("dead_load"):
             if self._is_carried_at_rest(own_effort):
@@ -67,7 +67,7 @@ class DeadLoadCheck:
                 return self._stable(forces, True, own_effort)
         fallen, by_program = self._decide_by_program(own_effort)
         if by_program is None:
-            assert fallen is not None, "a check that finds no forces must return a solution with the reason"
+            assert fallen is not None, "without forces, the check must return a solution with the reason"
             return fallen
         with self.effort.measure("dead_load"):
             forces = None if is_small else self._forces_at_rest(own_effort)
@@ -76,7 +76,10 @@ class DeadLoadCheck:
             return self._fall_from_rest(own_effort) or self._stable(by_program, False, own_effort)
 
     def _stable(self, forces: np.ndarray, elastic: bool, effort: Effort) -> Solution:
-        """Return the solution of a stable scene; ``forces`` carry its dead load, shape (3c + t,)."""
+        """Return the solution of a stable scene, with its safety margins.
+
+        ``forces`` are in equilibrium with the dead load, shape (3c + t,).
+        """
         from masonry_opt.stability.reserves import geometric_margin, least_friction_factor
 
         problem, solver = self.assembly.problem.by_cone, self.how.of_dead_load
@@ -118,7 +121,7 @@ class DeadLoadCheck:
                 return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **error.values), None
         if falling is None:
             return None, forces
-        self.effort.begins("finding the falling blocks and what would support them")
+        self.effort.begins("finding the falling blocks, and whether more friction or strength supports them")
         with self.effort.measure("dead_load"):
             falling = diagnosis.as_it_falls(assembly, falling, Effort())
             falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))
@@ -127,7 +130,7 @@ class DeadLoadCheck:
         return replace(solution, found=found, reasons=(falls, *remedies)), None
 
     def _fall_from_rest(self, effort: Effort) -> Solution | None:
-        """Check if a scene is stable only because blocks are wedged by forces that no load causes.
+        """Check if a scene is stable only because self-stress (forces without any load) wedges its blocks.
 
         If so, return the solution of an unstable scene; otherwise None.
 
@@ -155,7 +158,7 @@ class DeadLoadCheck:
         return self._follows_load_history and is_small and not problem.dilatancy_depends_on_stress
 
     def _forces_at_rest(self, effort: Effort) -> np.ndarray | None:
-        """Return forces of elastic contacts that carry the dead load, shape (3c + t,), or None if unknown."""
+        """Return elastic contact forces under the dead load, shape (3c + t,), or None if not found."""
         problem = self.assembly.problem
         if not self._is_history_possible(problem):
             return None
@@ -167,7 +170,7 @@ class DeadLoadCheck:
         return forces
 
     def _is_carried_at_rest(self, effort: Effort) -> bool:
-        """Return True if forces of elastic contacts that carry the dead load were found.
+        """Return True if elastic contact forces in equilibrium with the dead load were found.
 
         The forces are computed only for small scenes. They are not computed if the session keeps programs,
         because forces of earlier scenes then decide at once.

@@ -5,7 +5,7 @@ from masonry_opt.methods.task import Method
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 
-#: Keys of a case file that define a live load, as part of a message, by dimension (2 or 3).
+#: Part of a message that lists the keys of a case file for live loads, by dimension of the scene (2 or 3).
 _LIVE_LOAD_KEYS = {
     2: "'live = [fx, fy]' in a block or a [[load]], 'live_per_weight' in a [wall], an [[edge_load]] of kind "
     '"live", an [earthquake], or \'tilt = "right"\' to tilt the ground',

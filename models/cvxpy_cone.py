@@ -16,12 +16,12 @@ _ENERGY_SCALE = 100.0
 
 
 class Senses(NamedTuple):
-    """Directions of slip that define the polygons which replace friction circles in linear programs.
+    """Directions of slip that define polygons, which replace the friction circles in linear programs.
 
     Each contact point that can slide has several directions; m is their total number.
     """
 
-    point: np.ndarray  #: index of each direction's point among the points that can slide, shape (m,)
+    point: np.ndarray  #: index of each direction's contact point among the points that can slide, shape (m,)
     along: np.ndarray  #: unit vector e of each direction, in the plane of its contact, shape (2, m)
     #: True if the polygons are inside the friction circles. All forces are then inside the cones, and slip is
     #: opposite to the corners of a polygon. If False, the polygons are around the circles. Mechanisms then
@@ -111,7 +111,7 @@ class ConeMechanism(CvxpyMechanism):
 
 
 class ConeForces:
-    """Program for forces with a low λ and a small complementarity error, for a given mechanism.
+    """Program for forces that have a low λ and nearly satisfy complementarity with a given mechanism.
 
         min  λ Σ|f_L| + weight (γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l))    within statics, γ = |w|
 
@@ -127,7 +127,7 @@ class ConeForces:
         self.program = cp.Problem(cp.Minimize(objective), [statics.equilibrium, *statics.within_yield])
 
     def set(self, p: np.ndarray, weight: float) -> None:
-        """Set the mechanism's rates p, shape (faces,), and the weight of the complementarity error."""
+        """Set the objective for given rates p, shape (faces,), and a weight of the complementarity error."""
         problem = self._problem
         senses = problem.layout.senses
         slips = -senses.T @ p[problem.table.slides].reshape(len(senses), -1)
@@ -140,7 +140,7 @@ class ConeForces:
 
 
 class ConeMotion:
-    """Program for the mechanism with the least complementarity error, for given forces.
+    """Program for the mechanism that has the least complementarity error with given forces.
 
         min  γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l)    within kinematics
 
@@ -158,7 +158,7 @@ class ConeMotion:
         self.program = cp.Problem(cp.Minimize(energy), [*mechanism.rows, mechanism.live_work])
 
     def set(self, q: np.ndarray) -> None:
-        """Set the given contact forces and limited forces q, shape (3c + t,)."""
+        """Set the objective for given contact forces and limited forces q, shape (3c + t,)."""
         problem = self._problem
         normal, *shears = (q[columns] for columns in problem.columns_of_sliding)
         limit = np.maximum(problem.cohesion + problem.friction * normal, np.hypot(*shears))

@@ -15,7 +15,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 
 class CvxpyForces:
-    """Program for the forces of least cost in equilibrium and within yield.
+    """Program for forces in equilibrium and within yield that minimise a linear cost.
 
         min  a λ + b·q    s.t.    B q + λ f_L + f_D = 0,    0 ≤ z = C(μ) q + c ≤ room,    λ within an interval
 
@@ -40,7 +40,7 @@ class CvxpyForces:
 
 
 class CvxpyMotion:
-    """Program for the mechanism whose rates have the least cost.
+    """Program for the mechanism whose rates minimise a linear cost.
 
         min  cost·p    s.t.    Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|,    0 ≤ p ≤ most,    −f_D·d ≤ raising
 
@@ -83,7 +83,7 @@ class CvxpyDrivenMotion:
 
 
 class CvxpyAtYield:
-    """Program for forces at yield in the moving faces of a mechanism, with λ nearest to a given value.
+    """Program for forces that bring all moving faces of a mechanism to yield, with λ nearest to a value.
 
         min  |λ − near|    s.t.    B q + λ f_L + f_D = 0,    z = 0 on the faces at yield,    z ≥ 0 elsewhere
 
@@ -99,7 +99,7 @@ class CvxpyAtYield:
 
 
 class CvxpyNoMotion:
-    """Program for forces that carry the live load alone.
+    """Program for joint forces in equilibrium with the live load alone, without the dead load.
 
     If such forces exist, the live load does no positive work in any mechanism.
 
@@ -120,7 +120,7 @@ class CvxpyNoMotion:
 
 
 class CvxpyNoForces:
-    """Program for a motion which proves that given yield conditions cannot all be active.
+    """Program for a motion which proves that given yield conditions cannot all be active in one state.
 
     If a motion gains energy, no forces bring all given conditions to yield.
 

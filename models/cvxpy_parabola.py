@@ -9,7 +9,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class _Sized:
-    """Base class that scales the cone constraints of crushing by a normal force N.
+    """Base class of programs in which the cone constraints of crushing are scaled by a normal force N.
 
     Solvers lose their last digits if the numbers in a cone are far from one, or far from each other.
     """
@@ -78,7 +78,7 @@ class CvxpyParabolaStatic(_Sized):
 
 
 class CvxpyParabolaKinematic(_Sized, CvxpyKinematic):
-    """Kinematic program, eq. (10), with the energy that crushing dissipates by the exact parabola.
+    """Kinematic program, eq. (10), in which crushing dissipates energy according to the exact parabola.
 
     A joint dissipates the energy f_c L w² / (4 P) ≤ N² t / (f_c L). Here P is the sum of the rocking rates of
     its points, and w is its closing:

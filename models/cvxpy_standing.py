@@ -10,8 +10,9 @@ from masonry_opt.models.cvxpy_cone import ConeMechanism, ConeStatics, Senses
 from masonry_opt.models.cvxpy_terms import CvxpyMechanism, CvxpyShearParameters, CvxpyStatics
 from masonry_opt.problem.problem import Problem, ShearLimits
 
-#: Smallest weight that a block has in the inertia term, relative to the median block. Without this limit the
-#: motion of weightless blocks would not be unique. A larger value would reduce their motion.
+#: Smallest weight of a block in the inertia term, relative to the weight of the median block; smaller weights
+#: are raised to this value. Without this limit, the motion of weightless blocks would not be unique. A larger
+#: limit would reduce their motion.
 _LEAST_WEIGHT = 1e-2
 
 
@@ -34,7 +35,7 @@ class CvxpyStanding:
 
 
 def _mechanism(problem: Problem, limits: ShearLimits, senses: Senses | None = None) -> CvxpyMechanism:
-    """Return the mechanism terms of a problem, with friction cones if the problem has them."""
+    """Return the variables and constraints of a mechanism, with friction cones if the problem has cones."""
     if by_cones(problem):
         return ConeMechanism(problem, limits.slope, senses)
     return CvxpyMechanism(problem, limits.slope)
@@ -64,7 +65,7 @@ class CvxpyFalling:
 
 
 class CvxpyDriven:
-    """Program for the mechanism of bounded velocities with the largest power of the dead load.
+    """Program for the mechanism with velocities from −1 to 1 that has the largest net power of the dead load.
 
         max  f_D·d − c·p    s.t.    Bᵀ d = D(slope) p,    p ≥ 0,    −1 ≤ d ≤ 1
         min  Σ|B q + f_D|   s.t.    C(slope) q + c ≥ 0

@@ -56,7 +56,7 @@ class CvxpyStatics:
         return [self.slacks >= 0]
 
     def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
-        """Return the rates of the yield conditions at the optimum, which are their dual variables."""
+        """Return the rates of the yield conditions at the optimum: the dual values of these conditions."""
         return np.asarray(self.within_yield[0].dual_value)
 
     def forces(self) -> tuple[float, np.ndarray]:

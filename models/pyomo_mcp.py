@@ -52,7 +52,7 @@ def with_slack_variables(model: PyomoMcp, transformation: str) -> Any:
     conditions = model.program.complementarity
     pyo.TransformationFactory(transformation).apply_to(model.program)
     for condition in conditions.values():
-        condition.c.deactivate()  # the row p ≥ 0, which the lower bound of p implies
+        condition.c.deactivate()  # omit the row p ≥ 0, because it is implied by the lower bound of p
     return pyo.Reference(conditions[:].v)
 
 

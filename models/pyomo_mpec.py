@@ -57,7 +57,7 @@ class PyomoRelaxed:
 
 
 class PyomoGlobal(PyomoMpec):
-    """MPEC with 0 ≤ λ ≤ Λ and a binary variable y for each yield condition.
+    """MPEC with the bounds 0 ≤ λ ≤ Λ and with a binary variable y for each yield condition.
 
         p ≤ P y,    z ≤ Z (1 − y),    −f_D·d ≤ Λ Σ|f_L|
 

@@ -11,8 +11,9 @@ from pyomo.core.expr import LinearExpression
 from masonry_opt.problem.edges import EdgeFactors, Form
 from masonry_opt.problem.problem import Problem
 
-#: Two masks that select the products with a variable. The first, shape (c, c), selects forces of joint i
-#: times rates of joint j. The second, shape (c, b), selects forces of joint i times velocities of block e.
+#: Two masks that select the products for which the relaxation has variables. The first mask, shape (c, c),
+#: selects the forces of joint i times the rates of joint j. The second mask, shape (c, b), selects the forces
+#: of joint i times the velocities of block e.
 Pairs = tuple[np.ndarray, np.ndarray]
 
 
@@ -53,8 +54,7 @@ class PyomoProducts:
         self.problem = problem
         factors = self.factors = EdgeFactors(problem)
         model = self.program = pyo.ConcreteModel()
-        #: Variable of each product. The key contains the index of the static factor, then that of the
-        #: kinematic factor.
+        #: Variable of each product, by the pair of indices of the static factor and the kinematic factor.
         self.product: dict[tuple[int, int], Any] = {}
         one, unit = factors.one, factors.unit
         self._declare("force", [(i, unit) for i in factors.forces])
@@ -72,7 +72,7 @@ class PyomoProducts:
         model.objective = pyo.Objective(expr=model.load_factor[factors.load_factor, unit])
 
     def _declare(self, name: str, pairs: list[tuple[int, int]]) -> None:
-        """Declare a variable for each product. Its lower bound is 0 if no factor can be negative."""
+        """Declare a variable for each product, with the lower bound 0 if no factor can be negative."""
         signed = self.factors.signed
 
         def bounds(_: Any, i: int, k: int) -> tuple[float | None, None]:
@@ -134,16 +134,16 @@ class PyomoProducts:
         model.opening = self._constraint(open_beyond, least=0.0)
 
     def _follows(self, statics: Form, rate: int) -> bool:
-        """Return True if all products of a static row's forces and a joint's velocities have variables.
+        """Return True if all products of a row's forces with a joint's velocities have variables.
 
-        The joint is that to which ``rate`` belongs.
+        The row is the linear form ``statics``. The joint is the one to which ``rate`` belongs.
         """
         moves = self.factors.motion_of(rate // 4)
         forces = [i for i in statics if i < self.factors.load_factor]
         return all(pair in self.product for pair in product(forces, moves))
 
     def _constraint(self, pairs: Iterable[tuple[Form, Form]], least: float | None = None) -> pyo.Constraint:
-        """Constrain each product of two linear forms to be 0, or at least ``least`` if it is passed."""
+        """Return a constraint that sets each product of two linear forms to 0, or to at least ``least``."""
         rows = [
             body == -constant if least is None else body >= least - constant
             for body, constant in self._expanded(pairs)

@@ -36,43 +36,44 @@ from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Solver, Verdict
 from masonry_opt.stability.diagnosis import locking_joints
 
-#: Largest number of joints for which rays are computed: joint forces that carry the live load alone.
+#: Only for scenes with at most this many joints, the module tries to prove that no load factor exists.
 _RAYS_UP_TO = 2000
 
-#: Largest number of joints for which branch and cut is tried.
+#: Largest number of joints for which branch and cut is used. For larger scenes, branch and cut is skipped.
 _CUTS_UP_TO = 100
 
-#: Branch and cut stops without a proof if the number of programs times the number of joints exceeds this
-#: value. Random scenes in which joints jam need 5 to 400 programs, and some up to 3300.
+#: Branch and cut stops without a proof if the number of linear programs times the number of joints exceeds
+#: this value. Most random scenes in which joints jam need 5 to 400 programs, and a few need up to 3300.
 _MOST_WORK = 120_000
 
 #: Key in a result's ``solvers`` for the linear programs that decide if a load factor exists.
 _EXISTENCE_PURPOSE = "existence"
 
-#: Rate above which a face counts as moving, in a mechanism in which the live load does the work Σ|f_L|.
-#: Proofs do not depend on the value, because the residual of each cut is compared with ``PROOF``.
+#: Rate above which a face counts as moving. Mechanisms are scaled such that the live load does the work
+#: Σ|f_L|. Proofs do not depend on this threshold, because the residual of each cut is compared with
+#: ``PROOF``.
 _MOVING_RATE = 1e-9
 
 #: A face belongs to a cut if its Farkas multiplier exceeds this fraction of the largest multiplier. With a
-#: larger value, cuts contain fewer faces, but their residuals may be too large.
+#: larger fraction, cuts contain fewer faces, but their residuals may be too large for a proof.
 _TO_BLAME = 1e-9
 
-#: Number of latest cuts from which the search chooses the next face to branch on: the face that occurs most
-#: often in these cuts.
+#: Number of latest cuts in which the search counts how often each face occurs. It branches on the most
+#: frequent face.
 _OF_LATE = 200
 
-#: Value of a face (yield condition) for which the search has not yet decided if it moves.
+#: Value of a face (yield condition) in a choice: it is not yet decided whether the face moves.
 _OPEN = -1
 
-#: Value of a face (yield condition) that does not move.
+#: Value of a face (yield condition) in a choice: the face does not move.
 _RESTING = 0
 
-#: Value of a face (yield condition) that moves and is therefore at yield.
+#: Value of a face (yield condition) in a choice: the face moves and is therefore at yield.
 _MOVING = 1
 
 
 class _Undecided(Exception):
-    """Exception that is raised if branch and cut finds no proof.
+    """Exception that is raised if branch and cut ends without a proof.
 
     Either a choice of moving faces cannot be refuted, the residual of a cut is too large, or too many
     programs were solved.
@@ -104,9 +105,9 @@ class Cuts:
             HighsSession(model.program, effort, _EXISTENCE_PURPOSE)
             for model in (self._motion, self._no_motion, self._no_forces)
         )
-        # Cuts are stored in one matrix for each implied value (at rest, moving), with a row for each cut and
-        # a column for each face. A cut states that at least one of its faces has the implied value. There are
-        # at most as many cuts as programs.
+        # A cut states that at least one of its faces is at rest, or that at least one moves. Each of the two
+        # kinds has a matrix, with a row for each cut and a column for each face. Each cut requires a linear
+        # program, so ``most_programs`` rows suffice.
         self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (_RESTING, _MOVING)}
         self._count = {_RESTING: 0, _MOVING: 0}
         self.residual, self.exclude = 0.0, False
@@ -116,21 +117,21 @@ class Cuts:
         self.static, self.kinematic = self._count[_RESTING], self._count[_MOVING]
 
     def _refute(self, choice: np.ndarray) -> None:
-        """Prove that no Coulomb state has the moving faces of a choice.
+        """Prove that no Coulomb state is compatible with a choice of moving and resting faces.
 
         Raises _Undecided if the proof fails.
         """
         branch = self._branch(choice)
         while branch is not None:
-            # Try the branch with the face at yield first, because this condition excludes most states of
-            # equilibrium.
+            # First try the branch in which the face moves: it excludes more states, because the face must be
+            # at yield.
             choice[branch] = _MOVING
             self._refute(choice.copy())
             choice[branch] = _RESTING
             branch = self._branch(choice)
 
     def _branch(self, choice: np.ndarray) -> int | None:
-        """Return the next face on which to branch, or None if no Coulomb state agrees with the choice.
+        """Return the face on which to branch next, or None if no Coulomb state is compatible with the choice.
 
         All values that the cuts imply are first added to ``choice``. Raises _Undecided if the open faces can
         move and be at yield in one state.
@@ -145,8 +146,8 @@ class Cuts:
                 return None
             cut = self._static_cut(moving | (rates > _MOVING_RATE))
             if cut is None:
-                # In one state, all faces that move in the choice or in its mechanism can be at yield. The
-                # choice therefore cannot be excluded.
+                # No cut was found: all faces that move in the choice or in the mechanism may be at yield in
+                # one state. The choice therefore cannot be excluded, and the proof fails.
                 raise _Undecided
             open_faces = [face for face in cut if choice[face] == _OPEN]
             if len(open_faces) > 1:
@@ -157,7 +158,7 @@ class Cuts:
         return None
 
     def _follows(self, choice: np.ndarray) -> bool:
-        """Complete a choice of moving faces by all values that the cuts imply.
+        """Set the open faces of a choice that must move, or must rest, according to the cuts.
 
         The result is False if a cut contradicts the choice.
         """
@@ -176,7 +177,7 @@ class Cuts:
         return True
 
     def _mechanism(self, choice: np.ndarray) -> np.ndarray | None:
-        """Return the rates of a mechanism with few moving faces, shape (faces,), or None if there is none.
+        """Return rates p, shape (faces,), of a mechanism with few moving faces, or None if none is found.
 
         Faces that move in the choice have low costs; faces that do not move in the choice have zero rates.
         """
@@ -201,7 +202,11 @@ class Cuts:
         return frozenset(np.flatnonzero(blamed).tolist())
 
     def _kinematic_cut(self, still: np.ndarray) -> None:
-        """Find faces among ``still`` of which at least one moves in every mechanism; add them as a cut."""
+        """Find faces of which at least one moves in every mechanism, and add them as a cut.
+
+        The faces of the cut are among the resting faces, for which the mask ``still``, shape
+        (faces,), is True.
+        """
         model = self._no_motion
         self._kinematics.set_most(model.v, np.where(still, np.inf, 0.0))
         if not self._solved(self._kinematics):
@@ -211,9 +216,10 @@ class Cuts:
         self._keep(_MOVING, kinematic_residual(self.problem, q, blamed), blamed)
 
     def _keep(self, implied: int, residual: float, blamed: np.ndarray) -> None:
-        """Store a cut: a set of faces of which at least one moves, or at least one rests, in every state.
+        """Store a cut: faces that cannot all rest, or faces that cannot all move, in one Coulomb state.
 
-        ``blamed`` is the mask of the faces, shape (faces,); ``implied`` is ``_MOVING`` or ``_RESTING``.
+        ``implied`` is ``_MOVING`` if at least one face must move, and ``_RESTING`` if at least one must rest.
+        ``blamed``, shape (faces,), is True for the faces of the cut.
 
         Raises _Undecided if the residual is too large for a proof.
         """
@@ -224,14 +230,14 @@ class Cuts:
         self._count[implied] += 1
 
     def _solved(self, session: HighsSession) -> bool:
-        """Solve a program, and return True if it has an optimum."""
+        """Solve a linear program, and return True if the solver finds an optimum."""
         if self.effort.lp_solves >= self._most_programs:
             raise _Undecided
         return session.solve() is Verdict.OPTIMAL
 
 
 def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> InfeasibilityCertificate | None:
-    """Return a certificate that states if a stable scene has a load factor, as far as it can be proven.
+    """Try to prove that a stable scene has no load factor, and return the result as a certificate.
 
     The result is None if the scene has too many joints. If ``of_mechanism`` is True, branch and cut also
     tries to exclude all mechanisms. An associative load factor does not need it, because it depends on
@@ -247,9 +253,9 @@ def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> In
 
 
 def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> InfeasibilityCertificate:
-    """Return the certificate of :func:`existence` for a problem in units of its load."""
-    # If the dilatancy falls with stress, every smaller dilatancy is possible. A proof then uses the smallest
-    # dilatancy, which is at most 0.
+    """Return the certificate of :func:`existence` for a problem that is scaled by its load."""
+    # If the dilatancy falls with stress, it may fall to zero. The proof then uses zero for each joint with a
+    # positive dilatancy.
     dilatancy_falls = problem.dilatancy_depends_on_stress
     own_flow = np.minimum(problem.dilatancy, 0.0) if dilatancy_falls else problem.dilatancy
     against_mechanisms = _ray(problem, own_flow, effort)
@@ -257,8 +263,8 @@ def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
         return InfeasibilityCertificate(Existence.NO_MECHANISM, *against_mechanisms[1])
     ray = _ray(problem, problem.friction, effort)
     if ray is None:
-        # Equilibrium and the yield conditions limit λ, so an associative load factor exists. The method
-        # failed to find a load factor, but nothing is proven.
+        # No joint forces were found that balance the live load alone, so λ may be limited. A load factor may
+        # exist although the method did not find it.
         return InfeasibilityCertificate(Existence.UNDECIDED)
     certificate = InfeasibilityCertificate(Existence.UNBOUNDED, *ray[1])
     opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)
@@ -267,8 +273,8 @@ def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
         order = np.argsort(-n, kind="stable")
         stressed = tuple(order[n[order] > LISTED_JOINT_SHARE * n.max()].tolist())
         certificate = replace(certificate, clamped=stressed)
-    # In space, faces are the sides of polygons inside the friction cones. A cut is a statement about
-    # polygons, and proves nothing about the cones.
+    # In space, cuts refer to polygons inside the friction cones, whose sides are the faces. Such cuts prove
+    # nothing about the cones, so branch and cut is skipped.
     has_cones = problem.by_cone.by_friction.conic
     if not of_mechanism or dilatancy_falls or has_cones or problem.joints > _CUTS_UP_TO:
         return certificate
@@ -282,10 +288,10 @@ def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
 def _ray(
     problem: Problem, slope: np.ndarray, effort: Effort
 ) -> tuple[np.ndarray, tuple[float, float]] | None:
-    """Return joint forces that carry the live load alone, shape (3c,), and their two residuals.
+    """Return joint forces that balance the live load alone, and the residuals of equilibrium and yield.
 
-    ``slope`` is the slope of the shear limits, shape (k,); cohesion is ignored. The result is None if no
-    forces are found, or if their residuals are too large for a proof.
+    The forces have the shape (3c,). ``slope`` is the slope of the shear limits, shape (k,); cohesion is
+    ignored. The result is None if no forces are found, or if their residuals are too large for a proof.
     """
     model = CvxpyNoMotion(problem, slope)
     session = HighsSession(model.program, effort, _EXISTENCE_PURPOSE)
@@ -300,7 +306,7 @@ def _ray(
 def explained(
     assembly: Assembly, solution: Solution, solver: Solver, effort: Effort, associative: bool
 ) -> Solution:
-    """Add to a solution the reasons why it has no load factor, and return the solution.
+    """Add to a solution the reasons why the scene has no load factor, and return the solution.
 
     The reasons state the proof that no load factor exists, if there is a proof, and the joints that prevent
     the live load from causing collapse. ``associative`` is True if the method assumes associative flow.
@@ -310,8 +316,8 @@ def explained(
         if solution.associative is None or associative:
             certificate = existence(assembly.problem, effort, of_mechanism=not associative)
         else:
-            # An associative load factor exists, so no joint forces carry arbitrary multiples of the live
-            # load.
+            # An associative load factor exists and limits λ. It is therefore impossible to prove that the
+            # scene carries any multiple of the live load.
             certificate = InfeasibilityCertificate(Existence.UNDECIDED)
         solution = replace(solution, infeasibility=certificate)
     if certificate and not associative:
@@ -338,8 +344,8 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
             without = replace(without, below_zero=solution.load_factor)
         if solution.peak is None:
             return without
-        # Keep the reasons of the load history: the scene carries the load factors that the load history
-        # reached before the collapse.
+        # Keep the reasons that describe the load history, because the scene carried all load factors up to
+        # the peak of the load history.
         of_history = (entry for entry in solution.reasons if entry.code in (Code.COLLAPSE, Code.RANGE))
         return replace(without.telling(*of_history), followed_to_end=True, peak=solution.peak)
     moving = [] if solution.d is None else moving_names(assembly, solution.d)

@@ -17,21 +17,21 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver
 from masonry_opt.stability.diagnosis import FACTOR_UP_TO, DeadLoadUndecided, falling_mechanism
 
-#: A bisection ends if the smallest stable value exceeds the largest unstable value by at most this fraction
-#: of itself. A smaller tolerance needs more programs.
+#: A bisection ends if the distance between the largest unstable value and the smallest stable value is at
+#: most this fraction of the stable value. With a smaller tolerance, more linear programs are solved.
 _BISECTION_TOLERANCE = 2e-4
 
-#: A bisection also ends when the smallest stable value is at most this value, regardless of the tolerance. A
-#: smaller value needs more programs.
+#: A bisection also ends if the smallest stable value is at most this limit, regardless of the tolerance. With
+#: a smaller limit, more linear programs are solved.
 _NEGLIGIBLE_VALUE = 1e-4
 
-#: Largest number of joints for which the geometric margin is computed. Each step of its bisection declares a
-#: new program, which takes about a second for a scene of this size.
+#: Largest number of joints for which the geometric margin is computed. It is omitted for larger scenes,
+#: because each step of the bisection builds a new linear program, which takes about a second at this size.
 _MARGIN_UP_TO = 600
 
 
 def least_friction_factor(problem: Problem, solver: Solver, effort: Effort) -> float | None:
-    """Return the smallest factor on all friction coefficients with which a stable scene remains stable.
+    """Return the smallest common factor of all friction coefficients with which a scene is still stable.
 
     A scene counts as stable if forces carry its dead load. None is returned if no joint can slide, if the
     scene is large, or if the solver cannot decide.
@@ -49,7 +49,7 @@ def least_friction_factor(problem: Problem, solver: Solver, effort: Effort) -> f
 
 
 def geometric_margin(assembly: Assembly, solver: Solver, effort: Effort) -> float | None:
-    """Return the largest fraction by which all joints can shrink before the scene becomes unstable.
+    """Return the largest fraction by which all joints can shrink while the scene stays stable.
 
     Each joint shrinks towards its middle.
 

@@ -22,14 +22,15 @@ except ImportError:
 # missing.
 __all__ = ["NamedChart", "alt", "axis", "chart_contents", "legend", "pictures", "script"]
 
-_WIDTH = 620  #: Width of a chart on paper, in pixels.
-_PANEL = 230  #: Width and height of a panel on paper, in pixels.
+_WIDTH = 620  #: Width of a chart in PNG and SVG files, in pixels.
+_PANEL = 230  #: Width and height of a panel in PNG and SVG files, in pixels.
 _MOST_PANELS_IN_ROW = 4  #: Largest number of panels in a row.
-#: Largest number of panels on paper. If a chart has more panels, its notes state the total number.
+#: Largest number of panels in a PNG or SVG file. If a chart has more panels, the rest is omitted, and the
+#: notes state the total number of panels.
 _PANELS = 24
-_ENTRY = 300  #: Width of a legend entry in pixels, from which the number of legend columns follows.
-_LETTER = 6  #: Mean width of a letter in pixels, by which the notes of a chart are broken into lines.
-_FONT = "DejaVu Sans"  #: Font that comes with Matplotlib, so that pictures are equal on all machines.
+_ENTRY = 300  #: Assumed width of a legend entry, in pixels. It determines the number of legend columns.
+_LETTER = 6  #: Mean width of a letter in pixels, for breaking the notes of a chart into lines.
+_FONT = "DejaVu Sans"  #: Font that Matplotlib installs, so that pictures are equal on all computers.
 vl_convert.register_font_directory(str(Path(matplotlib.get_data_path(), "fonts", "ttf")))
 
 _CONFIG: dict[str, Any] = {
@@ -51,12 +52,12 @@ class NamedChart:
     title: str
     chart: Any  #: chart of Altair
     notes: str = ""
-    #: Name of a column of the data, for a chart with one panel per value of the column. On paper the panels
-    #: are side by side; a page shows one panel at a time.
+    #: Name of a data column whose values divide the chart into panels. PNG and SVG files show the panels side
+    #: by side; an HTML page shows one panel at a time.
     panels: str = ""
 
     def on_paper(self) -> Any:
-        """Return the Altair chart with its title and notes, for PNG and SVG files."""
+        """Return the Altair chart with its title and notes, as it is drawn in PNG and SVG files."""
         chart, width, notes = self.chart, _WIDTH, self.notes
         if self.panels:
             values = self._panels()
@@ -72,7 +73,7 @@ class NamedChart:
         return _configured(chart, max(1, width // _ENTRY))
 
     def on_page(self) -> dict[str, Any]:
-        """Return the Vega-Lite specification for a page, as wide as its container and without a title."""
+        """Return the Vega-Lite specification of an untitled chart that fills the width of an HTML page."""
         chart = self.chart.properties(width="container", autosize={"type": "fit-x", "contains": "padding"})
         if self.panels:
             values = self._panels()
@@ -82,7 +83,7 @@ class NamedChart:
         return specification(_configured(chart, alt.expr(f"max(1, floor(containerSize()[0] / {_ENTRY}))")))
 
     def source(self) -> str:
-        """Return the picture as a data URL for an image in HTML."""
+        """Return the chart as a data URL, for an image in an HTML page."""
         return image_source(vl_convert.vegalite_to_svg(specification(self.on_paper())), "svg")
 
     def _panels(self) -> list[str]:
@@ -91,7 +92,7 @@ class NamedChart:
 
 
 def _configured(chart: Any, columns: Any) -> Any:
-    """Return a chart in the style of the package, with a legend of ``columns`` columns."""
+    """Return a chart in the style of the package, with a legend in the given number of columns."""
     return chart.configure(**_CONFIG, legend=alt.LegendConfig(**_LEGEND, columns=columns))
 
 
@@ -113,7 +114,7 @@ def specification(chart: Any) -> dict[str, Any]:
 
 
 def pictures(drawings: Iterable[NamedChart]) -> dict[str, str | bytes]:
-    """Return the PNG and SVG files of charts by file name. Repeated calls return identical bytes."""
+    """Return the PNG and SVG files of charts by file name. Equal charts produce identical bytes."""
     files: dict[str, str | bytes] = {}
     for drawing in drawings:
         described = specification(drawing.on_paper())
@@ -123,12 +124,12 @@ def pictures(drawings: Iterable[NamedChart]) -> dict[str, str | bytes]:
 
 
 def script() -> str:
-    """Return the JavaScript code of Vega, Vega-Lite and Vega-Embed, with which a page draws charts."""
+    """Return the JavaScript code of Vega, Vega-Lite and Vega-Embed, which draws charts in an HTML page."""
     return vl_convert.javascript_bundle()  # type: ignore[call-arg]  # the stub requires an optional argument
 
 
 def chart_contents(title: str, drawings: Sequence[NamedChart]) -> dict[str, str | bytes]:
-    """Return the files of charts by file name: a PNG and an SVG file of each chart, and one page.
+    """Return the files of charts by file name: a PNG and an SVG file for each chart, and one HTML page.
 
     The page contains all charts and works offline.
     """

@@ -17,7 +17,7 @@ from masonry_opt.solution.reasons import Code
 from masonry_opt.solution.solution import Solution
 
 #: Types of the columns of a run's answer, by column name. In a table they follow the columns of the varied
-#: values. Only ``seconds`` differs between machines.
+#: values. Only the values of ``seconds`` depend on the computer.
 ANSWER_COLUMNS = {
     "load_factor": "float64",
     **dict.fromkeys(("which", "status", "reason"), "object"),
@@ -31,8 +31,8 @@ ANSWER_COLUMNS = {
     "seconds": "float64",
 }
 
-#: Types of the columns of a run in a sweep or sample. ``state_from`` names another run if the state was found
-#: in that run; ``warnings`` has the warnings about the scene of the run.
+#: Types of the columns of a run in a sweep or sample. If the state of the run was found in another run,
+#: ``state_from`` names the other run. ``warnings`` has the warnings about the scene of the run.
 RUN_COLUMNS = ANSWER_COLUMNS | {"state_from": "object", "warnings": "object"}
 
 #: Columns that name the worst position of axles.
@@ -40,9 +40,9 @@ PLACE = ("axles", "position", "direction", "load_case")
 #: Printed explanation of λ if axles cross the scene in each run.
 CROSSED_RUNS = "axles cross the scene in each run: λ is the least of all positions"
 
-#: Types of the additional columns of a run in which axles cross the scene: the governing load case, axles,
-#: direction and position of the first axle, the proven lower bound, and the numbers of solved and undecided
-#: positions.
+#: Types of the additional columns of a run in which axles cross the scene. They contain the worst position
+#: (load case, axles, direction, position of the first axle), the proven lower bound of λ, and the numbers of
+#: solved and of undecided positions.
 CROSSING_COLUMNS = {
     **dict.fromkeys(("load_case", "axles", "direction"), "object"),
     **dict.fromkeys(("position", "bound"), "float64"),
@@ -77,7 +77,7 @@ def framed(
 
 
 def columns(result: Result) -> dict[str, Any]:
-    """Return the columns ANSWER_COLUMNS of a result, except ``seconds``."""
+    """Return the values of the columns ANSWER_COLUMNS for a result, except ``seconds``."""
     assembly, solution = result.assembly, result.solution
     spread = _spread_values(solution)
     certificate = solution.answer.certificate.as_dict() if solution.answer else {}

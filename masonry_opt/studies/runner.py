@@ -28,7 +28,7 @@ from masonry_opt.errors import MasonryError, OptionError, TimeLimitError
 
 FINISHED = "finished"  #: Outcome of a task that returned a value.
 REFUSED = "refused"  #: Outcome of a task that raised a MasonryError.
-CRASHED = "crashed"  #: Outcome of a task that raised another error.
+CRASHED = "crashed"  #: Outcome of a task that raised an error other than a MasonryError.
 DIED = "died"  #: Outcome of a task whose process ended without a result.
 TIME_LIMIT = "time limit"  #: Outcome of a task that exceeded its time limit.
 MEMORY_LIMIT = "memory limit"  #: Outcome of a task whose process used too much memory.
@@ -36,19 +36,21 @@ MEMORY_LIMIT = "memory limit"  #: Outcome of a task whose process used too much 
 UNSOLVED = (REFUSED, CRASHED, DIED, TIME_LIMIT, MEMORY_LIMIT)
 MOST_DEATHS = 3  #: A task whose worker process dies is run at most this many times.
 _MEMORY_INTERVAL = 0.02  #: Seconds between two measurements of the memory of a process.
-#: Number of tasks that are submitted per worker in advance. With fewer tasks workers may be idle; with more
-#: tasks memory grows.
+#: Number of submitted and unfinished tasks per worker. With fewer tasks, workers may be idle; with more
+#: tasks, memory grows.
 _TASKS_PER_WORKER = 3
-PATIENCE = 10  #: Time in seconds within which a Dask scheduler must answer.
+#: Time in seconds within which a Dask scheduler must answer. Otherwise an OptionError is raised.
+PATIENCE = 10
 #: Environment variables of worker processes that restrict numerical libraries to one thread. The libraries
 #: read them when they are imported.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 #: Modules that the fork server imports before it starts processes, so that no process has to import them.
 _PRELOADED = ("studies.compare.runs", "methods.bracket.bracket", "methods.mpec")
-#: Start method of processes; Windows has no fork server.
+#: Start method of processes. Windows has no fork server, so processes are spawned there.
 _START_METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 _STANDARD: Any = multiprocessing.get_context(_START_METHOD)
-#: Lock that is held while a process starts, because several threads may start processes at one time.
+#: Lock for starting processes: only one thread at a time may start a process, because each start temporarily
+#: changes sys.modules and os.environ.
 _STARTING = threading.Lock()
 
 
@@ -184,7 +186,7 @@ class Context(type(_STANDARD)):  # type: ignore[misc]
 
 @contextlib.contextmanager
 def _replaced(values: MutableMapping[str, Any], others: Mapping[str, Any]) -> Iterator[None]:
-    """Replace some values of a mapping within a context, and restore them afterwards."""
+    """Replace some values of a mapping within a ``with`` block, and restore them afterwards."""
     before = {name: values[name] for name in others if name in values}
     values.update(others)
     try:
@@ -219,13 +221,16 @@ def _start_server() -> None:
 
 
 def _prepare_process() -> None:
-    """Make a new process end at SIGTERM, and discard its output. Pebble makes it ignore Ctrl-C."""
+    """Let a new process end at the signal SIGTERM, and discard the output of the process.
+
+    Pebble lets the process ignore Ctrl-C.
+    """
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _silence(1, 2)
 
 
 def _silence(*streams: int) -> None:
-    """Discard everything that is written to these file descriptors."""
+    """Discard everything that is written to the given file descriptors."""
     null = os.open(os.devnull, os.O_WRONLY)
     for stream in streams:
         os.dup2(null, stream)
@@ -248,7 +253,7 @@ class Processes:
         self._pool: Any = self._open()
 
     def submit(self, task: Task, time_limit: float | None = None) -> Future[TaskEnd]:
-        """Submit a task to the pool. Its process is killed after ``time_limit`` seconds."""
+        """Submit a task to the pool. The process of the task is killed after ``time_limit`` seconds."""
         if not self._pool.active:  # the pool becomes inactive if one of its idle processes dies
             self.close()
             self._pool = self._open()

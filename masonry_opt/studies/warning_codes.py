@@ -23,18 +23,18 @@ class StudyCode(StrEnum):
     #: decrease of λ, and the values of the other parameters, ``fixed``. For a sample it also has the
     #: ``rank_correlation``.
     FALLS_WITH_STRENGTH = "falls with strength"
-    #: The scene also meets the requirement at ``values``, which are on the side of the threshold on which it
-    #: should fail.
+    #: The scene meets the requirement at some values at which it should fail, because they are beyond the
+    #: threshold. The record has these ``values``.
     SEVERAL_THRESHOLDS = "several thresholds"
     #: The ``load_factor`` of a crossing is less than its lower ``bound``, which is a contradiction.
     BELOW_BOUND = "below bound"
-    #: A crossing has positions without an answer. The record has their number ``count``, and a list
-    #: ``positions`` with the first of them.
+    #: A crossing has positions without an answer. The record has the number of these positions, ``count``,
+    #: and the first of them in the list ``positions``.
     POSITIONS_UNDECIDED = "positions undecided"
     #: The time limit ended a crossing in a sweep, sample or threshold. The record has the time limit in
     #: ``seconds``.
     CROSSING_STOPPED = "crossing stopped"
-    #: The loads of axles seem to have another unit than the weights. The record has the ``name`` of the
+    #: The loads of axles and the weights seem to be in different units. The record has the ``name`` of the
     #: axles. For a common set of axles in other units than the unit weights, it also has ``unit_weight``, the
     #: median unit weight of the blocks. Otherwise it has ``load``, the sum of the axle loads on the scene,
     #: and ``weight``, the sum of all dead loads.
@@ -42,9 +42,9 @@ class StudyCode(StrEnum):
     #: Some load cases have no axles, so the crossing skipped them. The record has the names of these load
     #: cases, ``cases``.
     CASES_WITHOUT_AXLES = "cases without axles"
-    #: The load history ends closer to the reaction at rest than the answer. The record has the ``end``
-    #: ("least" or "greatest"), the ``reaction`` of the answer, and the ``incremental`` reaction at the end
-    #: of the load history.
+    #: The load history ends at a reaction that is closer to the reaction at rest than the reaction of the
+    #: answer. The record has the ``end`` ("least" or "greatest"), the ``reaction`` of the answer, and the
+    #: reaction at the end of the load history, ``incremental``.
     HISTORY_ENDS_NEARER = "history ends nearer"
     #: An exact state is on the other side of the reaction at rest. The record has the ``end`` ("least" or
     #: "greatest"), the ``reaction`` of the exact state, and the reaction ``at_rest``.
@@ -52,5 +52,5 @@ class StudyCode(StrEnum):
 
 
 def study_warning(code: StudyCode, sentence: str, **values: Any) -> dict[str, Any]:
-    """Return the record of a warning in the form of JSON output."""
+    """Return a warning as a record for JSON output."""
     return {"sentence": sentence, "code": str(code), **plain(values)}

@@ -30,7 +30,7 @@ from masonry_opt.reporting.names import labelled, some, warning_lines
 from masonry_opt.solution.frames import unsigned
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
-#: Message of the error if a library for charts or pages is missing.
+#: Message of the error that is raised if a library for charts or pages is missing.
 NEEDED = "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
 
 JOURNAL = "journal.jsonl"  #: Name of the journal in the folder of a study.
@@ -51,13 +51,13 @@ class Journal:
 
     def __init__(self, folder: Path, head: Mapping[str, str]) -> None:
         self.path = folder / JOURNAL
-        #: Folders that are created for the journal, innermost first.
+        #: Folders that this object creates for the journal, innermost first.
         self._folders_made = [path for path in (folder, *folder.parents) if not path.exists()]
         with writing(self.path):
             folder.mkdir(parents=True, exist_ok=True)
             data = self.path.read_bytes() if self.path.exists() else b""
             complete = data[: data.rfind(b"\n") + 1]
-            if data and not complete:  # a journal has at least one complete line
+            if data and not complete:  # a journal has a complete first line, so the file is no journal
                 raise OptionError(f"{self.path}: the file is not a journal of runs: choose another folder")
             complete = complete or _line(head)
             if complete != data:
@@ -215,7 +215,7 @@ class StudyAnswer(ABC):
         return notebook_html(self._text(), self.told, source)
 
     def _source(self) -> str:
-        """Return the picture as a data URL for an image in HTML."""
+        """Return the picture as a data URL, for an image in an HTML page."""
         return str(self.plot().source())
 
     def to_json(self) -> str:
@@ -269,7 +269,7 @@ def in_words(
 def table(
     columns: Iterable[str], rows: Iterable[Iterable[str]], numbers: Iterable[str] = ()
 ) -> dict[str, Any]:
-    """Return a table as values for the template of a page; columns in ``numbers`` are right-aligned."""
+    """Return a table as values for the template of a page. Columns named in ``numbers`` are right-aligned."""
     return {"columns": [*columns], "rows": [[*row] for row in rows], "numbers": [*numbers]}
 
 
@@ -290,7 +290,7 @@ def frame_table(
 
 
 def notebook_html(words: str, frame: pd.DataFrame, source: str = "") -> str:
-    """Return HTML for a notebook: text, the first rows of a table, and a picture by its URL."""
+    """Return HTML for a notebook: a text, the first rows of a table, and the picture at a URL."""
     rows = in_words(frame.head(_SHOWN_ROWS)).to_html(index=False, border=0) if len(frame) else ""
     more = f"<div>and {len(frame) - _SHOWN_ROWS} more rows</div>\n" if len(frame) > _SHOWN_ROWS else ""
     drawn = f'<img alt="" style="max-width:100%" src="{source}">' if source else ""

@@ -21,25 +21,25 @@ from masonry_opt.solution.acceptance import FEASIBLE, SMALLEST
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 
-#: Bounds are accepted if their relative width (upper − lower) / |λ| is at most this value. Otherwise another
-#: solver is used.
+#: Largest relative width (upper − lower) / |λ| of the bounds that a solver may provide. If the width is
+#: larger, the next solver is used.
 CLOSE = 1e-9
-#: Model, solver and tolerance of the solves whose answers are turned into bounds, in the order of use.
+#: Model, solver and tolerance with which the static program is solved to obtain bounds, in the order of use.
 _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo", "highs", 1e-10))
 #: HiGHS is not used for scenes with this number of joints or more, because it would take minutes.
 _LARGE_SCENE_JOINTS = 1000
 _UNBOUNDED = 3  #: Status of scipy's linprog for an unbounded program.
 _LEAST_SLACK = 1e-9  #: A point counts as interior if all its slacks are larger than this value.
-_PROJECTIONS = 6  #: Number of projections on the equations; each projection reduces rounding errors.
-#: Factor by which the step towards the interior point is lengthened, because rounding errors could otherwise
-#: leave the point outside the inequalities.
+_PROJECTIONS = 6  #: Number of repeated projections on A x = b, each of which reduces rounding errors.
+#: The step towards the interior point is multiplied by this factor. Otherwise the point could violate
+#: inequalities by rounding errors.
 _STEP_EXCESS = 1.001
-#: Value that is added to the diagonal of A Aᵀ, because A Aᵀ is singular if joints that cannot slide have
-#: equal equations.
+#: Value that is added to the diagonal of A Aᵀ. Without it, A Aᵀ is singular if two rows of A are equal, as
+#: for joints that cannot slide.
 _REGULARISATION = 1e-12
 
-#: Friction cones limit · x + c ≥ |(first · x, second · x)|, as the tuple (limit, c, (first, second)). The
-#: matrices have one row, and c has one entry, for each cone. In the plane there are no cones.
+#: Type of friction cones limit · x + c ≥ |(first · x, second · x)|: the tuple (limit, c, (first, second)).
+#: The three matrices have one row, and c has one entry, for each cone. In the plane they are empty.
 _Cones = tuple[sp.csr_array, np.ndarray, tuple[sp.csr_array, sp.csr_array]]
 
 
@@ -116,7 +116,7 @@ class _Convex:
         return _Convex(A, norm * self.cost, G, np.zeros(signed), cost, (speed, np.zeros(k), (first, second)))
 
     def inside(self, x: np.ndarray, interior: np.ndarray | None) -> float:
-        """Return the bound from a feasible point close to x, or NaN if no such point is found.
+        """Move x to a nearby feasible point, and return the bound of λ there; NaN if no point is found.
 
         The point is the projection of x on the equations, moved towards an interior point as far as the
         inequalities require.
@@ -133,13 +133,16 @@ class _Convex:
         return self._bound(x + min(1.0, _STEP_EXCESS * share) * (interior - x))
 
     def _bound(self, x: np.ndarray) -> float:
-        """Return the bound cost · x of a feasible point x, or NaN for a point that is not feasible."""
+        """Return the bound cost · x of λ if the point x is feasible, or NaN otherwise."""
         feasible = self.slack(x).min() >= 0 and np.abs(self.A @ x - self.b).max() <= FEASIBLE
         return float(self.cost @ x) if feasible else np.nan
 
     def interior(self) -> np.ndarray | None:
-        """Return the point whose least slack is largest (at most 1), or None if no interior point exists."""
-        import cvxpy as cp  # imported here because the import takes seconds
+        """Return an interior point: a point whose smallest slack is as large as possible, but at most 1.
+
+        The result is None if no interior point is found.
+        """
+        import cvxpy as cp  # imported here, because the import takes seconds
 
         x, margin = cp.Variable(self.G.shape[1]), cp.Variable()
         constraints = [self.A @ x == self.b, self.G @ x + self.g >= margin, margin <= 1]
@@ -182,7 +185,7 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
     polygons, it is unlimited with cones too.
     """
     from masonry_opt.stability.diagnosis import (
-        falling_mechanism,  # imports modelling languages, which is slow
+        falling_mechanism,  # imported here, because importing modelling languages takes seconds
     )
 
     scaled = in_units_of_load(problem)
@@ -195,7 +198,7 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
     kinematics = statics.dual(problem.live_norm)
     static_interior, kinematic_interior = statics.interior(), kinematics.interior()
     bounds = CertifiedBounds()
-    # HiGHS, the last solver, is used only for small linear programs.
+    # HiGHS, the last entry of _SOURCES, is used only for small linear programs.
     for source in _SOURCES if small and not conic else _SOURCES[:-1]:
         driver = Driver(problem, "static", find_solver(*source), Effort(), of_load=True)
         state = driver.solve(nearly=conic).state
@@ -235,7 +238,7 @@ def _statics(problem: Problem, conic: bool) -> _Convex:
 
 
 def _speeds(problem: Problem, d: np.ndarray) -> np.ndarray:
-    """Return the joint rates p that follow from block velocities d, for the dual program with cones.
+    """Return the joint rates p for given block velocities d, as variables of the dual program with cones.
 
     ``d`` has the shape (3b,). The array contains the rates of opening, the rates of forces at their limits,
     and γ and w of slip.

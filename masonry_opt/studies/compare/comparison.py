@@ -25,8 +25,8 @@ from masonry_opt.studies.compare.runs import CaseScene, Pair, RunLimits, RunPlan
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone, whole
 from masonry_opt.studies.writing import Journal, chart_files, csv_text, digest, machine, versions
 
-#: Shortest time limit for the certified bounds of a scene, in seconds. If the time limit of runs is longer,
-#: it applies to the bounds too.
+#: Time limit for computing the certified bounds of a scene, in seconds. If the time limit of runs is longer,
+#: it is used instead.
 _BOUNDS_TIME = 120.0
 #: Default methods, each of which solves a wall of the paper's Table 1 in seconds.
 DEFAULT_METHODS = ("static", "kinematic", "nonassociative", "coulomb", "mpec")
@@ -137,7 +137,8 @@ def write_report(comparison: judge.Comparison, folder: Path, force: bool = False
     tables = {"results.csv": comparison.results, "summary.csv": comparison.summary}
     files: dict[str, str | bytes] = {name: csv_text(frame) for name, frame in tables.items()}
     with contextlib.suppress(OptionError):  # without the extra "studies", only tables are written
-        # The modules of charts and pages are slow to import, so they are imported only here.
+        # The modules of charts and pages are imported here, because they are slow to import and not always
+        # needed.
         from masonry_opt.studies.charts import pictures
         from masonry_opt.studies.compare.page import charts, page
 
@@ -154,7 +155,7 @@ def run_plan(
     progress: Callable[[str], None],
     known: Mapping[str, judge.BestKnown] | None = None,
 ) -> judge.Comparison:
-    """Make the runs that are missing in the journal of a folder, and judge all runs; see :func:`compare`.
+    """Make the runs that the journal in a folder does not contain yet, and judge all runs.
 
     ``known`` has exact Coulomb states by scene name, which are used in addition to the states of the runs.
     """
@@ -206,7 +207,7 @@ class _JournalRuns:
     notes: list[str]  #: list to which notes on missing values are added
 
     def runs(self, scenes: Sequence[CaseScene], pairs: Sequence[Pair]) -> Iterator[dict[str, Any]]:
-        """Yield the rows of all runs. If a run takes long or fails, its repeats are omitted."""
+        """Yield the rows of all runs. A run that takes long or fails is not repeated."""
         # Times are comparable only for equal versions and processors, so both are part of the key of a run.
         made_by, limits = digest((versions(), machine()["processor"]))[:8], self.limits
         not_repeated: set[tuple[str, Pair]] = set()
@@ -226,7 +227,8 @@ class _JournalRuns:
                 run = partial(runs.run_pair, scene.path, pair, limits.time)
                 end = run_alone(run, limits.time, limits.memory)
                 row = runs.row_of(dict(zip(runs.KEY, identity, strict=True)), end, limits)
-                # Do not store a process that died, because the system may have killed it for lack of memory.
+                # Do not record a run whose process died, because the system may have killed the process for
+                # lack of memory.
                 if end.how != DIED:
                     self.journal.add(key, row)
             if row["wall"] > judge.REPEATED_BELOW or row["ended"] != FINISHED:
@@ -234,7 +236,7 @@ class _JournalRuns:
             yield row
 
     def _has_lower_limit(self, row: Mapping[str, Any]) -> bool:
-        """Return True if a recorded run exceeded a limit of time or memory that is now larger."""
+        """Return True if a recorded run exceeded its limit of time or memory, and the limit is larger now."""
         by_time = row["ended"] == TIME_LIMIT and row["time_limit"] < self.limits.time
         by_memory = row["ended"] == MEMORY_LIMIT and row["memory_limit"] < self.limits.memory
         return bool(by_time or by_memory)

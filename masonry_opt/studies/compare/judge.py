@@ -29,8 +29,8 @@ from masonry_opt.studies.compare.runs import (
 from masonry_opt.studies.runner import FINISHED
 from masonry_opt.studies.writing import in_words, notebook_html
 
-#: Kinds of answers that can be exact. The paper's loop of linear programs is excluded, because in its answers
-#: sliding joints may contract.
+#: Kinds of answers that can be exact collapse states. The paper's loop of linear programs is excluded,
+#: because sliding joints may contract in its answers.
 _EXACT_KINDS = (Kind.NEARLY_COMPLEMENTARY, Kind.RELAXED, Kind.EXACT)
 
 ASSOCIATIVE = "associative"  #: Value of column "question" for load factors with associative flow.
@@ -45,7 +45,7 @@ CERTIFIED = "certified"  #: Verdict on a run whose load factor is certified.
 REASON_NAMED = "named correctly"  #: Verdict on a run that states correctly why no load factor exists.
 FAILED = "failed but said so"  #: Verdict on a run that makes no claim about its scene.
 WRONG = "wrong"  #: Verdict on a run whose claim is false.
-#: Verdicts from best to worst; the first two count as success.
+#: Verdicts from best to worst. The first two verdicts count as success.
 VERDICTS = (
     CERTIFIED,
     REASON_NAMED,
@@ -54,7 +54,8 @@ VERDICTS = (
 )
 
 JUDGED = ("question", "verdict", "reason", "error", "below")  #: Columns of the verdict on a run.
-#: A smaller relative gap to the best exact Coulomb state counts as zero. Charts draw it at this value.
+#: Relative gaps to the best exact Coulomb state count as zero if they are smaller than this value. Charts
+#: draw them at this value.
 GAP_FLOOR = SAME
 
 _PAIR_COLUMNS = ["method", "model", "solver", "tolerance"]  #: Columns that identify a ``Pair``.
@@ -80,7 +81,7 @@ _SUMMARY = [
     *("bound", "ended", "status", "kind", "message"),
 ]
 
-#: Columns of the table of success rates, except the columns that identify a ``Pair``.
+#: Columns of the table of success rates, without the method, model and solver of a row.
 SUCCESS = ["tolerance", "success", *VERDICTS, "time", "largest error", "peak_memory"]
 #: Headings of table columns whose heading differs from the column's name.
 HEADINGS = {
@@ -90,8 +91,8 @@ HEADINGS = {
     "reason": "why",
     "lp_solves": "LPs",
 }
-#: Columns of the printed table of success, which fits into 100 characters. The table on the page has more
-#: columns.
+#: Columns of the printed table of success rates. The table fits into lines of 100 characters, so it has fewer
+#: columns than the table on the HTML page.
 PRINTED = ("method", "model", "solver", "tolerance", "success", *VERDICTS, "time", "largest error")
 #: Headings of the printed table, for columns whose heading differs from the column's name.
 PRINTED_HEADINGS = {"tolerance": "tol.", REASON_NAMED: "named", FAILED: "failed", "time": "time (s)"}
@@ -105,7 +106,7 @@ NUMBER_FORMATS = {
     **dict.fromkeys(("tolerance", *CERTIFICATE_RESIDUALS), "{:.0e}"),
 }
 
-#: Time in seconds above which runs are not repeated, because long times scatter little.
+#: Runs that take longer than this time, in seconds, are not repeated, because long times vary little.
 REPEATED_BELOW = 5.0
 
 
@@ -117,7 +118,7 @@ class BestKnown(NamedTuple):
 
 
 def best_known(scenes: Iterable[CaseScene], folder: Path) -> dict[str, BestKnown]:
-    """Read the lowest known exact states of scenes from best_known.toml in a folder, by scene name.
+    """Read best_known.toml in a folder, and return the lowest known exact state of each scene, by scene name.
 
     Entries of scenes whose content has changed since are omitted. Raises CaseError if the file has another
     form.
@@ -131,7 +132,7 @@ def best_known(scenes: Iterable[CaseScene], folder: Path) -> dict[str, BestKnown
             if entry is not None and entry["content"] == scene.content:
                 best[scene.name] = BestKnown(float(entry["load_factor"]), str(entry["method"]))
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise CaseError(f"{registry}: scenes need content, load_factor and method: {error}") from None
+        raise CaseError(f"{registry}: each scene needs content, load_factor and method: {error}") from None
     return best
 
 
@@ -158,7 +159,7 @@ def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown])
 
 
 def _known_claims(question: str, bounds: CertifiedBounds) -> dict[str, bool]:
-    """Return True for each claim that bounds of the associative λ prove, and False for each refuted claim.
+    """Map each claim to True if bounds of the associative λ prove the claim, and to False if they refute it.
 
     For associative flow the bounds decide all claims. Coulomb friction has the same admissible states of
     equilibrium, but other mechanisms. For Coulomb friction only two conclusions are possible:
@@ -185,14 +186,14 @@ def question_of(method: str) -> str:
 
 
 def claim_of(row: Mapping[Any, Any]) -> str:
-    """Return the claim of a run about its scene (one of CLAIMS), or its status if it makes no claim."""
+    """Return the claim of a run about its scene (one of CLAIMS) or, without a claim, how the run ended."""
     if row["ended"] != FINISHED:
         return row["ended"]
     return row["status"] if pd.isna(row["load_factor"]) else ANSWER
 
 
 def judge(row: dict[str, Any], bounds: CertifiedBounds | None, best: BestKnown | None) -> dict[str, Any]:
-    """Return the verdict on one run and its error, as values of the columns JUDGED.
+    """Return the verdict on one run and the error of its load factor, by column name (see ``JUDGED``).
 
     - ``question``: ASSOCIATIVE or COULOMB.
     - ``verdict``: one of VERDICTS.
@@ -257,7 +258,7 @@ def _by_sides(row: Mapping[Any, Any]) -> bool:
 
 
 def residuals_over_limit(row: Mapping[Any, Any], kind: Kind | None = None) -> dict[str, float | None]:
-    """Return the residuals of a run that exceed the limits for its kind of answer.
+    """Return the residuals of a run that exceed the limits for the run's kind of answer.
 
     The argument ``kind`` replaces the kind of the answer.
 
@@ -278,7 +279,9 @@ def _relative(load_factor: float, reference: float) -> float:
 def summary(
     rows: Iterable[dict[str, Any]], bounds: Mapping[str, CertifiedBounds], best: Mapping[str, BestKnown]
 ) -> pd.DataFrame:
-    """Return a table with one row for each scene and ``Pair``: median times and worst verdict of the repeats.
+    """Return a table of median times and worst verdicts, with one row for each scene and ``Pair``.
+
+    Medians and worst verdicts are those of the repeats of a run.
 
     The column ``time`` is the time of the solve in seconds, without the steps that all pairs have in common:
     reading the scene and checking its dead load.
@@ -323,7 +326,7 @@ def pareto(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def success(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return a table with one row for each ``Pair``, which counts the verdicts over all scenes.
+    """Count the verdicts over all scenes. The returned table has one row for each ``Pair``.
 
     The column ``success`` is the fraction of answers that are certified or named correctly. The median time
     and the largest error are those of certified answers, and ``peak_memory`` (MB) is the largest of all runs.
@@ -374,7 +377,10 @@ class Comparison:
         if len(self.summary):
             lines += [self.told.to_string(index=False), ""]
             scenes = counted(len(self.scenes), "scene")
-            lines += [f"the table covers {scenes}; success is the share of runs that are certified or named"]
+            lines += [
+                f"the table covers {scenes}; "
+                "success is the share of runs with a certified load factor or a correct reason"
+            ]
             lines += ["named: the run reports correctly why no load factor exists"]
             lines += [
                 "failed: the run reports that it has no answer; wrong: the reported answer or reason is wrong"

@@ -26,13 +26,15 @@ from masonry_opt.studies.writing import digest
 from masonry_opt.suitability import refuse_without_live_load
 
 _DESCRIPTIVE = {"title", "source", "reference"}  #: Keys of a scene that do not influence answers.
-#: Columns that identify a run. A run is not made again if the journal has a run with equal values.
+#: Columns that identify a run. A run is not made again if the journal has a run with equal values in these
+#: columns.
 KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance", "repeat")
 CERTIFICATE_RESIDUALS = ("equilibrium", "yield", "flow", "complementarity")  #: Residuals of a certificate.
 #: Columns of text; "" if unknown.
 _TEXT_COLUMNS = ("ended", "status", "kind", "existence", "crushing", "friction_law", "message")
 #: Columns of results.csv: λ and its certificate, times in seconds, memory in MB, counts, and the limits of
-#: the run. ``wall`` is the duration of the solve, or of the whole process if the run did not finish.
+#: the run. The column ``wall`` has the duration of the solve. If the run did not finish, it has the duration
+#: of the process.
 COMPARISON_COLUMNS = (
     *KEY,
     *_TEXT_COLUMNS,
@@ -42,7 +44,7 @@ COMPARISON_COLUMNS = (
     *("rows", "columns", "nonzeros", "time_limit", "memory_limit"),
 )
 
-_METHOD_TIME_SHARE = 0.8  #: Share of the time limit of a run that its method receives as ``time_limit``.
+_METHOD_TIME_SHARE = 0.8  #: Fraction of a run's time limit that is passed to the method as ``time_limit``.
 _WARM_UP = Path(
     "gilbert", "two_blocks.toml"
 )  #: Case file of two blocks, which is solved as a warm-up before timing.
@@ -59,7 +61,7 @@ class RunLimits:
 
 @dataclass(frozen=True)
 class CaseScene:
-    """One scene of a comparison: its name, the path of its case file, and its warnings."""
+    """One scene of a comparison: name, path of the case file, hash of the inputs, and warnings."""
 
     name: str  #: folder and stem of the case file, such as "ferris_tinloi/wall_1"
     path: Path
@@ -99,7 +101,7 @@ def checked(scene: CaseScene) -> CaseScene:
 
 
 def content_of(scene: Scene) -> str:
-    """Return a hash (12 hexadecimal digits) of all inputs of a scene that influence answers.
+    """Return a hash (12 hexadecimal digits) of the inputs that influence the answers of a scene.
 
     Keys with default values are ignored, so that new keys of a later version do not change the hash.
     """
@@ -139,14 +141,14 @@ class RunPlan:
     """Combinations of method, model, solver and tolerance that a comparison runs."""
 
     pairs: tuple[Pair, ...]
-    #: Combinations that do not exist: method, model, solver and the reason.
+    #: Combinations that are not possible, as tuples of method, model, solver and reason.
     left_out: tuple[tuple[str, str, str, str], ...]
 
 
 def plan(
     methods: Sequence[str], models: Sequence[str], solvers: Sequence[str], tolerances: Sequence[float]
 ) -> RunPlan:
-    """Return the existing combinations of method, model, solver and tolerance, and the missing ones.
+    """Combine methods, models, solvers and tolerances, and return the possible and impossible combinations.
 
     A method with its own tolerances runs only once with each solver. If none of its solvers is named, it runs
     with its default solver. Raises OptionError if a name is unknown, if a tolerance is out of range, or if no
@@ -178,7 +180,7 @@ def plan(
 
 
 def _combinations(method: str, models: Sequence[str], solvers: Sequence[str]) -> list[tuple[str, str]]:
-    """Return all pairs of a model and a solver that can be combined with a method.
+    """Return the pairs of a model and a solver with which a comparison tries to run a method.
 
     A method with its own tolerances has a fixed list of pairs. The pairs whose solver is named are returned,
     or the first pair if none of its solvers is named.

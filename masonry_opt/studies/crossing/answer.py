@@ -24,7 +24,7 @@ from masonry_opt.studies.writing import StudyAnswer, frame_table, records, rende
 
 @dataclass(frozen=True, kw_only=True)
 class Crossing(CrossingLoadFactors, StudyAnswer):
-    """Load factors of a scene for axles that move over its road, for each solved position of the axles.
+    """Answer of a crossing: the load factors of a scene for all solved positions of moving axles.
 
     Attributes
     ----------
@@ -50,11 +50,11 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings about the result at the worst position, unusual axles, and λ below its lower bound."""
+        """Warnings about the worst position, about units of axles, and about a λ below its lower bound."""
         return [*self.worst.warning_records, *self._unusual_axles(), *self._contradictions()]
 
     def _unusual_axles(self) -> Iterator[dict[str, Any]]:
-        """Yield warnings about axles whose loads seem to have another unit than the weights."""
+        """Yield warnings about axles if their loads and the weights seem to be in different units."""
         groups = {passage.axles.name: passage.axles for passage in (each.passage for each in self.passages)}
         if groups:
             yield from unusual_axles(self.passages[0].passage.assembly, groups.values())
@@ -103,7 +103,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         return result | {"positions": records(self.table), "governing": records(self.told), "worst": worst}
 
     def plot(self) -> Picture:
-        """Return a matplotlib figure of λ by position, with the mechanism at the worst position below.
+        """Return a matplotlib figure: a chart of λ by position, above the mechanism at the worst position.
 
         Both parts have the same x axis. The position is that of the first axle. Raises OptionError if the
         scene is unstable.
@@ -111,9 +111,9 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         return crossing_picture(self)
 
     def save(self, path: str | Path, force: bool = False) -> None:
-        """Write the picture (.png, .svg, .pdf), or a page (.html).
+        """Write the picture to a .png, .svg or .pdf file, or a page with the picture to an .html file.
 
-        The page has the picture, the result at the worst position and the table. The file is written
+        The page also has the result at the worst position and the table. The file is written
         completely or not at all. Raises OptionError if the name has another ending, if the file cannot be
         written or replaced (``force`` replaces files of other programs), or if the scene is unstable.
         """
@@ -126,10 +126,10 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         return render("study.html", title=title, answer=self, pictures=self.pictures(), parts=parts)
 
     def pictures(self) -> dict[str, Picture]:
-        """Return the pictures of the page by caption."""
+        """Return the pictures of the HTML page, by caption."""
         return {"λ by the position of the first axle, and the mechanism at the worst position": self.plot()}
 
     def page_tables(self) -> dict[str, dict[str, Any]]:
-        """Return the tables of the page by heading."""
+        """Return the tables of the HTML page, by heading."""
         rows = frame_table(self.told, position="first axle at", load_case="load case that governs")
         return {f"Every position solved ({len(self.told)})": rows}

@@ -24,8 +24,8 @@ class Assessment(NamedTuple):
 
     outcome: AssessmentOutcome
     load_factor: float | None  #: load factor that is compared; None if it is unlimited or not known
-    #: Name of the load factor that is compared. If the outcome is undecided, or if no load factor is
-    #: compared, the text states the reason for the outcome.
+    #: Name of the compared load factor. If the outcome is undecided, or if no load factor is compared, the
+    #: text is the reason for the outcome instead.
     why: str
 
 
@@ -59,7 +59,7 @@ def assessed(answer: CrossingLoadFactors, required: float) -> Assessment:
         )
     known = {name: value for name, value in named.items() if value is not None}
     least = min(known.values(), default=None)
-    # If the answer and a bound are equally low, the bound is named, because it is later in the dict.
+    # If the load factor of the answer equals a bound, name the bound, which comes later in the dict.
     name = next((name for name, value in reversed(known.items()) if value == least), "")
     if least is not None and least < required and not same(least, required):
         return Assessment(AssessmentOutcome.FAILED, least, name)
@@ -111,7 +111,7 @@ def capacity_text(answer: CrossingLoadFactors) -> str:
 
 
 def _listed(values: Iterable[float]) -> str:
-    """Return numbers as text. If all are equal, the number is written once, with their count."""
+    """Return numbers as text. If all numbers are equal, the text is short, such as "3 × 120"."""
     numbers = [numeral(value, ".6g") for value in values]
     if len(numbers) > 1 and len({*numbers}) == 1:
         return f"{len(numbers)} × {numbers[0]}"

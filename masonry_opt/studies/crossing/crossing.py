@@ -32,7 +32,8 @@ from masonry_opt.studies.crossing.answer import Crossing
 from masonry_opt.studies.crossing.assessment import refuse_required_factor
 from masonry_opt.studies.crossing.text import WITHIN
 
-_LONGEST_RANGE = 0.01  #: Largest distance between two solved positions, relative to the length of the road.
+#: Largest distance between neighbouring solved positions, relative to the length of the road.
+_LONGEST_RANGE = 0.01
 #: Type of the argument ``axles``: records of axles, or the name of a group of axles of the scene.
 _AxlesArgument = str | Axles | Sequence[Axles] | None
 
@@ -161,7 +162,8 @@ def _crossed(
         loaded = passage.loaded(passage.live(first.trials.position))
         programs[passage.case] = search.moving_load(loaded.problem, effort)
     all_trials, stop = _cross(session, ways, programs, effort, progress)
-    # If no passage has a load factor, an undecided passage has priority over a passage that carries any load.
+    # If no passage has a load factor, an undecided passage counts as worse than a passage that carries any
+    # load.
     worst = min(all_trials, key=lambda trials: (trials.least, not trials.is_undecided))
     result, stop = _worst_result(session, worst, effort, stop)
     default, no_default = None, ""
@@ -194,10 +196,10 @@ def _solve_first_positions(
 ) -> tuple[list[_FirstPosition], KeyboardInterrupt | None]:
     """Solve each load case at one position.
 
-    Returns the answers, and the signal that ended the solves.
+    Returns the answers, and the exception that ended the solves.
 
-    A load case that is not known to carry its dead load is the last that is solved. The signal is None unless
-    the user or the time limit ended the solves. A solve that ended without an answer is then left out.
+    A load case that is not known to carry its dead load is the last that is solved. The exception is None
+    unless the user or the time limit ended the solves. A solve that ended without an answer is then left out.
     """
     firsts: list[_FirstPosition] = []
     for passage in passages:
@@ -208,7 +210,8 @@ def _solve_first_positions(
             return firsts, _limit_of(session)
         except KeyboardInterrupt as caught:
             return firsts, caught
-        # A Coulomb method also needs associative load factors, but none is computed at this stage.
+        # A Coulomb method needs associative load factors too. They are computed later, so their record is
+        # still empty.
         bounds = None if session.method.associative else search.PassageTrials(passage, None)
         trials = search.PassageTrials(passage, None, beside=bounds, answers={position: result.solution})
         stop = _stop_of(session, result)
@@ -220,19 +223,19 @@ def _solve_first_positions(
 
 
 def _carries_dead_load(result: Result) -> bool:
-    """Return False if a scene is unstable under its dead load, or if its stability is undecided."""
+    """Return True if a scene is known to be stable under its dead load."""
     undecided = any(reason.code is Code.DEAD_LOAD_UNDECIDED for reason in result.reasons)
     return not undecided and result.status is not Status.UNSTABLE
 
 
 def _limit_of(session: Session) -> TimeLimitReached:
-    """Return the signal that the time limit of a session has passed."""
+    """Return the exception for a session whose time limit has passed."""
     assert session.how.time_limit is not None
     return TimeLimitReached(session.how.time_limit)
 
 
 def _stop_of(session: Session, result: Result) -> KeyboardInterrupt | None:
-    """Return the signal of the user or of the session's time limit that ended a solve, or None.
+    """Return the exception for a solve that the user or the session's time limit ended, otherwise None.
 
     A method may have a time limit of its own. This limit does not end a crossing.
     """
@@ -244,7 +247,7 @@ def _stop_of(session: Session, result: Result) -> KeyboardInterrupt | None:
 def _worst_result(
     session: Session, worst: search.PassageTrials, effort: Effort, stop: KeyboardInterrupt | None
 ) -> tuple[Result, KeyboardInterrupt | None]:
-    """Return the result at the worst position, and the signal that ended the crossing.
+    """Return the result at the worst position, and the exception that ended the crossing, if any.
 
     The worst position is solved once more, for the incremental load factor. If the user or the time limit
     ends this solve, or if the time limit has ended the search before, the answer of the search is the result.
@@ -266,7 +269,7 @@ def _worst_result(
 
 
 def _time_is_over(scene: Scene, stop: TimeLimitReached, known: str) -> TimeLimitError:
-    """Return the error for a crossing that the time limit ended. ``known`` states the results so far."""
+    """Return the error for a crossing that the time limit ended, with the text ``known`` on its results."""
     return TimeLimitError(f"{scene.origin}: the {stop} ended the crossing: {known}; raise the time limit")
 
 
@@ -288,10 +291,10 @@ def _cross(
     effort: Effort,
     progress: Callable[[float, float], None],
 ) -> tuple[list[search.PassageTrials], KeyboardInterrupt | None]:
-    """Find the least load factor of each passage; return the answers, and the signal that ended the search.
+    """Find the least load factor of each passage; return the answers and the exception that ended the search.
 
-    ``programs`` has functions that compute the associative load factor, by load case. The signal is None if
-    the search was completed. If no position was solved, KeyboardInterrupt is raised after Ctrl-C, and
+    ``programs`` has functions that compute the associative load factor, by load case. The exception is None
+    if the search was completed. If no position was solved, KeyboardInterrupt is raised after Ctrl-C, and
     TimeLimitError at the time limit.
     """
     many = session.without_incremental()
@@ -303,8 +306,8 @@ def _cross(
         for way in ways:
             for passage in way:
                 program = programs[passage.case]
-                # The compiled program has the same answers as an associative method, unless joints crush or
-                # the user chose a solver.
+                # The compiled linear program replaces an associative method. Both have the same answers,
+                # unless joints crush or the user chose a solver.
                 is_program = default_solver and associative and not len(passage.assembly.problem.crushing)
                 solve = program if is_program else _solve(many, passage, effort)
                 bounds = None if associative else search.PassageTrials(passage, program)
@@ -344,7 +347,7 @@ def _without_positions(
 
 
 def _by_default_method(scene: Scene) -> tuple[Result | None, str]:
-    """Return the result of the default method and "", or None and the reason for the missing result.
+    """Return the result of the default method and "", or None and the reason why it has no result.
 
     The time limit of the crossing applies to this solve too.
     """
@@ -359,7 +362,7 @@ def _by_default_method(scene: Scene) -> tuple[Result | None, str]:
 
 
 def _solve_equal_positions(by_case: list[search.PassageTrials]) -> None:
-    """Solve each load case also at the positions at which other load cases were solved."""
+    """Solve each load case at all positions at which any load case was solved."""
     for position in sorted({position for trials in by_case for position in trials.answers}):
         for trials in by_case:
             trials.at(position)
@@ -373,7 +376,7 @@ def _solve(session: Session, passage: search.Passage, effort: Effort) -> search.
 def _passages(
     scene: Scene, axles: _AxlesArgument, settled: Movements | None = None
 ) -> tuple[list[list[search.Passage]], tuple[str, ...]]:
-    """Return each passage of axles along the road, and the names of the load cases without axles.
+    """Return all passages of axles along the road, and the names of the load cases without axles.
 
     The passages are lists: one list for each group of axles and direction, with one passage for each load
     case. Raises CaseError if the scene cannot be crossed.
@@ -398,8 +401,8 @@ def _passages(
     ways = []
     for group in groups:
         line = _line(scene, group)
-        # If supports settle, each load case has its own displaced road, because the settlement depends on its
-        # dead loads.
+        # If supports settle, each load case has its own displaced road, because the dead loads of the load
+        # case influence the displacements.
         if first.at_rest is None:
             roads = [_road(first, group, line)] * len(assemblies)
         else:
@@ -442,7 +445,7 @@ def _groups(scene: Scene, axles: _AxlesArgument) -> list[Axles]:
 
 
 def _line(scene: Scene, group: Axles) -> list[Point]:
-    """Return the points of the road on which axles move: their own road, or the road on the fills."""
+    """Return the points of the road of a group of axles: its own road, or the road on the fills."""
     if group.road is not None:
         return group.road
     points = [point for fill in sorted(scene.fills, key=lambda fill: fill.road[0]) for point in fill.road]

@@ -19,7 +19,7 @@ PLACE_COLUMNS = ["axles", "direction", "position"]  #: Columns that identify a p
 
 @dataclass(frozen=True, kw_only=True)
 class CrossingLoadFactors:
-    """Load factors of a scene for axles that move over its road: base class of :class:`~.answer.Crossing`."""
+    """Load factors of a scene that axles cross: base class of :class:`~.answer.Crossing`."""
 
     worst: Result
     passages: tuple[PassageTrials, ...] = field(repr=False)
@@ -47,7 +47,7 @@ class CrossingLoadFactors:
 
     @property
     def least(self) -> PassageTrials | None:
-        """Answers of the passage with the least λ; None if the scene is unstable, or if this is undecided."""
+        """Answers of the passage with the least λ; None if the scene is not known to be stable."""
         return min(self.passages, key=lambda trials: trials.least, default=None)
 
     @property
@@ -90,7 +90,7 @@ class CrossingLoadFactors:
 
     @property
     def uniform_loads(self) -> list[float]:
-        """Uniform loads of the worst group at λ = 1, per unit length and with all factors."""
+        """Uniform loads of the worst group at λ = 1, per unit length, including the factors of the loads."""
         if self.least is None:
             return []
         passage = self.least.passage
@@ -112,7 +112,7 @@ class CrossingLoadFactors:
 
     @property
     def resolution(self) -> float | None:
-        """Distance from the worst position to the farther of its two solved neighbours."""
+        """Distance from the worst position to the farther of the two solved positions next to it."""
         return self.least.resolution if self.least else None
 
     @property
@@ -129,7 +129,7 @@ class CrossingLoadFactors:
         bound, least = min(bounds), self.load_factor
         if least is None or least >= bound:
             return bound
-        # If λ at the worst position is less than the bound by a rounding error only, λ is returned as the
+        # If λ at the worst position is less than the bound only by a rounding error, λ is returned as the
         # bound.
         return least if same(bound, least) else None
 
@@ -140,13 +140,13 @@ class CrossingLoadFactors:
 
     @property
     def undecided_at(self) -> list[dict[str, Any]]:
-        """Records of the undecided positions, with axles, direction, position and, if any, load case."""
+        """Records of the undecided positions: axles, direction, position, and the load case (if any)."""
         unknown = self.table["load_factor"].isna() & ~self.table["any_load"].astype(bool)
         return records(self.table.loc[unknown, [*self._case, *PLACE_COLUMNS]])
 
     @property
     def _case(self) -> list[str]:
-        """Column of load cases, as a list of one name; an empty list if the scene has no load cases."""
+        """List with the name of the column of load cases; empty if the scene has no load cases."""
         return ["load_case"] if self.cases else []
 
     @cached_property
@@ -193,7 +193,7 @@ class CrossingLoadFactors:
 
     @property
     def not_crossed(self) -> list[str]:
-        """Names of the load cases with axles that have no answer."""
+        """Names of the load cases that have axles but no answer."""
         answered = {self.worst.load_case, *(trials.passage.case for trials in self.passages)}
         return [name for name in self.cases if name not in answered]
 

@@ -33,22 +33,25 @@ from masonry_opt.solvers.registry import Verdict
 
 #: Function that returns the answer under a live load of shape (3b,).
 SolveLive = Callable[[np.ndarray], Solution]
-#: Distance from a position at which loads may jump, relative to the length of the road. The loads are
-#: evaluated at this distance on both sides of the position.
+#: If loads jump at a position, they are evaluated at this distance on both sides of the position. The
+#: distance is relative to the length of the road.
 _BREAK_DISTANCE = 1e-9
-#: Size below which a load counts as a rounding error, relative to the largest entry of the live load.
+#: Loads smaller than this value count as rounding errors. The value is relative to the largest entry of the
+#: live load.
 _LOAD_TOLERANCE = 1e-7
-#: Length below which a range of positions is not halved, relative to the length of all ranges.
+#: Ranges of positions that are shorter than this length are not halved. The length is relative to the
+#: distance from the first to the last position.
 _SHORTEST_RANGE = 1e-4
-#: Number of positions that a Coulomb method solves first. With more positions fewer minima are missed.
+#: Number of positions that a Coulomb method solves first. With more positions, fewer minima are missed.
 _FIRST_POSITIONS = 25
-#: Relative margin by which estimates of λ between two solved positions are reduced. With a larger margin more
-#: positions are solved.
+#: Fraction by which estimates of λ between two solved positions are reduced, so that fewer minima are missed.
+#: With a larger fraction, more positions are solved.
 _RATIO_MARGIN = 0.005
-#: Largest number of halvings of the intervals next to the worst position, which has the least load factor.
+#: The distances between the worst position (with the least load factor) and its neighbours are halved at most
+#: this many times.
 _MOST_HALVINGS = 10
-#: The intervals next to the worst position are no longer halved if a halving decreases the least load factor
-#: by less than this fraction of the tolerance.
+#: The distances between the worst position and its neighbours are no longer halved if a halving decreases the
+#: least load factor by less than this fraction of the tolerance.
 _PROGRESS_SHARE = 0.1
 
 
@@ -95,7 +98,7 @@ class Passage:
 
     @property
     def _forward(self) -> float:
-        """Sign of the abscissa of a point behind the first axle: -1 if the axles travel to the right."""
+        """Sign of the direction from the first axle to the axles behind: -1 if they travel to the right."""
         return -1.0 if self.direction == "right" else 1.0
 
     def live(self, position: float) -> np.ndarray:
@@ -110,11 +113,11 @@ class Passage:
         return problem.live + forces.ravel()
 
     def loaded(self, live: np.ndarray) -> Assembly:
-        """Return the assembly with another live load, shape (3b,)."""
+        """Return a copy of the assembly with a given live load, shape (3b,)."""
         return replace(self.assembly, problem=replace(self.assembly.problem, live=live))
 
     def scene(self, position: float) -> Scene:
-        """Return the scene with the loads of the axles at a position as live loads of blocks."""
+        """Return the scene in which the axles at a position are replaced by live loads on blocks."""
         scene, shapes = self.assembly.scene, self.assembly.geometry
         loads, group = list(scene.loads), None
         fields: dict[str, Any] = {"loads": loads, "axles": []}
@@ -209,7 +212,7 @@ _UNLOADED = Solution(Status.UNLIMITED, Kind.ASSOCIATIVE, (reason(Code.NO_MECHANI
 
 @dataclass(eq=False)
 class PassageTrials:
-    """Answers of one method at positions of a passage. Each position is solved once.
+    """Answers of one method at positions of a passage. No position is solved twice.
 
     If a search is interrupted, the answers that it has found so far are still available.
     """
@@ -245,12 +248,12 @@ class PassageTrials:
         return load_factor(self.answers[position])
 
     def of(self, live: np.ndarray) -> Solution:
-        """Return the answer under a live load, shape (3b,); the answer is not recorded."""
+        """Solve for a live load, shape (3b,), and return the answer without recording it."""
         assert self.solve is not None
         return self.solve(live)
 
     def ended(self) -> "PassageTrials":
-        """Return a copy without compiled programs, which cannot be sent between processes."""
+        """Return a copy without compiled programs, because they cannot be sent to other processes."""
         return replace(self, solve=None, progress=None, beside=self.beside and self.beside.ended())
 
     @property
@@ -270,7 +273,7 @@ class PassageTrials:
 
     @property
     def resolution(self) -> float:
-        """Distance from the worst position to the farther of its two solved neighbours.
+        """Distance from the worst position to the farther of the two solved positions next to it.
 
         A position just across a jump of the loads is ignored, because it nearly coincides with the worst
         position.
@@ -344,14 +347,14 @@ def least_associative(solved: PassageTrials, longest: float, within: float) -> N
 
 
 def _needed(solved: PassageTrials, start: float, end: float) -> float:
-    """Return an upper bound of 1/λ between two positions, or NaN if an answer for this bound is missing.
+    """Return an upper bound of 1/λ between two positions, or NaN if a load factor for the bound is unknown.
 
     The bound is explained in :func:`least_associative`.
     """
     positions = [start + share * (end - start) for share in (0.0, 0.25, 0.5, 1.0)]
     first, quarter, middle, last = map(solved.passage.live, positions)
     mean = (first + last) / 2
-    corner = 2 * middle - mean  # intersection of the tangents at both ends, if the loads follow a parabola
+    corner = 2 * middle - mean  # load where the tangents at both ends intersect, if loads follow a parabola
     deviation = quarter - (9 * first + 6 * corner + last) / 16
     rounding = _LOAD_TOLERANCE * np.abs(middle).max()
     load_factors = [solved.at(start), solved.at(end)]
@@ -403,7 +406,7 @@ def least_coulomb(solved: PassageTrials, within: float) -> None:
 
 
 def _estimates(associative: np.ndarray, load_factors: np.ndarray) -> np.ndarray:
-    """Return cautious (low) estimates of λ at all positions, shape (n,).
+    """Return estimates of λ at all positions, shape (n,). The estimates are rather too low than too high.
 
     An estimate is the associative load factor times a ratio: the lesser ratio λ / λ_associative of the two
     solved neighbours, reduced by half of the difference of both ratios. At positions at which the scene
@@ -426,7 +429,7 @@ def _estimates(associative: np.ndarray, load_factors: np.ndarray) -> np.ndarray:
 
 
 def _halve(solved: PassageTrials, at: np.ndarray, within: float) -> None:
-    """Solve positions halfway from the worst position to its neighbours until λ hardly decreases."""
+    """Solve positions halfway between the worst position and its neighbours until λ hardly decreases."""
     for _ in range(_MOST_HALVINGS):
         load_factors = {x: solved.at(x) for x in solved.answers}
         decided = {x: value for x, value in load_factors.items() if math.isfinite(value)}

@@ -9,8 +9,9 @@ from masonry_opt.studies.crossing.assessment import assessment_text, capacity_te
 from masonry_opt.studies.crossing.load_factors import CrossingLoadFactors
 from masonry_opt.studies.crossing.search import Passage
 
-#: Relative tolerance of the least load factor of a crossing. The search solves further positions until its
-#: lower bound is this close to the least load factor. Load factors that differ less count as equal.
+#: Relative tolerance of the least load factor of a crossing. The search ends when the distance between its
+#: lower bound and the least load factor is within this tolerance. Load factors whose difference is smaller
+#: count as equal.
 WITHIN = 1e-3
 #: Printed reason why a Coulomb load factor is less than the associative load factor.
 _BY_FRICTION = "because sliding joints do not open with Coulomb friction"
@@ -128,7 +129,7 @@ def _associative_facts(answer: CrossingLoadFactors) -> dict[str, str]:
 
 
 def _first_look(answer: CrossingLoadFactors) -> str:
-    """Return a text on λ by the default method at the worst position, or "" if this method was not used.
+    """Return a text on λ at the worst position by the default method, or "" if this method was not used.
 
     If the default method has no result, the text states the reason.
 
@@ -166,7 +167,7 @@ def _difference(load_factor: float, associative: float, law: str = "") -> str:
 
 
 def _less_by_chords(answer: CrossingLoadFactors, default: Result) -> str:
-    """Return a text on how much the associative load factor by chords is below that by the parabola."""
+    """Return a text on how much the chords of the crushing parabola lower the associative load factor."""
     by_chords, by_parabola = default.associative, answer.load_factor
     law = f", with crushing by {default.crushing}"
     if by_chords is None or by_parabola is None or by_parabola <= 0:

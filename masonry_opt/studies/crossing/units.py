@@ -12,11 +12,12 @@ from masonry_opt.solution.force_units import median_unit_weight
 from masonry_opt.solution.typical_units import typical_unit
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
-#: Unit that the unit weights of a scene must have if it uses a common set of axles, in kN and m.
+#: Required unit of the unit weights if a scene uses a common set of axles, because these sets are in kN and
+#: m.
 _UNIT_OF_SETS = "kN/m³"
-#: Ratio of the loads of a group of axles to the sum of all dead loads, above which a warning says that their
-#: units probably differ. A larger value misses axles in N on heavy bridges with weights in kN. Small loads
-#: cause no warning, because they may be unit loads.
+#: If the ratio of the loads of a group of axles to the sum of all dead loads exceeds this value, a warning
+#: says that their units probably differ. A larger value misses axles in N on heavy bridges with weights in
+#: kN. Small loads cause no warning, because they may be unit loads.
 _LARGEST_RATIO = 1000.0
 
 
@@ -26,7 +27,7 @@ def _rounded(value: float) -> str:
 
 
 def unusual_axles(assembly: Assembly, groups: Iterable[Axles]) -> Iterator[dict[str, Any]]:
-    """Yield warnings about groups of axles whose loads seem to have another unit than the weights.
+    """Yield warnings about axles if their loads and the weights seem to be in different units.
 
     Warnings have the form of JSON output.
     """

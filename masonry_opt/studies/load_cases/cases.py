@@ -35,11 +35,12 @@ from masonry_opt.studies.writing import StudyAnswer, records
 
 _BAR_HEIGHT = 0.09  #: Height of a bar, relative to the width of the axes.
 _MOST_LETTERS = 24  #: Largest number of letters of a name next to a bar; longer names are shortened.
-#: Columns of the table that are attributes of the results.
+#: Columns of the table of load cases. Each name is an attribute of a result.
 LOAD_CASE_COLUMNS = ("load_factor", "status", "incremental", "associative", "exact")
 #: Columns with accelerations that activate a mechanism, in the table of earthquakes from all sides.
 _ACTIVATION_COLUMNS = ("a_0", "mass_fraction", "a_star_0")
-#: Relative difference from λ above which the incremental and the associative load factor are drawn too.
+#: The incremental and the associative load factor are drawn only if they differ from λ by more than this
+#: value in some direction.
 _VISIBLE_DIFFERENCE = 1e-4
 EVERY = 15.0  #: Default angle in plan between successive directions of the earthquake, in degrees.
 _MOST_DIRECTIONS = 3600  #: Largest number of directions.
@@ -75,7 +76,7 @@ class Cases(StudyAnswer):
         return {"load_case": result.load_case, "live": str(result.assembly.scene.load_case)}
 
     def _further(self, result: Result) -> dict[str, Any]:
-        """Return the additional table columns of a subclass; an empty dict for load cases."""
+        """Return the table columns that a subclass adds for a result. This class adds none."""
         return {}
 
     @property
@@ -134,7 +135,7 @@ class Cases(StudyAnswer):
     def summary(self) -> str:
         """Printed text: the table of load cases, and the summary of the governing load case."""
         shown = [self.to_draw] if self.governing else []
-        # The summary of the governing result already contains its own warnings.
+        # Omit the warnings that the summary of the governing result contains already.
         printed = {sentence for result in shown for sentence in result.warning_sentences}
         others = [sentence for sentence in self.warning_sentences if sentence not in printed]
         text = self._with_table([result.summary for result in shown])
@@ -146,7 +147,7 @@ class Cases(StudyAnswer):
         return self._with_table([result.details for result in self.results.values()])
 
     def _text(self) -> str:
-        """Return the heading of the printed text, with the case and the governing load case."""
+        """Return the heading of the printed text: the scene, its load cases, and the governing load case."""
         drawn = self.to_draw
         governs = f"'{self.governing}' governs: {named_factor(drawn)}" if self.governing else "none governs"
         if self.left_out:
@@ -155,7 +156,7 @@ class Cases(StudyAnswer):
         return printable(f"{drawn.case}: {counted(len(self.results), self.what)}\n{governs}")
 
     def _with_table(self, results: Iterable[str]) -> str:
-        """Return the heading, the table and texts of results, separated by blank lines."""
+        """Return the printed text: the heading, the table, and texts of results, separated by blank lines."""
         table = frame_text(self.table.rename(columns={"incremental": INCREMENTAL}), "").strip("\n")
         return printable("\n\n".join([self._text(), table, *results]))
 
@@ -197,7 +198,7 @@ class Cases(StudyAnswer):
         return picture
 
     def save(self, path: str | Path, force: bool = False) -> None:
-        """Write the picture of ``plot`` (.png, .svg, .pdf); see :meth:`Result.save` for the errors."""
+        """Write the picture of ``plot`` to a .png, .svg or .pdf file. Raises errors like ``Result.save``."""
         self.plot().save(path, force)
 
 
@@ -261,7 +262,7 @@ class Directions(Cases):
         return picture
 
     def _draw_lines(self, axes: Any) -> None:
-        """Draw λ by direction as a closed line, for each ratio of vertical to horizontal push.
+        """Draw λ by direction as closed lines, one for each ratio of the vertical to the horizontal push.
 
         With one ratio only, the incremental and the associative load factor are drawn too if they differ.
         """
@@ -320,8 +321,8 @@ def solve_cases(
             f"{base.origin}: the scene has no load cases: use 'solve', or add a table [[load_case]]"
         )
     moving = [case.name for case in base.load_cases if case.moves]
-    # If axles move in all load cases, the load cases are solved nevertheless: the first solve raises an error
-    # with advice.
+    # If axles move in all load cases, no load case can be solved here. The first solve is tried nevertheless,
+    # because it raises an error with advice.
     solved = [case.name for case in base.load_cases if case.name not in moving] or moving
     scenes = {name: settled_scene(base.in_case(name), settled) for name in solved}
     results = solve_all(scenes, method, progress, phases, function=solve_cases, **options)
@@ -356,7 +357,7 @@ def directions(
     progress: Progress = lambda _: None,
     **options: Any,
 ) -> Directions:
-    """Solve a scene for earthquakes from all sides, which replace its live loads.
+    """Solve a scene for earthquakes from all sides, instead of its own live loads.
 
     Parameters
     ----------
@@ -404,7 +405,8 @@ def directions(
     for ratio, push in itertools.product(ratios, pushes):
         quake = Earthquake(direction=push, vertical=ratio, dead_as_mass=own.dead_as_mass)
         scenes[str(quake)] = base.shaken(quake)
-    # The supports settle under the dead load, which is equal for all earthquakes.
+    # One settled state is enough, because the supports settle under the dead load, which is equal for all
+    # earthquakes.
     state = settled_scene(next(iter(scenes.values())), settled).settled
     scenes = {name: shaken.settled_as(state) for name, shaken in scenes.items()}
     return Directions(solve_all(scenes, method, progress, phases, function=directions, **options))

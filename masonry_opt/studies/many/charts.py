@@ -41,7 +41,7 @@ _DARK = "#333333"  #: Colour of lines, and of marks of runs without a mechanism.
 _CROSS = "M-.8-.8L.8.8M.8-.8L-.8.8"  #: Mark of a run without a load factor, as an SVG path.
 _UP = "triangle-up"  #: Mark of a value above the axis.
 _MOST_DRAWN_LINES = 7  #: Lines of λ are drawn only if the second parameter has at most this many values.
-_MOST_WRITTEN_VALUES = 6  #: If at most this many values are beyond the axis, all are written.
+_MOST_WRITTEN_VALUES = 6  #: If more values are beyond the axis, only the greatest is written.
 #: Axis titles that contain a symbol, by the name of the parameter on the axis.
 _SYMBOLS = {
     "joints.friction": "friction μ = tan φ",
@@ -60,11 +60,11 @@ _LABEL = "load factor λ"  #: Title of the axis of load factors.
 #: Height in pixels of the two strips of a chart: the top strip for values beyond the axis, and the bottom
 #: strip for runs without a load factor.
 _STRIP_HEIGHT = 24
-_MOST_CORRELATIONS = 15  #: Largest number of correlations in the chart, beginning with the strongest.
-#: Names of the load factors of a sample, with the prefix of their columns.
+_MOST_CORRELATIONS = 15  #: Largest number of correlations in the chart; weaker ones are left out.
+#: Prefix of the table columns of each load factor of a sample, by the name of the load factor.
 _LOADS = {"lowest found": "", "incremental": INCREMENTAL_COLUMN}
 _COLOURS = alt.Scale(range=[*SERIES[: len(_LOADS)]])  #: Colours of the load factors of a sample.
-_OFF = "off the axis: λ as written"  #: Legend entry for values beyond the axis.
+_OFF = "off the axis: λ as written"  #: Legend entry for values beyond the axis, which are written as numbers.
 _RING = "ringed: smallest"  #: Legend entry for the ring around the smallest load factor.
 _DASHED = "dashes: incremental λ"  #: Note on the dashes.
 
@@ -119,8 +119,8 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     scale = alt.Scale(
         domain=ends(np.r_[known["λ"], incremental]), nice=False, zero=False, padding=_STRIP_HEIGHT
     )
-    # This format avoids Vega's default, which rounds labels to the digits of its own ticks: 0.32 and 0.28
-    # would both be written as 0.3.
+    # A format is set because Vega's default would round labels too much: 0.32 and 0.28 would both be written
+    # as 0.3.
     upwards = {"scale": scale, "axis": alt.Axis(title=_LABEL, format=".6~g", labels=len(known) > 0)}
     y = alt.Y("λ:Q", **upwards)
     colours = alt.Scale(domain=[*looks], range=[colour for colour, _ in looks.values()])
@@ -133,7 +133,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
         layers.append(dashed.mark_line(strokeWidth=1.2, strokeDash=[6, 3]).encode(stroke=stroke))
     else:
         layers = [dashed.mark_point(color=_DARK, shape="stroke")]
-    # Runs without a load factor are drawn at the bottom, values off the axis at the top.
+    # Runs without a load factor are drawn in the bottom strip, values beyond the axis in the top strip.
     at_bottom, at_top = alt.value(alt.expr(f"height - {_STRIP_HEIGHT / 2}")), alt.value(_STRIP_HEIGHT / 2)
     tooltip = [alt.Tooltip("at:Q", title=name), "λ:N", "mechanism:N", "status:N"]
     if is_crossed(frame):
@@ -145,7 +145,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     for rows, height in ((known, y), (marks[failed], at_bottom), (marks[off], at_top)):
         layers.append(alt.Chart(rows).mark_point(size=45, opacity=1).encode(x=x, y=height, **look))
     layers.append(alt.Chart(marks[marks["least"]]).mark_point(size=220, color=_DARK).encode(x=x, y=y))
-    # If many values are off the axis, their labels would overlap, so only the greatest value is written.
+    # The labels of many values beyond the axis would overlap, so only the greatest value is then written.
     written = marks[off] if off.sum() <= _MOST_WRITTEN_VALUES else marks[off].nlargest(1, "λ")
     text = alt.Chart(written).mark_text(color=_DARK, dy=-_STRIP_HEIGHT)
     layers.append(text.encode(x=x, y=at_top, text=alt.Text("λ:Q", format=".4~g")))
@@ -182,18 +182,18 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
 
 
 def _names_of_load_factors(frame: pd.DataFrame) -> list[str]:
-    """Return a list with one note that names the load factors, or an empty list without load factors."""
+    """Return a list with the note that names the load factors; empty if no run has a load factor."""
     names = frame.loc[frame["load_factor"].notna(), "which"].unique()
     return [f"λ: {', '.join(names)}"] if len(names) else []
 
 
 def _note_on_axles(frame: pd.DataFrame) -> list[str]:
-    """Return a list with the note that axles cross the scene, or an empty list for other scenes."""
+    """Return a list with the note that axles cross the scene; empty if no axles cross it."""
     return [CROSSED_RUNS] if is_crossed(frame) else []
 
 
 def off_axis(load_factors: ArrayLike) -> np.ndarray:
-    """Return True for each load factor that is too large for the axis of the chart, shape (n,)."""
+    """Return True for each load factor that is so large that it is drawn beyond the axis, shape (n,)."""
     values = np.asarray(load_factors, dtype=float)
     ascending = np.sort(values[np.isfinite(values)])
     greatest = np.maximum.accumulate(np.abs(ascending))
@@ -209,7 +209,7 @@ def _label(name: str) -> str:
 
 
 def _by_load(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return the statistics of both load factors in one table, whose column ``of`` names the load factor.
+    """Return the statistics of both load factors in one table. Its column ``of`` names the load factor.
 
     The rows of the incremental load factor are omitted if it is unknown, or if it equals the lowest load
     factor in all rows.

@@ -20,7 +20,8 @@ from masonry_opt.scene.mistakes import instead_of
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints
 
-BY = ("scene", "course", "joint")  #: Groups of joints that share one random value of a property.
+#: Groups of joints with one random value of a property: all joints, each course, or each joint.
+BY = ("scene", "course", "joint")
 #: Sobol points are used in at most this many dimensions, and independent points in more dimensions. In 83
 #: dimensions, some pairs of coordinates of 128 Sobol points have a correlation of 0.8. The correlations of
 #: independent points are at most 0.3.
@@ -28,6 +29,7 @@ _MOST_SOBOL_DIMENSIONS = 10
 #: Probabilities are at least this far from 0 and from 1, because quantiles of 0 and 1 may be infinite.
 _LEAST_PROBABILITY = 2.0**-32
 #: Largest difference in height between successive joints of one course, relative to the median joint length.
+#: A larger difference begins a new course.
 _COURSE_TOLERANCE = 1e-3
 _PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")  #: Properties that may differ by joint.
 _DISTRIBUTION_FORMS = (
@@ -39,7 +41,7 @@ _DISTRIBUTION_FORMS = (
 
 
 class Distribution(NamedTuple):
-    """Frozen distribution of scipy.stats with its printed text."""
+    """Distribution of scipy.stats with fixed parameters (frozen), and its printed text."""
 
     text: str
     frozen: Any
@@ -144,7 +146,7 @@ class DrawnColumn(NamedTuple):
 
 
 class Draws:
-    """Generator of random values for the parameters of a scene, and of scenes with such values.
+    """Generator of random values for the parameters of a scene, and of scenes with these values.
 
     A course consists of the joints whose middles are at one height (against gravity). A joint with its own
     value of a property, by an exception, keeps this value. Raises OptionError or CaseError as
@@ -164,7 +166,7 @@ class Draws:
         if by != "scene" and not by_group:
             raise OptionError(f"by='{by}' needs an uncertain property of joints, such as 'joints.friction'")
         courses = _courses(scene) if by_group else {}
-        self.columns: list[DrawnColumn] = []  #: columns of the table of values, in order
+        self.columns: list[DrawnColumn] = []  #: columns of the table of random values, in order
         #: Distribution of each uncertain parameter as text, by the name of the parameter.
         self.texts: dict[str, str] = {}
         for name, law in self._laws.items():
@@ -208,7 +210,7 @@ class Draws:
             samples = values[[column.name for column in self.columns if column.of == name]].to_numpy()
             if not np.isfinite(samples).all():
                 raise OptionError(
-                    f"'{name}': {law.text} gives infinite or undefined values: use another distribution"
+                    f"'{name}': {law.text} has infinite or undefined values: use another distribution"
                 )
             for value in (float(samples.min()), float(samples.max())):
                 self._refuse_impossible(name, law, value)
@@ -261,7 +263,10 @@ def points(count: int, dimensions: int, seed: int) -> np.ndarray:
 
 
 def _courses(scene: Scene) -> dict[tuple[str, str], int]:
-    """Return the course number of each joint, by its pair of blocks. The lowest course has the number 1."""
+    """Return the number of the course of each joint, by the names of its two blocks.
+
+    The lowest course has the number 1.
+    """
     assembly = assemble(scene)
     joints = assembly.joints
     height = pd.Series(joints.middle @ -scene.down).sort_values(kind="stable")

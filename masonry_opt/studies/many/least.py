@@ -40,7 +40,7 @@ FALLS = -math.inf  #: Value of ``Trial.number`` for a scene that is unstable und
 UNLIMITED = math.inf  #: Value of ``Trial.number`` for a scene that carries any load.
 #: Printed text for load factors that are not finite.
 _INFINITE_FACTOR_TEXTS = {FALLS: "none (unstable under dead load)", UNLIMITED: "any"}
-#: Columns of a table of trials that are attributes of a trial, and their types.
+#: Columns of a table of trials that are copied from attributes of a trial, and their types.
 _TRIAL_COLUMNS = {"value": "float64", "holds": "bool", "number": "float64"}
 _VALUE_DIGITS = 9  #: Least number of significant digits with which the ends of an interval are printed.
 _NUMBER_DIGITS = 6  #: Least number of significant digits with which load factors are printed.
@@ -161,7 +161,7 @@ class Threshold(StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of the two results next to the threshold, and a warning about further thresholds."""
+        """Warnings of the results at both ends of the interval, and about several thresholds."""
         records = distinct_warnings([self.holds.answer, self.fails.answer])
         if not self.contradictions:
             return records
@@ -173,7 +173,7 @@ class Threshold(StudyAnswer):
 
     @property
     def _names(self) -> list[str]:
-        """Names of the load factors at the two ends; empty if only the dead load acts."""
+        """Names of the load factors at both ends of the interval; empty if only the dead load acts."""
         if self.load is None:
             return []
         return [end.name for end in (self.holds, self.fails) if math.isfinite(end.number)]
@@ -195,7 +195,7 @@ class Threshold(StudyAnswer):
         return f"at {value}: {self._measure} {number}{residual}{place}"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the answer as plain values without results. Numbers that are not finite become None."""
+        """Return the answer as plain values, without the results. Infinite numbers and NaN become None."""
         names = ("load", "value", "interval", "jump", "contradictions", "evaluations")
         result = {"kind": self._kind} | {name: getattr(self, name) for name in names}
         result["warnings"] = self.warning_records
@@ -226,7 +226,7 @@ Tried = Callable[[Trial], None]  #: Type of a function that is called with every
 
 THRESHOLD_TOLERANCE = 1e-6  #: Default width of the interval of the threshold, relative to the threshold.
 SAMPLES = 5  #: Default number of intermediate values that are tried before the search.
-#: Least value of the threshold, relative to the searched range, by which the tolerance is multiplied.
+#: The tolerance is relative to the threshold, but to at least this fraction of the searched range.
 _LEAST_SCALE = 1e-3
 _LEAST_RTOL = 4 * np.finfo(float).eps  #: Least relative tolerance that Brent's method accepts.
 _MOST_ITERATIONS = 1000  #: Largest number of iterations of Brent's method; bisection alone needs about 30.
@@ -326,8 +326,8 @@ class _Search:
             )
         self.make, self.progress, self.least = make, progress, is_least
         self.load = None if load is None else _number("load", load)
-        #: A scene holds if its load factor, or its margin under dead load, is at least this value, except for
-        #: rounding errors. The value is the load factor ``load``, or a margin of zero.
+        #: Smallest load factor (or margin under dead load) at which a scene holds, up to rounding errors. It
+        #: is ``load``, or a margin of zero.
         self.required = self.load or 0.0
         self.trials: dict[float, Trial] = {}  #: by value
 
@@ -350,7 +350,7 @@ class _Search:
         jump = self._jump(holds, fails)
         value, above, below = holds.value, holds.number - self.required, fails.number - self.required
         if not jump and math.isfinite(above) and math.isfinite(below) and above > 0:
-            # The threshold is interpolated linearly between both ends.
+            # Interpolate the threshold linearly between both ends of the interval.
             value += above / (above - below) * (fails.value - holds.value)
         trials = tuple(self.trials.values())
         others = sorted(trial.value for trial in trials if trial.holds and trial is not holds)
@@ -395,7 +395,7 @@ class _Search:
         elif result.solution.carries_any_load:
             number = UNLIMITED
         elif result.associative is not None and result.associative < self.load:
-            number = result.associative  # an upper bound of every Coulomb load factor
+            number = result.associative  # upper bound of all Coulomb load factors: the load is not carried
         else:
             raise NoLoadFactorError(
                 "it could not be decided whether the load is carried: narrow the range, or choose another "
@@ -406,7 +406,7 @@ class _Search:
         return number, result.certificate, answer
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
-        """Narrow an interval by Brent's method; return its ends: a trial that holds and a trial that fails.
+        """Narrow the interval by Brent's method; return its ends: a trial that holds and a trial that fails.
 
         The distance of the ends is then below the tolerance times the larger of ``least_size`` and the value.
         """
@@ -414,11 +414,11 @@ class _Search:
         size = max(1.0, abs(self.required))
 
         def excess(value: float) -> float:
-            """Return a trial's number minus the required number, as a finite value that is not zero."""
+            """Return the number of a trial minus the required number; the result is finite and not zero."""
             trial = self.trials.get(value) or self.at(value)
             ends[trial.holds] = trial
-            # Brent's method needs finite values. At a value of zero it would stop, and only one end of the
-            # interval would be known.
+            # Brent's method needs finite values. It would stop at a value of zero, and only one end of the
+            # interval would then be known.
             distance = float(np.clip(abs(trial.number - self.required), LOWER * size, size))
             return distance if trial.holds else -distance
 
@@ -456,7 +456,7 @@ class _Search:
             return f"{at} and {not_so} at {high.value:g}: use {other}"
         exceptions = ", ".join(f"{trial.value:.6g}" for trial in row if trial.holds != low.holds)
         if exceptions:
-            return f"{at} and at {high.value:g}, but {not_so} at {exceptions}: end the range at such a value"
+            return f"{at} and at {high.value:g}, but {not_so} at {exceptions}: begin or end the range there"
         remedies, count = ", or ".join(self._remedies(low, high)), len(row) - 2
         return f"{at}, at {high.value:g} and at all {count} intermediate values: {remedies}"
 
@@ -480,7 +480,7 @@ class _Search:
         return [*remedies, "try more intermediate values ('samples')"]
 
     def _has_scene(self, value: float) -> bool:
-        """Return True if a value outside of the range makes a valid scene."""
+        """Return True if the user's function makes a valid scene for a value outside of the range."""
         try:
             assemble(as_scene(self.make(value)))
         except Exception:  # for a value outside of the range, the user's function may raise any exception

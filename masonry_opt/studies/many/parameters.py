@@ -19,8 +19,8 @@ from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.scene import Scene
 
 _Path = tuple[str | int, ...]  #: Path to a number through nested records, as field names and list indices.
-#: Tables whose entries are always part of the names of parameters, as in block.A.weight. In other tables,
-#: entries are part of the names only if there are several entries.
+#: Tables whose entries are always named in parameters, as in block.A.weight. In other tables, the entry is
+#: named only if the table has several entries.
 _ALWAYS_NAMED = ("block", "joint")
 _GENERATORS = tuple(name for name in CaseFile.model_fields if name not in SceneKeys.model_fields)
 #: Keys of points, forces and moments, whose components are named x, y and z.
@@ -28,13 +28,13 @@ _POINTS = {
     *("at", "force", "gravity", "start", "end", "tilt", "weight_at", "dead", "dead_at", "dead_moment"),
     *("live", "live_at", "live_per_weight", "live_moment"),
 }
-#: Keys of a scene that cannot be varied, because answers do not depend on them or depend on them in jumps.
+#: Keys of a scene that cannot be varied, because answers either do not depend on them or change in jumps.
 _LEFT_OUT = ("tolerance", "reference")
 _LISTED = 12  #: Largest number of names that a message lists.
 
 
 class Parameters:
-    """Parameters of a scene by name: the numbers in its case file, including its generators."""
+    """Parameters of a scene by name: the numbers in its case file, including the numbers of generators."""
 
     def __init__(self, scene: Scene) -> None:
         case = scene.case
@@ -43,8 +43,9 @@ class Parameters:
         unchanged = isinstance(case, CaseFile) and case.scene().with_load_case(scene.load_case) == scene
         self.scene = scene
         self._source: Any = case if case and unchanged else scene
-        self.names = self._paths()  #: Paths to the numbers, by the short names that messages list.
-        #: Paths by short names and by full names, which differ for parameters in tables with a single entry.
+        self.names = self._paths()  #: Path to each number, by the short name that messages show.
+        #: Path to each number, by its short name and by its full name. The two names differ in tables with a
+        #: single entry.
         self._known = self._paths(in_full=True) | self.names
         self._last: tuple[dict[str, float], Scene] = ({}, scene)
 
@@ -116,14 +117,14 @@ class Parameters:
         return did_you_mean(name, self._known) or "; " + self._listed((f"{name.split('.')[0]}.",))
 
     def _listed(self, heads: tuple[str, ...]) -> str:
-        """Return a text that lists the first names with a given prefix, or else the first of all names."""
+        """Return a text that lists known names with a given prefix, or else any known names."""
         names = [name for name in self.names if name.startswith(heads)] or [*self.names]
         more = f", ... ({len(names)} in all)" if len(names) > _LISTED else ""
         return f"there are: {', '.join(names[:_LISTED])}{more}"
 
 
 def is_of_joints(name: str) -> bool:
-    """Return True if a parameter is a property of joints, on which the equilibrium matrix does not depend."""
+    """Return True if a parameter is a property of joints, which does not change the equilibrium matrix."""
     return name.startswith(("joints.", "joint."))
 
 

@@ -19,14 +19,14 @@ from masonry_opt.studies.warning_codes import StudyCode, study_warning
 #: Last parts of the names of parameters that limit forces, such as ``joints.friction``. A state whose forces
 #: stay below a limit is also a state of each scene with a larger limit.
 _LIMITS = ("friction", "friction_angle", "cohesion", "strength")
-_MOST_LISTED_VALUES = 3  #: Largest number of values that a sentence lists; further values are counted.
+_MOST_LISTED_VALUES = 3  #: Largest number of values that a sentence lists; further values are only counted.
 
-Row = Mapping[str, Any]  #: Columns of a run by name, with the columns of :func:`recorded_warnings`.
+Row = Mapping[str, Any]  #: Row of a run by column name, including the columns of :func:`recorded_warnings`.
 Point = Mapping[str, float]  #: Values of a run by name.
 
 
 def recorded_warnings(records: Sequence[Row]) -> dict[str, Any]:
-    """Return the warnings of a run as two columns of its row: sentences and records.
+    """Return the warnings of a run as two table columns: one with their sentences, one with their records.
 
     The column ``warnings`` is a text. The column ``warned`` has the records of the warnings, which
     :func:`warnings_of_rows` reads.
@@ -35,7 +35,7 @@ def recorded_warnings(records: Sequence[Row]) -> dict[str, Any]:
 
 
 def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[dict[str, Any]]:
-    """Yield warnings of many runs: for each warning code, the records of the first run with that code.
+    """Yield the warnings of many runs, but for each warning code only those of the first run with the code.
 
     The entry ``runs`` of each record is the number of runs with the code. If some runs lack the warning, or
     if their sentences differ, the sentence ends with the values of the first run and the number of the other
@@ -60,7 +60,7 @@ def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[d
 
 
 def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str], method: str) -> Iterator[dict[str, Any]]:
-    """Yield a warning for each friction, cohesion or strength whose increase lowers the lowest λ found.
+    """Yield a warning for each friction, cohesion or strength whose increase decreases the lowest λ found.
 
     Two runs are compared if they differ by one step of this parameter, and all other varied parameters are
     equal. The warning states the largest decrease. Its advice depends on the method of the runs.
@@ -73,7 +73,7 @@ def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str], method: str) ->
 
 
 def warnings_by_status(code: StudyCode, rows: pd.DataFrame, kind: str) -> Iterator[dict[str, Any]]:
-    """Yield a warning for each status of the given runs, with the number of runs and the first message."""
+    """Yield a warning for each status: the number of runs with this status, and their first message."""
     for status in rows["status"].unique():
         of_status = rows[rows["status"] == status]
         why = str(of_status["message"].iloc[0] or "")
@@ -87,7 +87,10 @@ def is_limit(name: str) -> bool:
 
 
 def differing_values(run: Point, other: Point) -> str:
-    """Return a text with the values of ``other`` that differ from ``run``, such as "tie.strength = 40"."""
+    """Return a text with the values of one run that differ from another run, such as "tie.strength = 40".
+
+    The text has the values of ``other``.
+    """
     return _named({name: value for name, value in other.items() if run[name] != value})
 
 
@@ -128,7 +131,7 @@ def _largest_fall(
 
 
 def _named(point: Point) -> str:
-    """Return a text with the first values of a run, and the count of its remaining values."""
+    """Return a text with the first values of a run, and the number of its other values."""
     values = [f"{name} = {numeral(value, 'g')}" for name, value in point.items()]
     more = (
         f" and {counted(len(values) - _MOST_LISTED_VALUES, 'more value')}"

@@ -39,11 +39,11 @@ from masonry_opt.studies.run_columns import CROSSING_COLUMNS, RUN_COLUMNS, frame
 from masonry_opt.studies.runner import FINISHED, REFUSED, UNSOLVED, Task, TaskEnd, Workers
 from masonry_opt.studies.writing import JOURNAL, Journal, csv_text, digest, versions
 
-#: Prefix of the names of a sample's columns for the incremental load factor.
+#: Prefix of the column names for the incremental load factor, in tables of a sample.
 INCREMENTAL_COLUMN = "incremental_"
 #: Least length of an axis of λ, relative to the largest λ. A shorter axis would magnify rounding errors.
 _LEAST_AXIS = 0.02
-#: Function that is called with the numbers of finished runs and of all runs.
+#: Type of a progress function, which is called with the number of finished runs and the number of all runs.
 RunProgress = Callable[[int, int], None]
 _RUNS_FILE = "runs.csv"  #: Name of the table of runs in the folder of a study.
 #: Advice in the error message about a table of runs that would be replaced.
@@ -51,13 +51,14 @@ _INSTEAD = "choose another folder, or replace the table with --force (in Python:
 
 _LINE_CHART = "load_factor"  #: Name of the chart of λ against a parameter; several charts are numbered.
 HEAT_MAP = "heat_map"  #: Name of the chart of λ over two parameters.
-#: Names of the files that a sweep or a sample writes in addition to its table.
+#: Pattern of the names of the files that a sweep or a sample writes in addition to its table.
 _STUDY_FILES = re.compile(
     rf"({_LINE_CHART}(_\d+)?|{HEAT_MAP}|fragility|sensitivity)\.(png|svg)"
     r"|(quantiles|fragility|sensitivity)\.csv|charts\.html"
 )
 
-#: Cache of each worker thread: the pickled settings ``how`` of its last study, and the ``session``.
+#: Cache of each worker thread: the pickled settings of its last study (``how``), and the ``session`` with
+#: these settings.
 _thread_cache = threading.local()
 
 
@@ -65,7 +66,7 @@ class Study(NamedTuple):
     """Settings that are equal in all runs of a study."""
 
     how: HowToSolve
-    #: Function that returns the scene for a mapping from names to values.
+    #: Function that returns the scene of a run from a mapping of parameter names to values.
     make: Callable[[Mapping[str, float]], Scene]
     #: Scene whose parameters vary; None if a function of the user makes the scenes.
     scene: Scene | None = None
@@ -108,7 +109,7 @@ def charts_if_installed(title: str, drawings: Callable[[], list[Any]]) -> dict[s
 
 
 def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
-    """Solve a scene with pickled settings, or move axles over it. Returns a table row by column name.
+    """Solve a scene, or move its axles, with pickled settings. Returns the row of the run by column name.
 
     Each thread reuses its last session. In addition to RUN_COLUMNS the row has the entries that
     :mod:`.shared_states` and :mod:`.run_warnings` read.
@@ -221,7 +222,7 @@ def is_outdated(recorded: Row, time_limit: float | None) -> bool:
 
 @contextlib.contextmanager
 def _discarded_if_nothing_is_solved(journal: Journal | None, rows: Mapping[int, Row]) -> Iterator[None]:
-    """Context manager that removes the rows added to the journal if no run is solved."""
+    """Context manager that on exit removes the rows added to the journal if no run was solved."""
     try:
         yield
     finally:
@@ -237,7 +238,10 @@ def _nothing_solved(frame: pd.DataFrame) -> NoRunSolvedError:
 
 
 def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:
-    """Return the table columns of a run whose answer is replaced by a state of the run ``found_at``."""
+    """Return the table columns of a run whose answer is replaced by a state that another run found.
+
+    ``found_at`` is a text that describes the other run, such as "tie.strength = 40".
+    """
     solution = Solution(Status.CONVERGED, Kind.EXACT, found=shared.answer)
     entries = {"load_factor": shared.answer.load_factor, "status": str(solution.status), "reason": ""}
     entries |= {"any_load": False, "exact": True, "which": LOWEST, "state_from": f"state found at {found_at}"}
@@ -260,8 +264,8 @@ def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, fl
         "versions": digest(versions()),
         "columns": digest(sorted(RUN_COLUMNS)),
     }
-    # An existing journal is opened first, which raises an error if it has runs of another study. A new
-    # journal is created last, after all other checks.
+    # Open an existing journal first, because this raises an error if the journal has runs of another study.
+    # Create a new journal last, after all other checks.
     journal = Journal(folder, head) if (folder / JOURNAL).exists() else None
     if not output.force:
         _refuse_losing(folder / _RUNS_FILE, points)
@@ -270,7 +274,7 @@ def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, fl
 
 
 def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
-    """Raise OptionError if a file is not a table of runs, or has runs that would be lost."""
+    """Raise OptionError if a file is not a table of runs, or if its replacement would lose runs."""
     if not path.exists():
         return
     try:
@@ -288,9 +292,9 @@ def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
 
 
 def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
-    """Return an order of runs in which runs that differ only in joint properties follow each other.
+    """Return indices of runs in an order in which runs that differ only in joint properties are neighbours.
 
-    A worker builds the programs of successive runs with equal geometry only once.
+    For successive runs that differ only in joint properties, a worker builds its programs only once.
     """
     first: dict[tuple[float, ...], int] = {}
     others = [tuple(value for name, value in point.items() if not is_of_joints(name)) for point in points]

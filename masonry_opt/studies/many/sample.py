@@ -131,7 +131,7 @@ class Sample(StudyAnswer):
     def _of_both(
         self, key: str, along: Sequence[Any], name: str, statistic: Callable[[np.ndarray], Sequence[Any]]
     ) -> pd.DataFrame:
-        """Return a table of a statistic for the load factors and for the incremental load factors.
+        """Return a table with one statistic of the load factors and of the incremental load factors.
 
         Parameters
         ----------
@@ -246,7 +246,7 @@ class Sample(StudyAnswer):
         return self._of_both("load", loads, "probability", statistic)
 
     def _loads_of_runs(self) -> list[float]:
-        """Return all finite load factors of the runs, and two values 5 % beyond their range."""
+        """Return all finite load factors of the runs, and two values: 5 % below and 5 % above their range."""
         loads = np.unique(np.r_[self.load_factors, self.incremental])
         loads = loads[np.isfinite(loads)]
         least, greatest = ends(loads)
@@ -333,7 +333,7 @@ class Sample(StudyAnswer):
         return self.drawing(CHART_KINDS[0]).source()
 
     def plot(self, kind: str = "fragility") -> "altair.TopLevelMixin":
-        """Return an Altair chart: the "fragility" curve, or the "sensitivity" to each random number.
+        """Return an Altair chart: "fragility" (probability of collapse) or "sensitivity" (rank correlations).
 
         Raises OptionError if the kind is unknown, or if the extra "studies" (Altair) is not installed.
         """
@@ -342,7 +342,7 @@ class Sample(StudyAnswer):
         return self.drawing(kind).on_paper()
 
     def drawing(self, kind: str) -> "NamedChart":
-        """Return the chart of a kind, with its name, title and notes.
+        """Return the chart of the given kind, with its name, title and notes.
 
         Raises OptionError if Altair is not installed.
         """

@@ -15,12 +15,13 @@ from masonry_opt.studies.crossing.crossing import cross
 from masonry_opt.studies.run_columns import columns
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
-#: Codes of reasons which say that the time limit ended an analysis. Method "global" has three of its own.
+#: Codes of reasons which say that the time limit ended an analysis. The last three are codes of method
+#: "global".
 _ENDED_BY_TIME = (Code.TIME_LIMIT, Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED, Code.NO_EXACT_STATE)
 
 
 class SceneAnswer(NamedTuple):
-    """Result of a scene and, if axles move over the scene, their crossing."""
+    """Result of a scene and, if axles move over the scene, the answer of the crossing."""
 
     result: Result  #: result of the scene; for a crossing, the result at the worst position
     crossing: Crossing | None = None
@@ -73,7 +74,7 @@ class SceneAnswer(NamedTuple):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of the answer in the form of JSON output."""
+        """Warnings of the answer, as records for JSON output."""
         if self.crossing is None:
             return self.result.warning_records
         records = [*self.crossing.warning_records, *_warnings_of_crossing(self.crossing)]

@@ -24,16 +24,16 @@ from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import same
 
-#: Largest number of joints (in space: contact points) of scenes whose states are recorded. A state of a
-#: larger scene needs more than 150 kB of the journal and of memory.
+#: Largest number of joints (in space: contact points) of scenes whose states are recorded. States of larger
+#: scenes are not recorded, because each needs more than 150 kB in the journal and in memory.
 RECORDED_UP_TO = 3000
 
-#: Factor by which the quick test of states exceeds the limits of residuals. A smaller factor may reject
-#: states that the certificate accepts. With a larger factor more certificates are computed for states that
-#: fail.
+#: The quick test of states multiplies the limits of residuals by this factor. With a smaller factor, the test
+#: may reject states that a certificate accepts. With a larger factor, more certificates are computed for
+#: states that fail.
 MARGIN = 10.0
 
-Row = Mapping[str, Any]  #: Columns of a run by name, with the columns of :func:`recorded_state`.
+Row = Mapping[str, Any]  #: Row of a run by column name, including the columns of :func:`recorded_state`.
 
 
 class FoundState(NamedTuple):
@@ -55,7 +55,7 @@ class SharedAnswer(NamedTuple):
 
 
 def recorded_state(problem: Problem, solution: Solution) -> dict[str, str]:
-    """Return the exact state of a run as columns of text for a journal, for :func:`shared_answers`.
+    """Return the exact state of a run as text columns for the journal, so that other runs can use the state.
 
     - ``balance``: a hash of the equilibrium matrix and the loads. Runs with equal hashes may share states.
       The hash is missing if no state of another run can be the answer, for example because the scene is
@@ -113,13 +113,13 @@ def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterato
 
 @dataclass(frozen=True)
 class Screen:
-    """Quick test that excludes states of other runs whose certificate would fail, before it is computed.
+    """Quick test that excludes states of other runs, without computing certificates that would fail.
 
     A sample of 1000 runs has 500,000 pairs of a state and a run, and a certificate takes about a millisecond.
     The quick test checks necessary conditions of the certificate for all states at once.
     """
 
-    row: dict[int, int]  #: row of a state in the arrays below, by the index of the run that found the state
+    row: dict[int, int]  #: row of each state in the arrays ``n`` to ``limited``, by the run that found it
     n: np.ndarray  #: normal forces of the joints, shape (states, c)
     s: np.ndarray  #: sizes of the shear forces of the joints, shape (states, c)
     slip: np.ndarray  #: slip rates of the joints, divided by the power of the live load, shape (states, c)
@@ -158,7 +158,7 @@ class Screen:
 
 
 def _improves(state: FoundState, row: Row) -> bool:
-    """Return True if a state has a lower load factor than the answer of a run, or if there is no answer."""
+    """Return True if a state has a lower load factor than a run's answer, or if the run has no answer."""
     load_factor = row["load_factor"]
     if load_factor is None:
         return True
@@ -166,7 +166,7 @@ def _improves(state: FoundState, row: Row) -> bool:
 
 
 def _certified_by(problem: Problem, state: FoundState) -> Answer | None:
-    """Return a state with its certificate for a problem, or None if it is not exact in this problem."""
+    """Return a state with its certificate for a problem, or None if the state is not exact in the problem."""
     problem = problem.by_cone
     answer = certified(problem, state.load_factor, state.q, state.d, problem.dilatancy)
     return answer if answer.exact else None

@@ -67,7 +67,8 @@ def standing(scene: Scene) -> DeadLoadMargin:
     solution = replace(solution, status=Status.STABLE, found=found)
     if found.d is not None:
         solution = solution.ended(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, found.d))
-    # The result has no load factor, so live load, tilt and reference values are removed.
+    # The result is for the dead load alone, so live load, tilt and reference values are removed from the
+    # scene.
     unloaded = replace(problem, live=np.zeros_like(problem.live))
     dead = replace(assembly, problem=unloaded, scene=scene.replace(tilt=None, reference={}))
     return DeadLoadMargin(margin, certificate, make_result(dead, solution, effort, "static", solver))

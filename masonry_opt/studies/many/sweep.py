@@ -181,7 +181,7 @@ def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Callable[[Ma
 
 
 def _where(rows: pd.DataFrame, names: Sequence[str]) -> str:
-    """Return a text with the values of the first run in a list, and the number of further runs.
+    """Return a text with the values of the first of the given runs, and the number of the other runs.
 
     If axles cross the scene of the run, the text also has their worst position.
     """

@@ -63,23 +63,23 @@ _RECORDS = {
 }
 #: Columns of the table of joints; columns without values in the plane or in space are omitted.
 _JOINTS = ("first", "second", "x", "y", "z", "length", "area", "n", "s", "m", "e", "torsion", "utilisation")
-#: Statement in the list of unchecked points of a report, for a stable scene without live load.
+#: Item in the list "What was not checked" of a report, for a stable scene without live load.
 _LEFT_OPEN_WITHOUT_LIVE_LOAD = (
     "Loads other than the dead load: the scene is stable under its dead load, but its safety against wind, "
     "impact, settlement and people is not known."
 )
 _MOTIONS = ("slides", "hinges", "separates", "crushes")  #: Motions of joints in a mechanism.
-#: Pattern of an innermost TOML list that is written over several lines.
+#: Pattern of a TOML list that extends over several lines and contains no other list.
 _LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReportPart:
-    """Part of a report about one answer, as values for the template of the page."""
+    """Part of a report: values about one answer, for the template of the page."""
 
     heading: str  #: heading of the part in the report
     says: str  #: the answer in one line
-    assembly: Assembly  #: assembly of the scene that the user gave
+    assembly: Assembly  #: assembly of the user's scene
     #: Results that are printed in full, by name.
     printed_in_full: Mapping[str, Result] = field(default_factory=dict)
     #: Further results, by name.
@@ -91,24 +91,25 @@ class ReportPart:
     #: Tables of the answer, by heading.
     tables: Mapping[str, dict[str, Any]] = field(default_factory=dict)
     axles: Sequence[Axles] = ()  #: groups of axles that crossed
-    #: statements about open points, such as positions that were not solved
+    #: statements about points that were not checked, such as positions that were not solved
     left_open: Sequence[str] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)  #: reasons by load case without an answer
     crossed: Collection[str] = ()  #: load cases in which axles crossed
     followed: bool = False  #: True if a mechanism was followed over finite displacements
-    pushed: bool = True  #: True if the results are load factors of live loads
-    varied: Collection[str] = ()  #: keys in which the scene of the answer differs from the given scene
+    pushed: bool = True  #: True if the answer has load factors, by which live loads are multiplied
+    varied: Collection[str] = ()  #: keys in which the scene of the answer may differ from the user's scene
 
 
 @suggests_arguments
 def report(
     answer: Answer | Sequence[Answer], path: str | Path, *, units: str | None = None, force: bool = False
 ) -> None:
-    """Write answers about a scene as one page (.html), completely or not at all.
+    """Write answers about a scene as one HTML page.
 
     The page has the answer, what was checked and what was not, the inputs, a drawing of the scene with a
     scale bar (in space with axes), results by load case and position, mechanism and thrust, the case file,
-    versions and date. The page works offline and prints completely on A4; browsers save it as PDF.
+    versions and date. The page works offline and prints completely on A4; browsers save it as PDF. The file
+    is written completely or not at all.
 
     Parameters
     ----------
@@ -162,7 +163,7 @@ def refuse_report(path: str | Path, units: str | None = None, force: bool = Fals
 
 
 def _units(units: str | None) -> dict[str, str]:
-    """Return the names of the units of "length" and "force"; empty texts if no names are set."""
+    """Return the names of the units by the keys "length" and "force"; empty texts if no names are set."""
     if units is None:
         return {"length": "", "force": ""}
     names = [name.strip() for name in units.split(",")] if isinstance(units, str) else []
@@ -173,7 +174,7 @@ def _units(units: str | None) -> dict[str, str]:
 
 @singledispatch
 def _part(answer: object) -> ReportPart:
-    """Return the part of a report about an answer.
+    """Return the part of a report that presents an answer.
 
     Raises OptionError if the argument is not an answer.
     """
@@ -206,7 +207,8 @@ def _(answer: Crossing) -> ReportPart:
         for name in answer.not_crossed
     ]
     left_out = dict.fromkeys(answer.left_out, "this load case has no axles: use 'solve'")
-    # The scene is unstable, so no axles were moved. In its result the axles are loads of blocks.
+    # The scene is unstable, so no axles were moved. The scene of the result has loads on blocks in place of
+    # axles.
     if least is None:
         varied = ("axles", "loads", "load_cases")
         return replace(_part(worst), varied=varied, left_open=left_open, left_out=left_out)
@@ -284,13 +286,13 @@ def _(answer: Capacity) -> ReportPart:
         facts=answer.facts(),
         pictures={"λ over displacement": answer.plot(), "Blocks at its end, to scale": answer.plot(-1)},
         tables={f"Every state ({len(answer.table)})": frame_table(answer.table.drop(columns="pairs"))},
-        left_open=[] if answer.reaches_zero else ["The motion beyond the end of the capacity curve."],
+        left_open=[] if answer.reaches_zero else ["The motion beyond the capacity curve is not known."],
         followed=True,
     )
 
 
 def _of_case(heading: str, result: Result) -> str:
-    """Return a heading, with the load case of the result if it has a load case."""
+    """Return a heading, followed by the name of the load case if the result has a load case."""
     return heading if result.load_case is None else f"{heading}, load case '{result.load_case}'"
 
 
@@ -377,7 +379,7 @@ def _pictures(result: Result) -> dict[str, Picture]:
 
 
 def _drawing(assembly: Assembly, length: str) -> Picture:
-    """Return a picture of the scene without results. It has a scale bar in the plane, and axes in space."""
+    """Return a picture of the scene without results, with a scale bar in the plane and with axes in space."""
     picture = scene_picture(assembly, names=len(assembly.scene.blocks) <= _MOST_NAMED_BLOCKS)
     if assembly.scene.dimension == 3:
         return picture
@@ -398,7 +400,7 @@ def _counted(heading: str, rows: Sequence[object] | pd.DataFrame) -> str:
 
 
 def _of_records(records: Sequence[Record]) -> dict[str, Any]:
-    """Return records as a table of a page; keys with default values in all records have no column."""
+    """Return records as a table of a page, without columns for keys that always have their default."""
     rows = pd.DataFrame([record.model_dump(exclude_defaults=True) for record in records], dtype=object)
     return frame_table(rows.where(rows.notna(), "").map(_cell))
 

@@ -47,7 +47,9 @@ _ARROWS = "direction in which the support moves"  #: Legend entry for the arrows
 
 @dataclass(frozen=True)
 class Bound:
-    """Least or greatest reaction of supports, in the case's unit of force, and the results for it.
+    """Least or greatest reaction of supports, and the results of the analyses that compute this reaction.
+
+    Reactions are in the case's unit of force.
 
     Attributes
     ----------
@@ -98,7 +100,11 @@ class Bound:
 
     @property
     def associative(self) -> float | None:
-        """Reaction with associative flow, the outermost reaction on this side of the reaction at rest."""
+        """Reaction with associative flow.
+
+        No state on this side of the reaction at rest has a reaction farther from the reaction at
+        rest.
+        """
         return self._reaction(self.with_associative.load_factor)
 
     @property
@@ -169,7 +175,7 @@ class Bound:
 
     @property
     def is_proven(self) -> bool:
-        """True if a proof shows that no exact state has a reaction closer to the reaction at rest."""
+        """True if proven: no exact state has a reaction closer to the reaction at rest than ``reaction``."""
         return bool(known_least(self.result))
 
     @property
@@ -192,7 +198,7 @@ class Bound:
         if result.load_factor is None:
             return ""
         if kind == "associative":
-            return "no state has a reaction farther from the reaction at rest"
+            return "no state has a reaction farther from the reaction at rest than this reaction"
         if self.is_proven:
             return (
                 f"{state_found(result)}; proven: no exact state has a reaction closer to the reaction at rest"
@@ -212,7 +218,9 @@ class Bound:
 
 @dataclass(frozen=True, kw_only=True)
 class Settlement(StudyAnswer):
-    """Reactions with which a scene is stable on supports that can move in one direction.
+    """Answer of ``settle``: the least and the greatest reaction of supports with which a scene is stable.
+
+    The supports can move in one direction.
 
     Attributes
     ----------
@@ -253,7 +261,7 @@ class Settlement(StudyAnswer):
 
     @property
     def status(self) -> Status:
-        """Status STABLE if some reaction makes the scene stable; otherwise the status of ``fallen``."""
+        """STABLE if the scene is stable with some reaction; otherwise the status of the result ``fallen``."""
         return self.fallen.status if self.fallen else Status.STABLE
 
     @property
@@ -304,7 +312,11 @@ class Settlement(StudyAnswer):
         return records
 
     def _doubts(self, name: str, end: Bound) -> Iterator[dict[str, Any]]:
-        """Yield warnings about states whose reaction is closer to the reaction at rest, or beyond it."""
+        """Yield warnings about states that put the least or the greatest reaction in doubt.
+
+        The reaction of such a state is closer to the reaction at rest than the answer, or on the
+        other side of the reaction at rest.
+        """
         reaction, incremental = end.reaction, end.reaction_at_end
         if end.history_ends_nearer and reaction is not None and incremental is not None:
             sentence = (
@@ -395,7 +407,7 @@ class Settlement(StudyAnswer):
         force: bool = False,
         view: ViewAngles | None = None,
     ) -> None:
-        """Write one picture (.png, .svg, .pdf), or a page (.html) with both reactions.
+        """Write one picture to a .png, .svg or .pdf file, or a page with both reactions to an .html file.
 
         See ``plot`` for the parameters ``end``, ``kind`` and ``view``. The file is written completely or not
         at all. Raises OptionError if the name has another ending, if the file cannot be written or replaced
@@ -409,13 +421,13 @@ class Settlement(StudyAnswer):
         return render("study.html", title=title, answer=self, pictures=pictures, parts={})
 
     def pictures(self, view: ViewAngles | None = None) -> dict[str, Picture]:
-        """Return the pictures of the page by caption."""
+        """Return the pictures of the HTML page, by caption."""
         if self.fallen:
             return {"How it falls": self.plot(view=view)}
         return {f"What moves at the {end} reaction": self.plot(end, view=view) for end in self.ends}
 
     def page_tables(self) -> dict[str, dict[str, Any]]:
-        """Return the tables of the page by heading; empty if the scene is unstable."""
+        """Return the tables of the HTML page, by heading; empty if the scene is unstable."""
         if not self.ends:
             return {}
         reactions = self.table.replace({"kind": KIND_NAMES})
@@ -475,7 +487,7 @@ def _words(end: Bound) -> str:
 
 
 def _reaction_text(end: Bound) -> str:
-    """Return the least or greatest reaction and the moving blocks as text; the status if it was not found."""
+    """Return a text with the reaction and the moving blocks, or with the status if no reaction was found."""
     if end.reaction is None:
         return "unlimited" if end.unlimited else f"not found ({end.result.status})"
     value = numeral(end.reaction, ".6g")

@@ -97,7 +97,8 @@ def settle(
     rest = reaction_at_rest(held.problem, settling.problem, problem.B.shape[1])
     if rest is None:
         # Without forces at rest the incremental analysis cannot start, so it is switched off. The search for
-        # each reaction starts at the opposite associative reaction, for which forces are known.
+        # the least reaction starts at the greatest associative reaction, and vice versa, because joint forces
+        # are known there.
         session = session.without_incremental()
         start_pushed_back, start_settling = _ends_by_statics(settling.problem, pushed_back.problem)
     else:
@@ -140,7 +141,7 @@ def _refuse_movement(scene: Scene, movement: float | None) -> None:
 
 
 def _ends_by_statics(settling: Problem, pushed_back: Problem) -> list[tuple[float, np.ndarray | None]]:
-    """Return the least and the greatest associative reaction, relative to the live load, and joint forces.
+    """Return the least and the greatest associative reaction, relative to the live load, with their forces.
 
     An unlimited reaction is replaced by a number that differs from the other reaction by 1.
     """
