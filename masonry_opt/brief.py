@@ -31,7 +31,7 @@ def brief(record: Any) -> str:
 
 
 def _values(record: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the name and the value of each field of a record.
+    """Iterate over the names and values of the fields of a record.
 
     Fields that have their default value, and hidden fields, are omitted.
     """

@@ -360,7 +360,7 @@ class Solids:
             self._write_names()
 
     def _faces(self) -> np.ndarray:
-        """Return the colour of each pixel: red, green, blue and opacity, shape (rows, columns, 4)."""
+        """Return an image of the visible faces, shape (rows, columns, 4): red, green, blue, opacity."""
         sides = np.diff(self.triangles, axis=1)
         normal = np.cross(sides[:, 0], sides[:, 1])
         normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]

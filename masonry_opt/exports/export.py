@@ -43,7 +43,7 @@ from masonry_opt.suitability import refuse_unsuited, refuse_without_live_load
 #: bound must be larger than the feasibility tolerance of solvers, and much smaller than a load factor.
 EPSILON = 1e-6
 
-#: Pyomo program, and the comment lines for the file of the program.
+#: Pyomo program, and the comment lines at the head of the file to which the program is exported.
 Declared = tuple[pyo.ConcreteModel, list[str]]
 
 

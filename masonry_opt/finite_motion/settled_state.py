@@ -147,8 +147,8 @@ def _mechanism(assembly: Assembly, free: Assembly) -> Solution:
     solution = associative(Task(free.problem)).accepted()
     if solution.d is None or solution.load_factor is None:
         raise OptionError(
-            f"{assembly.scene.origin}: 'settled': the least reaction of the supports was not found: try "
-            "another direction, and use 'settle' to see the reactions"
+            f"{assembly.scene.origin}: option 'settled' needs the least reaction of the supports, which was "
+            "not found: try another direction of movement, or see the reactions with the function 'settle'"
         )
     return solution
 

@@ -248,7 +248,7 @@ def _relaxed(task: Task, start: State | None) -> Solution:
 
 
 def _epsilons(epsilon: float, smallest: float) -> Iterator[float]:
-    """Yield the bounds ε of a series of solves, from the largest to the smallest."""
+    """Generate the bounds ε of a series of solves, from the largest to the smallest."""
     while epsilon > smallest:
         yield epsilon
         following = _FALL * epsilon

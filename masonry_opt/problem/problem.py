@@ -85,9 +85,10 @@ class Problem(ProblemParts):
 
     @property
     def recession_cone(self) -> "Problem":
-        """Return a copy of the problem in which cohesion, strength and finite force limits are zero.
+        """Return a copy of the problem in which each finite cohesion, strength and force limit is zero.
 
-        The copy is the recession cone of the problem: its admissible forces can be scaled up without bound.
+        Infinite strengths and limits remain infinite. The copy is the recession cone of the problem: its
+        admissible forces can be scaled up without bound.
         """
         limits = {name: getattr(self, name) for name in ("cohesion", "crushing_force", "lowest", "highest")}
         without_constants: dict[str, Any] = {

@@ -32,7 +32,10 @@ BY_CHORDS = f"{len(CHORDS.slope)} chords inside the crushing parabola, at most {
 def by_sides(layout: Layout) -> str:
     """Return a description of the polygons that replace friction cones in linear programs in space."""
     missed = 100 * (1 - layout.factor)
-    return f"by a polygon of {len(layout.senses)} sides in the friction cone, up to {missed:.2g} % below it"
+    return (
+        f"by a polygon of {len(layout.senses)} sides, which is inside the friction cone and neglects up to "
+        f"{missed:.2g} % of the friction"
+    )
 
 
 #: Names of residuals in messages, by the key of the residual.
@@ -362,8 +365,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "yield conditions of which at least one must yield"
     ),
     Code.CARRIES_ANY: (
-        "proven: some joint forces within the friction limits carry any multiple of the live load; this does "
-        "not exclude collapse with other joint forces, because a mechanism exists"
+        "proven: for every multiple of the live load, joint forces within the friction limits can carry it; "
+        "a mechanism exists too, so with other joint forces the scene may collapse"
     ),
     Code.CLAMPED: lambda v: (
         "self-stress, which no load causes, lets these joints carry the live load in both directions (λ and "

@@ -120,7 +120,7 @@ class ArchRing(AnyGenerator):
         yield from self._wrong_skewbacks()
 
     def _wrong_skewbacks(self) -> Iterator[str]:
-        """Yield an error message if skewbacks of the given width do not fit the feet of the arch."""
+        """Generate an error message if skewbacks of the given width do not fit the feet of the arch."""
         if self.skewbacks is None:
             return
         for angle, turn in self._ends:
@@ -173,7 +173,7 @@ class ArchRing(AnyGenerator):
         return [(first, -onwards), (last, onwards)]
 
     def _stones(self) -> Iterator[Stone]:
-        """Yield the voussoirs ``v1``, ``v2``, ..., then the skewbacks, then the abutments."""
+        """Generate the voussoirs ``v1``, ``v2``, ..., then the skewbacks, then the abutments."""
         shapes = self._voussoirs()
         for number, shape in enumerate(shapes, start=1):
             yield shape._replace(name=f"v{number}")

@@ -156,7 +156,7 @@ class Extents(ABC):
 
     @abstractmethod
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Yield each pair of blocks that overlap by more than the contact tolerance.
+        """Iterate over the pairs of blocks that overlap by more than the contact tolerance.
 
         The results are the index of the pair in ``pairs``, in ascending order, and the region in which its
         blocks overlap.
@@ -178,7 +178,7 @@ class Extents(ABC):
 
     @property
     def reach(self) -> np.ndarray:
-        """Return the largest gap at each block that is probably an error of the drawing, shape (blocks,)."""
+        """Return, for each block, the largest gap that is probably a drawing error, shape (blocks,)."""
         return np.maximum(_NEAR_TOLERANCES * self.contact_tolerance, NEAR_MISS * self.width)
 
 
@@ -216,7 +216,7 @@ class Geometry(Extents):
         return np.array([_least_width(polygon) for polygon in self.polygons])
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Yield the indices of pairs of blocks that overlap, and the region in which each pair overlaps."""
+        """Iterate over the pairs of blocks that overlap: index of the pair, and region of the overlap."""
         common = shapely.intersection(self.polygons[pairs[:, 0]], self.polygons[pairs[:, 1]])
         area, perimeter = shapely.area(common), shapely.length(common)
         # `mean` is the area divided by half the perimeter. The width of a convex piece lies between `mean`

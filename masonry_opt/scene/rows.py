@@ -142,7 +142,7 @@ def combine(
 
 
 def chunks(sizes: np.ndarray) -> Iterator[slice]:
-    """Yield slices of ``sizes``, a list of combination counts.
+    """Divide ``sizes``, a list of numbers of combinations, into successive slices.
 
     Each slice has at most about ``_CHUNK_SIZE`` combinations, which fit into memory.
     """

@@ -83,12 +83,12 @@ class Solution:
 
     @property
     def q(self) -> np.ndarray | None:
-        """Joint forces at the end of the method, shape (3c,); None if unknown."""
+        """Joint forces of the state in which the method ended, shape (3c,); None if unknown."""
         return self.found.q
 
     @property
     def d(self) -> np.ndarray | None:
-        """Block velocities at the end of the method, shape (3b,); None if unknown."""
+        """Block velocities of the state in which the method ended, shape (3b,); None if unknown."""
         return self.found.d
 
     @property

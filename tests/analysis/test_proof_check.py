@@ -93,7 +93,7 @@ CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
     ),
     "senses that are none": (
         lambda proof: replace(proof, senses=np.array([[0, 1]])),
-        "not the two senses of sliding of one joint",
+        "do not belong to the two opposite sliding directions of one joint",
     ),
     "multipliers that are no numbers": (
         lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": one.d * np.nan}),

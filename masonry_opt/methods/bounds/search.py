@@ -159,7 +159,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._clause = None
 
     def propagate(self) -> list[int]:
-        """Examine the partial assignment. Return an empty list, because no values are propagated."""
+        """Try to refute the partial assignment. Return an empty list, because no value is assigned."""
         self._guarded(self._examine)
         return []
 
@@ -168,7 +168,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return []
 
     def check_model(self, model: list[int]) -> bool:
-        """Examine a complete assignment, and return True if no conflict excludes it. True ends the search."""
+        """Try to refute a complete assignment. If this fails, return True, which ends the search."""
         values = np.sign(np.array(model[: self._problem.faces]))
         self._values[:] = values
         self._examined = False
@@ -313,10 +313,10 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return one.load_factor >= -ZERO and is_lower(one.load_factor, self.known) and one.exact
 
     def _energy(self) -> np.ndarray:
-        """Return the least energy that each face dissipates per unit of its rate, shape (faces,).
+        """Return a lower bound of the energy that each yield condition dissipates per unit rate.
 
-        The energies are in scaled units. If a sliding condition cannot be at yield, a conflict that consists
-        of this condition alone is stored.
+        The bounds have shape (faces,) and are in scaled units. If a sliding condition cannot be at yield, a
+        conflict that consists of this condition alone is stored.
         """
         problem = self._problem
         energy = problem.face_cohesion.copy()

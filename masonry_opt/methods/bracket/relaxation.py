@@ -94,7 +94,9 @@ class StateBounds:
 
     lowest: float  #: lower end of the interval of λ
     normal: np.ndarray  #: largest normal force of each joint, shape (c,)
-    #: Largest magnitudes of x₂, x₃ and z₀ (s in joints that cannot slide) of each joint, shape (3c,).
+    #: Upper bounds of the three force variables of each joint, shape (3c,): the edge forces x₂ and x₃ and the
+    #: slack z₀ of sliding, see :class:`.EdgeFactors`. In joints that cannot slide, the bound of the shear s
+    #: replaces the bound of z₀.
     forces: np.ndarray
     rates: float  #: largest sum of all slips and edge openings
     #: True if statics imply the limits of the forces. If False, some limits are assumed, and a bound is valid
@@ -386,7 +388,7 @@ class Rising:
     def programs(
         self, ends: float = inf, began: float = 0.0
     ) -> Iterator[tuple[BoundStep, LpSize, list[np.ndarray]]]:
-        """Solve larger and larger programs, and yield the record, size and joint forces of each program.
+        """Solve larger and larger programs; generate the record, the size and the joint forces of each.
 
         The sequence ends when the bracket is closed, or when the time is over. The forces, each of shape
         (3c,), may lead to states with a lower λ than the lowest known state.

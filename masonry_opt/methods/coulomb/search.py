@@ -207,7 +207,7 @@ class _Lowest:
 
 
 def _without_state(first: Solution, missed: Code) -> Solution:
-    """Return the first solution with the reason why the search found no exact state."""
+    """Add to a solution the reason why the search that began from it found no exact state."""
     reasons = (
         replace(said, values=said.values | {"searched": True}) if said.code is Code.UNDECIDED else said
         for said in first.reasons
@@ -216,13 +216,13 @@ def _without_state(first: Solution, missed: Code) -> Solution:
 
 
 def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder, searched: bool) -> Solution:
-    """Return the lowest state as a solution. If no state was found, return the first solution."""
+    """Return the lowest state as a solution, or ``first`` with a reason if no state was found."""
     best = lowest.state
     if best is None:
         return _without_state(first, lowest.missed)
     has_same_law = first.found.forms == best.answer.forms
-    # The search starts near the answer of the first solution, but may end at a higher load factor. An exact
-    # answer of the first solution is therefore compared with the best state of the search.
+    # The search starts near the answer of ``first``, but may end at a higher load factor. If the answer of
+    # ``first`` is exact, it is therefore compared with the best state of the search.
     kept = first.answer if has_same_law and first.kind is Kind.EXACT else None
     answer = lower_of(best.answer, kept) or best.answer
     is_kept = answer is kept

@@ -115,7 +115,7 @@ class Search:
         return state
 
     def until_in_vain(self, lowest: ExactState | None, starts: int) -> Iterator[ExactState | None]:
-        """Yield states from further starts. End after ``starts`` successive starts without a lower state."""
+        """Generate states from further starts, until ``starts`` successive starts lead to no lower state."""
         in_vain = 0
         for _, state in self.endless(lowest, 0):
             yield state
@@ -127,7 +127,7 @@ class Search:
     def fixed_number(
         self, lowest: ExactState | None, forces: Iterable[np.ndarray]
     ) -> Iterator[ExactState | None]:
-        """Yield states from further starts. The number of starts depends only on the scene.
+        """Generate states from further starts. The number of starts depends only on the scene.
 
         The first starts are the given forces, each of shape (3c + t,). On scenes with many contacts one more
         start follows, from the forces of the lowest state. On other scenes random starts follow.
@@ -156,7 +156,7 @@ class Search:
         }
 
     def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
-        """Yield an endless sequence of starts: the kind of each start, and the state that was found from it.
+        """Generate starts without end: the kind of each start, and the state that was found from it.
 
         Random numbers depend only on the seed and on the number of the random start. In space a start from
         the forces of the lowest state comes first, and again after each lower state is found: another

@@ -67,8 +67,8 @@ class Response:
     #: row.
     forces: np.ndarray
     tangent: np.ndarray  #: derivative of ``forces`` with respect to the trial forces, shape (3, 3, m)
-    #: Elastic trial forces, without the accumulated slip, with which the next load step or time step starts,
-    #: shape (3, m).
+    #: Trial forces with which the next load step or time step starts, shape (3, m). Slip that has accumulated
+    #: before causes no elastic force.
     remembered: np.ndarray
     sliding: np.ndarray  #: True for each closed joint at its friction limit, shape (c,)
     open: np.ndarray  #: True for each joint without normal force, shape (c,)
@@ -264,7 +264,10 @@ class StrengthPolygon:
         return PolygonSides(np.concatenate([upper, upper[-2:0:-1, ::-1]]))
 
     def project(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the admissible normal forces, shape (2, l), nearest to trial forces, and the derivatives."""
+        """Return the admissible normal forces nearest to the trial forces, and their derivatives.
+
+        The forces have shape (2, l). The derivatives with respect to the trial forces have shape (2, 2, l).
+        """
         points, sides = trial / self._crushing_force, self._sides
         distances = sides.distances(points)
         outside = np.flatnonzero(distances.max(axis=0) > 0)
@@ -297,8 +300,9 @@ class PolygonSides:
         return distances
 
     def project(self, points: np.ndarray, distances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the points of the polygon nearest to outside points, shape (2, l), and their derivatives.
+        """Return the points of the polygon nearest to points outside it, and their derivatives.
 
+        The points have shape (2, l). The derivatives with respect to the points outside have shape (2, 2, l).
         ``distances`` are the distances of the points from the lines of the sides.
         """
         place = self._along @ points - (self._along * self._corners).sum(axis=1)[:, None]

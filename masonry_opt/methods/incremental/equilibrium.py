@@ -40,7 +40,9 @@ from masonry_opt.problem.problem import Problem
 class BlockState:
     """State of the blocks in a load history: trial forces of the contacts, and block displacements."""
 
-    trial: np.ndarray  #: elastic trial forces of the contacts, without their accumulated slip, shape (3, m)
+    #: Elastic trial forces of the contacts, shape (3, m). Slip that has accumulated before causes no elastic
+    #: force.
+    trial: np.ndarray
     d: np.ndarray  #: displacements, shape (3b,)
 
 

@@ -72,8 +72,9 @@ class FacingEdges(sides.Facing):
         faces_other = (one * other).sum(axis=1) > 0
         pair, i, j, along = pair[faces_other], i[faces_other], j[faces_other], (one + other)[faces_other]
         along /= np.hypot(*along.T)[:, None]
-        # Each end of the shared segment is the projection of a corner of one of the two edges. The abscissae
-        # x of the corners are measured along the bisector.
+        # ``lines`` has the ends of both edges, each edge in the direction of the bisector. At each end of the
+        # shared segment, one of the two edges ends. The abscissae x of the edges' ends are measured along the
+        # bisector.
         lines = np.array([[tail[i], tip[i]], [tip[j], tail[j]]])
         x = ((lines - tail[i]) * along).sum(axis=-1)
         x_ends = np.array([np.maximum(*x[:, 0]), np.minimum(*x[:, 1])])
@@ -192,7 +193,7 @@ def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
-    """Yield simplified chains of consecutive segments; each chain belongs to one pair of blocks.
+    """Generate simplified chains of consecutive segments; each chain belongs to one pair of blocks.
 
     Two segments are consecutive if the second segment begins within two tolerances of the end of the first
     segment. For curved edges across a gap, the tolerance is at least a tenth of the gap.

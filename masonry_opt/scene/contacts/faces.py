@@ -282,9 +282,10 @@ class SolidCorners(sides.BlockCorners):
         return Meetings(pair, i, j, start, end).where(meets)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts at coinciding edges of two blocks.
+        """Return the contacts at coinciding edges, most of which bisect the angle between two faces.
 
-        A contact is on the bisector of faces that face each other, or on the faces of a notch.
+        A contact is on the bisector of two faces that face each other. In a notch, contacts are on the faces
+        of the notch.
         """
         i, j = meetings.first, meetings.second
         along = self.direction[i]

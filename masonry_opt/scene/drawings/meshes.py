@@ -289,7 +289,7 @@ def used(name: str, points: np.ndarray, faces: list[list[int]], layers: str = ""
 def _through_inside(
     points: np.ndarray, edge: Edge, having: list[int], faces: list[list[int]]
 ) -> Iterator[list[int]]:
-    """Pair the faces at an edge that more than two faces share, and yield the pairs that bound one block.
+    """Pair the faces at an edge that more than two faces share; generate the pairs that bound one block.
 
     Each face is paired with the first face behind it that traverses the edge in the opposite direction.
     """

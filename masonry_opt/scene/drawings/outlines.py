@@ -266,7 +266,7 @@ def _points(entity: Any, sagitta: float) -> list[Any]:
 
 
 def texts(entities: list[Any]) -> Iterator[tuple[str, float, float]]:
-    """Yield the texts among entities, each with the coordinates x and y of its insertion point."""
+    """Iterate over the texts among entities, with the coordinates x and y of their insertion points."""
     for entity in entities:
         match entity.dxftype():
             case "TEXT":

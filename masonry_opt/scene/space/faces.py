@@ -24,9 +24,9 @@ from masonry_opt.scene.scene import Scene
 #: the error. A message multiplies this distance by the ratio to recommend a tolerance.
 _ERROR_OVER_HEIGHT = 4.0
 
-#: Distance of a corner from the plane of its face, relative to the square root of the face's area, up to
-#: which the coordinates may be inexact. Up to this distance, the error message also suggests a tolerance. A
-#: larger value would suggest a tolerance for faces that are bent on purpose.
+#: Largest distance of a corner from the plane of its face that is probably caused by inexact coordinates,
+#: relative to the square root of the face's area. Up to this distance, the error message also suggests a
+#: tolerance. With a larger value, the message would suggest a tolerance for faces that are bent on purpose.
 _INEXACT = 0.02
 
 

@@ -27,7 +27,7 @@ def _rounded(value: float) -> str:
 
 
 def unusual_axles(assembly: Assembly, groups: Iterable[Axles]) -> Iterator[dict[str, Any]]:
-    """Yield warnings about axles if their loads and the weights seem to be in different units.
+    """Generate warnings about axles if their loads and the weights seem to be in different units.
 
     Warnings have the form of JSON output.
     """

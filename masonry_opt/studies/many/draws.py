@@ -178,7 +178,7 @@ class Draws:
                 self.texts[name] = law.text
 
     def _columns_by_group(self, name: str, courses: Mapping[tuple[str, str], int]) -> Iterator[DrawnColumn]:
-        """Yield the columns of a joint property that has one random value for each course or each joint."""
+        """Generate the columns of a joint property that has a random value for each course or each joint."""
         head, _, key = name.partition(".")
         if head != "joints" or key not in _PROPERTIES:
             known = ", ".join(f"joints.{known}" for known in _PROPERTIES)

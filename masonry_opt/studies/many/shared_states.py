@@ -77,7 +77,7 @@ def recorded_state(problem: Problem, solution: Solution) -> dict[str, str]:
 
 
 def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterator[SharedAnswer]:
-    """Yield a new answer for each run for which another run found a state with a lower load factor.
+    """Generate a new answer for each run for which another run found a state with a lower load factor.
 
     The state is certified as exact by the matrices and limits of the run whose answer it replaces. If several
     states are certified, the lowest is yielded. The answers do not depend on the order in which runs ended.

@@ -207,8 +207,8 @@ def _(answer: Crossing) -> ReportPart:
         for name in answer.not_crossed
     ]
     left_out = dict.fromkeys(answer.left_out, "this load case has no axles: use 'solve'")
-    # The scene is unstable, so no axles were moved. The scene of the result has loads on blocks in place of
-    # axles.
+    # The scene without axles is unstable, so no positions of axles were analysed. In the scene of this
+    # result, loads on blocks replace the axles, so its axles and loads differ from those of the user's scene.
     if least is None:
         varied = ("axles", "loads", "load_cases")
         return replace(_part(worst), varied=varied, left_open=left_open, left_out=left_out)

@@ -312,7 +312,7 @@ class Settlement(StudyAnswer):
         return records
 
     def _doubts(self, name: str, end: Bound) -> Iterator[dict[str, Any]]:
-        """Yield warnings about states that put the least or the greatest reaction in doubt.
+        """Generate warnings about states that put the least or the greatest reaction in doubt.
 
         The reaction of such a state is closer to the reaction at rest than the answer, or on the
         other side of the reaction at rest.
