@@ -166,8 +166,8 @@ class Session:
         solution = _complete(assembly, task, solution)
         if solution.status not in (Status.SOLVER_FAILED, Status.BELOW_ZERO):
             return solution
-        # Remove the last forces and velocities of the method, because without a load factor they are no
-        # collapse state.
+        # Remove the forces and velocities with which the method ended, because without a load factor they are
+        # no collapse state.
         return replace(solution, found=FinalState(forms=solution.found.forms))
 
     def _solve_incremental(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution | None:

@@ -52,7 +52,7 @@ def _values(record: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _short(value: Any) -> str:
-    """Return a value as text of at most ``_LONGEST_VALUE`` characters.
+    """Return a value as text that is shortened to at most ``_LONGEST_VALUE`` characters.
 
     A longer string is cut. Other long values are replaced by their class and size.
     """

@@ -70,9 +70,9 @@ class Surface:
 
     #: Corners of triangles on the faces, counter-clockwise from outside, shape (triangles, 3, 3).
     triangles: np.ndarray
-    of_triangle: np.ndarray  #: index of the block of each triangle, shape (triangles,)
+    of_triangle: np.ndarray  #: index of the block to which each triangle belongs, shape (triangles,)
     edges: np.ndarray  #: both ends of each edge, shape (edges, 2, 3)
-    of_edge: np.ndarray  #: index of the block of each edge, shape (edges,)
+    of_edge: np.ndarray  #: index of the block to which each edge belongs, shape (edges,)
     hatching: np.ndarray  #: ends of the hatching lines on supports, shape (lines, 2, 3)
 
     def moved(self, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -216,10 +216,11 @@ class Raster:
 
     corner: np.ndarray  #: lower left corner of the picture, in the picture's axes, shape (2,)
     pixel: float  #: side length of a pixel, in the case's unit of length
-    #: Coordinate of the nearest triangle in the direction towards the viewer, shape (rows, columns), with the
-    #: lowest row first. Pixels without a triangle have ``-inf``.
+    #: For each pixel, coordinate of the nearest triangle in the direction towards the viewer, shape (rows,
+    #: columns), with the lowest row first. Pixels without a triangle have ``-inf``.
     depth: np.ndarray
-    #: Index of the nearest triangle, shape (rows, columns). Pixels without a triangle have -1.
+    #: For each pixel, index of the nearest triangle, shape (rows, columns). Pixels without a triangle have
+    #: -1.
     triangle: np.ndarray
 
     def visible(self, lines: np.ndarray) -> np.ndarray:
@@ -243,7 +244,7 @@ class Raster:
         return pieces[(first[starts] & last[ends]) | (length >= _SHORTEST_PIECE)]
 
     def sees(self, points: np.ndarray) -> np.ndarray:
-        """Return a mask that is True for visible points.
+        """Return a mask of the visible points, shape (points,).
 
         Points have shape (points, 3), in picture coordinates.
         """

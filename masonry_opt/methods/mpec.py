@@ -118,7 +118,7 @@ class CasadiIpopt:
             "g": casadi.vertcat(*problem.g),
         }
         self._solver = self._compiled()
-        #: Multipliers of the last solve. The next solve starts from them.
+        #: Multipliers of the previous solve, from which the next solve starts.
         self.multipliers: dict[str, Any] = {}
 
     def _compiled(self) -> Any:

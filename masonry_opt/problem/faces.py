@@ -355,7 +355,7 @@ class Faces:
 
     @cached_property
     def bent(self) -> np.ndarray:
-        """Return the indices of the crushing conditions of joints of limited strength.
+        """Return the indices of the yield conditions for crushing, of all joints with limited strength.
 
         The shape (2, l, chords) is for both contact points, the l joints, and the chords.
         """

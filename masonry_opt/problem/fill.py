@@ -40,8 +40,8 @@ class FilledPiece:
     #: Ends of the piece, relative to the geometry's origin, shape (2, 2). The block is on the left of the
     #: line from the first to the second end.
     ends: np.ndarray
-    depth: np.ndarray  #: depth of the ends below the road, shape (2,)
-    stress: np.ndarray  #: vertical stress σ from the fill, at the two ends, shape (2,)
+    depth: np.ndarray  #: depth of both ends of the piece below the road, shape (2,)
+    stress: np.ndarray  #: vertical stress σ from the fill at both ends of the piece, shape (2,)
     zone: int = 0  #: zone of the fill that touches the piece: 0 for the soil, 1 for its backing
 
     __repr__ = brief

@@ -396,7 +396,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.GROWS: lambda v: (
         f"the loop found no upper limit of λ: λ is {v['load_factor']:.3g} after "
         f"{counted(v['count'], 'sub-problem')} and still grows, because the compression of joints grows with "
-        "the load; real joints would crush: check the direction of 'live', the supports and the friction"
+        "the load; real joints would crush, so check the direction of 'live', the supports and the friction"
     ),
     Code.REPEATS: _repeats,
     Code.SUB_PROBLEM_FAILED: lambda v: (

@@ -64,7 +64,7 @@ def bounds(owner: np.ndarray, values: np.ndarray, count: int) -> tuple[np.ndarra
 
 
 def first_alike(rows: np.ndarray) -> np.ndarray:
-    """Return, for each row, the index of the first equal row."""
+    """Return, for each row, the index of the first row that is equal to it."""
     _, first, group = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     return first[group.reshape(-1)]
 
@@ -110,9 +110,10 @@ def ranges(first: np.ndarray, count: np.ndarray) -> np.ndarray:
 
 
 def following(count: np.ndarray) -> np.ndarray:
-    """Return, for each index in a set of rings, the next index in the same ring.
+    """Return, for each entry of several rings, the index of the following entry of the same ring.
 
-    The rings have the sizes ``count``. Their indices are numbered consecutively over all rings.
+    The rings have the sizes ``count``, and their entries are numbered consecutively over all rings. The entry
+    that follows the last entry of a ring is its first entry.
     """
     ends = np.cumsum(count)
     after = np.arange(1, count.sum() + 1)

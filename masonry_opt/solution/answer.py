@@ -121,7 +121,7 @@ def unbalanced_shares(problem: Problem, unbalanced: np.ndarray, acting: np.ndarr
 
 
 def violation_shares(problem: Problem, z: np.ndarray, acting: np.ndarray) -> np.ndarray:
-    """Return the relative violation of each yield condition, shape (yield conditions,).
+    """Return the relative violation of each yield condition, shape (faces,).
 
     The violation is −z; a negative entry means that the condition is satisfied. A violation in a joint is
     divided by the largest force on the joint's less loaded block. The violation of a force limit is divided
@@ -133,7 +133,7 @@ def violation_shares(problem: Problem, z: np.ndarray, acting: np.ndarray) -> np.
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FinalState:
-    """Joint forces and block velocities at the end of a method; each is None if unknown."""
+    """Joint forces and block velocities with which a method ended; each is None if unknown."""
 
     q: np.ndarray | None = None  #: joint forces, shape (3c,)
     d: np.ndarray | None = None  #: block velocities, shape (3b,)
@@ -235,7 +235,7 @@ class Existence(StrEnum):
 
 @dataclass(frozen=True)
 class InfeasibilityCertificate:
-    """Proof that no load factor exists, or forces that carry any multiple of the live load.
+    """Proof that no load factor exists, or forces that show how every multiple of the live load is carried.
 
     Both have residuals, which are computed from the matrices alone.
 

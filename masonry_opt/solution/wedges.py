@@ -67,7 +67,7 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
 
 
 def _slides_without_lifting(assembly: Assembly) -> np.ndarray:
-    """Return True for each joint that can slide and has a dilatancy smaller than its friction."""
+    """Return a mask of the joints that can slide and have a dilatancy smaller than their friction."""
     problem = assembly.problem
     able = np.zeros(problem.joints, dtype=bool)
     able[problem.sliding] = problem.dilatancy < problem.friction
@@ -75,7 +75,7 @@ def _slides_without_lifting(assembly: Assembly) -> np.ndarray:
 
 
 def _at_friction_limit(assembly: Assembly, solution: Solution) -> np.ndarray:
-    """Return True for each joint that is pressed and whose shear is at the friction limit."""
+    """Return a mask of the joints that are pressed and whose shear is at the friction limit."""
     problem = assembly.problem
     limited = np.zeros(problem.joints, dtype=bool)
     if solution.q is not None:

@@ -94,7 +94,7 @@ class LeastProof:
 
 
 def _start(known: Answer | None, upper: float | None, settings: ProofSettings) -> float | None:
-    """Return the upper limit of the searched load factors, or None if no upper bound is known."""
+    """Return the upper end of the range of load factors to search, or None if no bound is known."""
     if known is not None:
         return known.load_factor
     if upper is None:

@@ -55,7 +55,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._effort.uses("cadical", "clauses")
         self._statics = Statics(self._scaled, self._effort, settings)
         self.known = known  #: lowest load factor of all known exact states
-        self.best: Answer | None = None  #: lowest exact state that this search has found
+        self.best: Answer | None = None  #: exact state with the lowest λ that this search has found
         self.highest = bound_below(known, settings)  #: load factor up to which the proof excludes states
         self.conflicts: list[Conflict] = []
         self.energy_bounds: list[EnergyBound] = []
@@ -69,8 +69,10 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._trail: list[int] = []  # yield conditions in the order of their assignment
         self._levels: list[int] = []  # length of the trail at each decision
         self._clause: list[int] | None = None  # learned clause, not yet passed to the SAT solver
-        self._slacks: np.ndarray | None = None  # slacks of the last feasible forces, divided by max(1, μ)
-        # Rates and velocities of the last feasible mechanism.
+        # Slack of each yield condition under the latest feasible forces, divided by max(1, μ), shape
+        # (faces,).
+        self._slacks: np.ndarray | None = None
+        # Rates, shape (faces,), and velocities, shape (3b,), of the latest feasible mechanism.
         self._motion: tuple[np.ndarray, np.ndarray] | None = None
         self._decisions, self._examined = 0, False
         self._stopped: BaseException | None = None
@@ -210,7 +212,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
             self._stopped, self._clause = error, []
 
     def _examine(self) -> None:
-        """Try to refute the present assignment, or to find an exact state with a lower load factor."""
+        """Try to refute the present assignment. If this fails, look for an exact state with a lower λ."""
         self._examined = True
         while True:
             if time.perf_counter() >= self._ends or self.programs >= self._most_programs:
@@ -257,7 +259,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return True
 
     def _learn(self, theory: Theory, refutations: list[Refutation]) -> None:
-        """Store the conflict and the clause of the last confirmed refutation.
+        """Store the conflict that the last of the confirmed refutations proves, and its clause.
 
         A refutation is confirmed if a check with the matrices shows that it proves a conflict. Nothing is
         stored if no refutation is confirmed.
@@ -289,11 +291,11 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return True
 
     def _lowest_nearby(self, rates: np.ndarray, d: np.ndarray) -> Answer | None:
-        """Return the exact state of lowest λ near the last forces and the given mechanism, or None.
+        """Return the exact state with the lowest λ near the present forces and a mechanism, or None.
 
-        Three sets of forces are examined: the last forces, the forces of least λ for which the moving faces
-        of the mechanism are at yield, and the forces that the search for exact states finds from there. The
-        result is None if no state has a lower λ than the lowest known state.
+        Three sets of forces are tested: the present forces of the program, the forces with the least λ at
+        which the moving faces of the mechanism are at yield, and the forces that the search for exact states
+        finds near these. The result is None if no state has a lower λ than all known states.
         """
         points = [self._statics.point()]
         least = self._statics.least(rates > self._settings.zero)

@@ -96,9 +96,9 @@ class ProofBudget(Settings):
     #: undecided.
     load_range: float = 10.0
 
-    #: Number of linear programs of the first period of search and of the first period of proof. With option
-    #: ``search``, such periods alternate, and the number doubles after each period of proof. With a smaller
-    #: number a proof may be found earlier, but more work is repeated.
+    #: Number of linear programs in the first period of search, and also in the first period of proof. With
+    #: option ``search``, periods of search and of proof alternate, and the number doubles after each period
+    #: of proof. With a smaller number a proof may be found earlier, but more work is repeated.
     first_turn: int = 1000
 
     def covers(self, problem: Problem) -> bool:

@@ -98,7 +98,7 @@ def global_search(task: Task) -> Solution:
 
 
 def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
-    """Return the lowest state that the default method finds before the time limit of method "global".
+    """Return the state of lowest λ that the default method finds before the time limit of "global".
 
     ``search`` is the time of an additional search in seconds, or None. At the time limit the lowest state so
     far is returned, or a solution without an answer if no state is known.

@@ -120,7 +120,7 @@ class CoulombRun:
         return 0 if self.incremental is None else len(self.states.met.load_factors)
 
     def recorded(self, status: Status) -> Solution:
-        """Return the lowest state as a solution, with the number of starts and the number of states found."""
+        """Return the state with the lowest λ as a solution, with the numbers of starts and of states."""
         answer = self.states.answer
         assert answer is not None
         solution = replace(self.known, found=answer, status=status, reasons=())
@@ -170,7 +170,7 @@ class LowestState:
         return self._lowest.answer if self._lowest else self._by_programs
 
     def lower_to(self, state: Answer) -> None:
-        """Store an exact state from the search for a proof as the new lowest state.
+        """Store an exact state from the search for a proof as the new state with the lowest λ.
 
         A state with a load factor of zero or less is recorded, but it is not an answer, because the scene
         would then collapse without live load.
@@ -257,7 +257,8 @@ def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> li
         return []
     last = len(history.steps) - 1
     numbers = dict.fromkeys(int(share * last) for share in shares)
-    # Skip the first step, which has no live load, and the last step, which was already used as a start.
+    # Skip the first load step, which has no live load, and the last load step, which was already used as a
+    # start.
     return [history.steps[number].forces for number in numbers if 0 < number < last]
 
 

@@ -140,7 +140,7 @@ def _search_on(search: Search, lowest: "_Lowest", limits: SearchLimits, budget: 
 
 
 class _Lowest:
-    """Record of the lowest state so far, and of earlier states that were the lowest when they were found."""
+    """Record of the state with the lowest λ so far, and of earlier states that were the lowest when found."""
 
     def __init__(self, task: Task, finder: StateFinder) -> None:
         self._task, self._finder, self._began = task, finder, time.perf_counter()
@@ -198,7 +198,7 @@ class _Lowest:
         return state is not self.state and lower_of(self.state, state) is state
 
     def _keep(self, origin: str, state: ExactState) -> None:
-        """Store a state as the lowest state, and add it to the history."""
+        """Store a state as the state with the lowest λ, and add it to the history."""
         self.state = state
         counts = self.met.candidates, self._task.effort.lp_solves, time.perf_counter() - self._began
         self.history.append(LowerState(state.load_factor, origin, *counts))

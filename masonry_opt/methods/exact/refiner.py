@@ -50,8 +50,7 @@ class ExactState:
     #: Dual variable of the condition z = 0 of each moving face, shape (faces,). The larger the dual variable
     #: is, the more λ would decrease without this condition.
     strength: np.ndarray
-    #: Load factor of a lower state that was reached from this state and has λ ≤ 0; infinite if no such state
-    #: is known.
+    #: Load factor λ ≤ 0 of a state that was reached from this state; infinite if no such state is known.
     below: float = inf
 
     @property

@@ -1,4 +1,4 @@
-"""Search for lower exact states, alternately from random starts and near the lowest state."""
+"""Search for exact states with a lower λ, alternately from random starts and near the best state so far."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
@@ -267,7 +267,7 @@ def lower_of(one: _L | None, other: _L | None) -> _L | None:
     return other if is_lower(other.load_factor, one.load_factor) else one
 
 
-_LOWEST = "lowest state"  #: Kind of start: the forces of the state with the lowest λ so far.
+_LOWEST = "lowest state"  #: Kind of start: the forces of the state with the lowest λ found so far.
 _RANDOM_FORCES = "random forces"  #: Kind of start: random forces in equilibrium.
 _STRESS = "self-stress"  #: Kind of start: forces of a load history with a random preload.
 _FIXED = "fixed point"  #: Kind of start: forces from a fixed-point iteration over costs of normal forces.

@@ -43,15 +43,16 @@ class SearchSettings(Settings):
 
     #: Largest number of contact points of a scene in space on which the search uses random starts. On scenes
     #: with more contact points, random starts would take longer than all other steps, so the search uses a
-    #: single start, from the forces of the lowest state.
+    #: single start, from the forces of the state with the lowest λ.
     most_contacts: int = zero_or_more(250)
 
     #: Largest number of joints of a plane scene whose linear programs are solved by the simplex method. On
     #: larger scenes interior-point methods are faster.
     simplex_up_to: int = zero_or_more(500)
 
-    #: Fraction of the active yield conditions that a start near the lowest state releases. At least one
-    #: condition is released. With a larger fraction the starts lead to a larger number of different states.
+    #: Fraction of the active yield conditions that a start near the state with the lowest λ releases. At
+    #: least one condition is released. With a larger fraction the starts lead to a larger number of different
+    #: states.
     released_share: float = zero_or_more(0.02)
 
     #: Fractions of the strength of ties and other limited forces that may be used in the first starts: one

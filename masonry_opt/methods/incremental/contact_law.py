@@ -143,7 +143,7 @@ class ContactLaw:
         remembered[2, limited] = np.where(slack, free, forces[2, limited])
 
     def _yield(self, free: np.ndarray) -> np.ndarray:
-        """Return True for each limited force that yields under its trial force, shape (t,).
+        """Return a mask of the limited forces that yield under their trial forces, shape (t,).
 
         A rod with a limit of zero does not yield at this limit, because it only becomes slack.
         """

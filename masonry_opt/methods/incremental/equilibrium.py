@@ -60,7 +60,7 @@ class Collapse:
     """Motion that counts as collapse, because its displacement exceeds ``far``."""
 
     state: BlockState  #: state of the blocks during the motion
-    motion: np.ndarray  #: displacement of the last step of the motion, shape (3b,)
+    motion: np.ndarray  #: displacements of the blocks in the last time step of the motion, shape (3b,)
 
 
 @dataclass(frozen=True)

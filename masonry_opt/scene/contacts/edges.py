@@ -291,7 +291,7 @@ class PlaneCorners(sides.BlockCorners):
         return Sectors(*(np.arctan2(side[:, 1], side[:, 0]) for side in self._sides(corner)))
 
     def _accuracy_of(self, corner: np.ndarray) -> np.ndarray:
-        """Return the uncertainty of the direction of the longer side at each corner, in radians."""
+        """Return how uncertain the direction of the longer side at each corner is, in radians."""
         return np.minimum(*(_accuracy(side, self.shapes.tolerance) for side in self._sides(corner)))
 
     def _on_edges(self, pairs: np.ndarray, sign: float) -> Touches:

@@ -319,9 +319,10 @@ def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> lis
 
 
 def first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return, for each point, the index of the first point of its cluster.
+    """Return, for each point, the index of the first point that is near it, directly or through others.
 
-    A cluster is a set of points that are connected by distances within the tolerance.
+    Two points are near each other if a chain of points connects them whose successive distances are within
+    the tolerance.
     """
     # Import scipy.spatial only here, because the import takes 0.1 s and few scenes need it.
     from scipy.spatial import cKDTree

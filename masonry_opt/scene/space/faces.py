@@ -139,8 +139,8 @@ class Frames(Rows):
     """Planes with coordinate axes."""
 
     base: np.ndarray  #: origin of the coordinate system of each plane, shape (frames, 3)
-    u: np.ndarray  #: unit vector of the first axis, shape (frames, 3)
-    v: np.ndarray  #: unit vector of the second axis, shape (frames, 3)
+    u: np.ndarray  #: unit vector of the first axis of each plane, shape (frames, 3)
+    v: np.ndarray  #: unit vector of the second axis of each plane, shape (frames, 3)
     normal: np.ndarray  #: unit normal u × v, shape (frames, 3)
 
     @classmethod
@@ -181,7 +181,7 @@ class Frames(Rows):
 class OuterFaces(Rows):
     """Outer faces of all blocks, as plane polygons."""
 
-    block: np.ndarray  #: index of the block of each face, in ascending order, shape (faces,)
+    block: np.ndarray  #: index of the block to which each face belongs, in ascending order, shape (faces,)
     frame: Frames  #: plane and coordinate axes of each face; the normal points outwards
     #: Polygon of each face in the coordinates of the face's frame, counter-clockwise, with any holes, shape
     #: (faces,).
@@ -189,7 +189,7 @@ class OuterFaces(Rows):
 
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the smallest and the largest coordinates of each face, shape (faces, 3) each."""
+        """Return the bounding box of each face: smallest and largest coordinates, shape (faces, 3) each."""
         flat, face = shapely.get_coordinates(self.polygon, return_index=True)
         return bounds(face, self.frame.up(flat, face), len(self.block))
 
@@ -213,8 +213,9 @@ class FacePlanes:
     """Planes of faces. Faces of one block that lie within the tolerance of one plane share this plane."""
 
     frame: Frames  #: planes with coordinate axes
-    block: np.ndarray  #: index of the block of each plane, in ascending order, shape (planes,)
-    of_face: np.ndarray  #: index of the plane of each face, -1 for faces without area, shape (faces,)
+    block: np.ndarray  #: index of the block to which each plane belongs, in ascending order, shape (planes,)
+    #: Index of the plane that contains each face, -1 for faces without area, shape (faces,).
+    of_face: np.ndarray
     #: True if the normal of the face's plane points out of the face's part, shape (faces,).
     outwards: np.ndarray
 

@@ -30,7 +30,7 @@ class ConvexParts:
     The half-spaces are normal · x ≤ offset.
     """
 
-    block: np.ndarray  #: index of the block of each part, in ascending order, shape (parts,)
+    block: np.ndarray  #: index of the block to which each part belongs, in ascending order, shape (parts,)
     points: np.ndarray  #: coordinates of the corners of all parts, shape (points, 3)
     #: Index of the part to which each corner belongs, in ascending order, shape (points,).
     of_point: np.ndarray
@@ -55,7 +55,7 @@ class ConvexParts:
 
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the smallest and the largest coordinates of each part, shape (parts, 3) each."""
+        """Return the bounding box of each part: smallest and largest coordinates, shape (parts, 3) each."""
         return bounds(self.of_point, self.points, len(self.block))
 
     def beyond(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -162,11 +162,11 @@ class Shapes(Extents):
 
     @property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the corners of all blocks, and the index of each corner's block, in ascending order."""
+        """Return the corners of all blocks, block by block, and the index of each corner's block."""
         return self.parts.points, self.parts.block[self.parts.of_point]
 
     def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the convex hull of its block, shape (points,)."""
+        """Return how far each point is outside the convex hull of its block, shape (points,)."""
         corners, owner = self.corners
         distances = [
             _distance_from_hull(corners[owner == block] - point)
@@ -213,7 +213,7 @@ class Shapes(Extents):
         return [self.parts.points[self.parts.of_point == part] for part in parts]
 
     def thickness(self) -> np.ndarray:
-        """Return the least width of each block, shape (blocks,).
+        """Return the thickness of each block, which is its least width, shape (blocks,).
 
         The least width of a block with several parts is the least width of its thickest part.
         """

@@ -333,7 +333,7 @@ def ends(load_factors: ArrayLike) -> tuple[float, float]:
 
 
 def at_least(frame: pd.DataFrame) -> pd.Series:
-    """Return True for each run whose λ equals the least λ within the tolerance SAME, shape (runs,)."""
+    """Return a mask of the runs whose λ equals the least λ within the tolerance SAME, shape (runs,)."""
     values = frame["load_factor"]
     least = values.min()
     return values <= least + SAME * max(abs(least), SMALLEST)

@@ -120,10 +120,11 @@ class Screen:
     """
 
     row: dict[int, int]  #: row of each state in the arrays ``n`` to ``limited``, by the run that found it
-    n: np.ndarray  #: normal forces of the joints, shape (states, c)
-    s: np.ndarray  #: sizes of the shear forces of the joints, shape (states, c)
-    slip: np.ndarray  #: slip rates of the joints, divided by the power of the live load, shape (states, c)
-    limited: np.ndarray  #: forces of ties, props and earth, shape (states, t)
+    n: np.ndarray  #: normal force of each joint in each state, shape (states, c)
+    s: np.ndarray  #: magnitude of the shear force of each joint in each state, shape (states, c)
+    #: Slip rate of each joint in each state, divided by the power of the live load, shape (states, c).
+    slip: np.ndarray
+    limited: np.ndarray  #: limited forces (of ties, props and earth) in each state, shape (states, t)
 
     @classmethod
     def of(cls, problem: Problem, states: Sequence[FoundState]) -> Self:

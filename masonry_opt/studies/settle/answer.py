@@ -138,7 +138,7 @@ class Bound:
 
     @cached_property
     def openings(self) -> pd.DataFrame:
-        """Table of opening and sliding joints in the first result with a mechanism.
+        """Table of opening and sliding joints in the mechanism of the first of ``results`` that has one.
 
         With a movement of the supports, two columns have the opening and sliding at this movement.
         """
@@ -150,7 +150,7 @@ class Bound:
 
     @property
     def _with_mechanism(self) -> Result:
-        """First result with a mechanism, or the result of the chosen method if no result has a mechanism."""
+        """First of ``results`` that has a mechanism, or the result of the chosen method if none has one."""
         with_mechanism = (result for result in self.results.values() if result.solution.answer)
         return next(with_mechanism, self.result)
 
