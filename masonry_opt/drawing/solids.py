@@ -38,8 +38,8 @@ _ELEVATION = 22.0  #: Elevation of the default view, in degrees.
 #: Azimuths from which the default view is chosen, in degrees. If several are equally good, the first is used.
 _AZIMUTHS = (-60.0, -120.0, -30.0, -150.0, 30.0, 60.0, 120.0, 150.0)
 
-#: Weight of the direction of the live load in the choice of the default view, relative to the visible width
-#: of the scene. With a larger value, the live load more often pushes towards the viewer.
+#: Weight of the live load's direction when the default view is chosen. The visible width of the scene has the
+#: weight 1. With a larger value, the live load more often pushes towards the viewer.
 _TOWARDS = 0.25
 #: Smallest length in pixels of the drawn pieces of a partly hidden line. Shorter pieces are artefacts of the
 #: depth buffer.

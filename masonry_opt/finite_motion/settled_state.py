@@ -168,7 +168,7 @@ def _scale(free: Assembly, supports: np.ndarray, motions: np.ndarray, solution: 
     along = float((of_supports * motions).sum()) / float((motions**2).sum())
     if along * np.abs(motions).max() <= MOVES * np.abs(rates).max():
         raise OptionError(
-            f"{free.scene.origin}: 'settled' is not possible, because blocks fall even if the supports do not "
+            f"{free.scene.origin}: 'settled' is not possible, because blocks fall even if supports do not "
             "move: increase the friction, or use another direction"
         )
     return 1.0 / along

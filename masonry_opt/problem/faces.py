@@ -160,7 +160,7 @@ class Layout:
         return np.maximum(-self.senses @ slip, 0.0)
 
     def norm(self, load: np.ndarray) -> float:
-        """Return the sum of the magnitudes of all components of a load of shape (b, rows)."""
+        """Return the sum of the magnitudes of a load's components; the load has the shape (b, rows)."""
         return float(np.abs(load).sum())
 
 

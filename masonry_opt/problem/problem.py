@@ -271,7 +271,7 @@ class Problem(ProblemParts):
 
     @cached_property
     def steep(self) -> np.ndarray:
-        """Return the divisor that makes the slack of each yield condition comparable, shape (faces,).
+        """Return, for each yield condition, a divisor that makes slacks comparable, shape (faces,).
 
         The divisor is max(1, μ) for sliding and 1 for all other conditions. With a large friction
         coefficient, the slack of sliding is about μ times the normal force.

@@ -70,7 +70,7 @@ def first_alike(rows: np.ndarray) -> np.ndarray:
 
 
 def linked(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the index of the connected component of each node of a graph, shape (nodes,).
+    """Return, for each node of a graph, the index of its connected component, shape (nodes,).
 
     The graph has ``count`` nodes. Its edges connect each node of ``one`` to the node at the same place of
     ``other``.

@@ -219,7 +219,7 @@ def certified(
 
 
 class Existence(StrEnum):
-    """Statements about the existence of a collapse load factor λ ≥ 0 with the joints' own flow rule."""
+    """Statements about the existence of a load factor λ ≥ 0 if the flow rule has the joints' dilatancy."""
 
     NO_MECHANISM = "no load factor exists: the live load does no positive work in any mechanism"
     #: In every mechanism, the joints that move cannot all be at yield at the same time.

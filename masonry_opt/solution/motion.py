@@ -140,7 +140,7 @@ def velocities(assembly: Assembly, d: np.ndarray, block: np.ndarray, at: np.ndar
 
 
 def relative_rotation(assembly: Assembly, d: np.ndarray) -> np.ndarray:
-    """Return the rotation of the first block of each joint relative to the second, shape (joints, 3)."""
+    """Return, for each joint, the rotation of its first block relative to its second, shape (joints, 3)."""
     rotations, joints = _rotations(assembly, d), assembly.joints
     relative: np.ndarray = rotations[joints.first] - rotations[joints.second]
     return relative

@@ -417,7 +417,7 @@ class Outcome:
 
     @cached_property
     def exact(self) -> bool:
-        """True if the answer is an exact Coulomb state under the joints' own flow rule."""
+        """True if the answer is an exact Coulomb state, whose flow rule has the joints' dilatancy."""
         return self.solution.is_exact(self.assembly.problem)
 
     @property

@@ -161,7 +161,7 @@ class Solution:
         return is_unbounded or self.proven_none
 
     def is_exact(self, problem: Problem) -> bool:
-        """Return True if the answer is an exact Coulomb state under the joints' own flow rule.
+        """Return True if the answer is an exact Coulomb state, whose flow rule has the joints' dilatancy.
 
         In space friction is limited by the cone.
         """

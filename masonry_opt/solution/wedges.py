@@ -32,9 +32,9 @@ _NAMED_TURN = 1e-3
 #: answers of interior-point solvers.
 _SHARE_OF_FRICTION_LIMIT = 0.999
 
-#: Largest number of joints of a block up to which its joints are compared with each other. Blocks with more
-#: joints, such as supports under many blocks, are left out. A larger value needs more memory; a smaller value
-#: misses more wedges.
+#: Largest number of joints of a block whose joints are compared with each other. Blocks with more joints,
+#: such as supports under many blocks, are left out. A larger value needs more memory; a smaller value misses
+#: more wedges.
 _MOST_JOINTS_COMPARED = 300
 
 

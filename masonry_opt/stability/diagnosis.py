@@ -37,9 +37,9 @@ DIAGNOSIS = "diagnosis"
 #: program is used.
 _MOST_PROGRAMS = 40
 
-#: Largest number of joints up to which further programs, solved by the simplex method, follow a program that
-#: decides nothing. A program with so many joints takes half a minute. With more joints, the question remains
-#: undecided.
+#: Largest number of joints of scenes for which further programs, solved by the simplex method, follow a
+#: program that decides nothing. On such large scenes, a program takes half a minute. With more joints, the
+#: question remains undecided.
 _SIMPLEX_UP_TO = 2000
 
 #: Largest number of joints for which the smallest stabilising factor on friction is computed. With more
@@ -101,7 +101,7 @@ class _Standing:
 def falling_mechanism(
     problem: Problem, solver: Solver, effort: Effort, kept: ProgramCache | None = None
 ) -> np.ndarray | None:
-    """Return velocities of a fall under the dead load, shape (3b,), or None if the scene is stable.
+    """Return velocities, shape (3b,), of a fall under the dead load, or None if the scene is stable.
 
     See :func:`mechanism_or_forces`.
     """
@@ -160,7 +160,7 @@ def _drives(problem: Problem, d: np.ndarray) -> bool:
 
 
 def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.ndarray:
-    """Return the velocities with which the blocks of an unstable scene begin to fall, shape (3b,).
+    """Return the velocities, shape (3b,), with which the blocks of an unstable scene begin to fall.
 
     ``falling`` is the mechanism of largest power, which may lift blocks off corners about which they rotate
     in reality. It is returned if the solver fails.
@@ -168,8 +168,8 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
     problem = assembly.problem
     low, high = assembly.geometry.boxes
     square = np.pad((high - low)[assembly.movable] ** 2, ((0, 0), (0, 1)))[:, :3]
-    # Sum of the squares of the two extents of each bounding box perpendicular to each axis of rotation, from
-    # which the radius of gyration follows. In the plane the axis is z.
+    # For each bounding box and each axis of rotation, add the squares of the two extents perpendicular to the
+    # axis. The radius of gyration follows from this sum. In the plane the axis is z.
     across = (square.sum(axis=1)[:, None] - square)[:, problem.layout.dimension - problem.layout.rows :]
     gyration = np.sqrt(across / 12) / problem.length_unit
     inertia = float(problem.force_sizes(problem.dead) @ problem.by_block(falling**2).sum(axis=1))
@@ -247,7 +247,7 @@ def locking_joints(
 def _carrying_live_load(
     problem: Problem, slope: np.ndarray, solver: Solver, effort: Effort
 ) -> np.ndarray | None:
-    """Return joint forces that carry the live load alone, shape (3c,), or None if there are no such forces.
+    """Return joint forces, shape (3c,), that carry the live load alone, or None if none exist.
 
     ``slope`` is the slope of the shear limits, shape (k,).
     """
@@ -271,7 +271,7 @@ def _of_live_load(problem: Problem, slope: np.ndarray) -> Problem:
 
 
 def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> np.ndarray | None:
-    """Return a motion that the dead load drives, shape (3b,), or None if joint forces carry the dead load.
+    """Return a motion, shape (3b,), that the dead load drives, or None if joint forces carry the dead load.
 
     See :func:`_decide`.
     """

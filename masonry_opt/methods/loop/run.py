@@ -245,7 +245,7 @@ class Run:
 
 
 def obeys_own_flow(problem: Problem, state: State) -> bool:
-    """Return True if an associative state also obeys the joints' own flow rule.
+    """Return True if an associative state also obeys the flow rule with the joints' own dilatancy.
 
     This is so if sliding dissipates no energy, neither by cohesion nor by friction that exceeds dilatancy.
     Without dead load and cohesion λ is zero under any flow rule, and True is returned.

@@ -459,7 +459,7 @@ def _off_axis(vector: list[float], other: list[float]) -> float:
 
 
 def _off_axes(directions: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the sine of the deviation of :func:`_off_axis` for each pair of unit vectors, shape (rows,)."""
+    """Return the result of :func:`_off_axis` for each pair of unit vectors, shape (rows,)."""
     return np.minimum(np.abs((directions * other).sum(axis=1)), _across(directions, other))
 
 

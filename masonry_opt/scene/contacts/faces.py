@@ -262,7 +262,7 @@ class SolidCorners(sides.BlockCorners):
         self.faces = Items(outer.block, *outer.boxes)
 
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
-        """Return the contacts of edges in faces, of corners on faces, and of crossing edges."""
+        """Return the contacts where edges touch faces, where corners touch faces, and where edges cross."""
         back = pairs[:, ::-1]
         edges = _edges_in_faces(self, pairs, 1).then(_edges_in_faces(self, back, -1))
         corners = _corners_on_faces(self, pairs, 1).then(_corners_on_faces(self, back, -1))

@@ -98,11 +98,11 @@ class WallStretch(NamedTuple):
     wall: PlanWall  #: wall to which the stretch belongs
     along: int  #: direction of the stretch: 0 for x, 1 for y
     line: float  #: y of the axis if the stretch is along x, and x if the stretch is along y
-    #: Smaller of the coordinates of the two ends of the stretch along its axis. At a corner of two walls, the
-    #: stretch ends at the outer face of the other wall.
+    #: Coordinate at which the stretch begins, the smaller one of its two ends, along its axis. At a corner of
+    #: two walls, the stretch ends at the outer face of the other wall.
     start: float
-    #: Larger of the coordinates of the two ends of the stretch along its axis. At a corner of two walls, the
-    #: stretch ends at the outer face of the other wall.
+    #: Coordinate at which the stretch ends, the larger one of its two ends, along its axis. At a corner of
+    #: two walls, the stretch ends at the outer face of the other wall.
     end: float
     thickness: float  #: thickness of the wall
     courses: int  #: number of courses of the wall

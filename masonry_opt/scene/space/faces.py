@@ -32,7 +32,7 @@ _INEXACT = 0.02
 
 @dataclass(frozen=True)
 class Surfaces:
-    """Faces of all parts of all blocks of a scene.
+    """Faces of all blocks in a scene. A block may consist of several parts, each with its own faces.
 
     Blocks, parts, faces and corners are numbered consecutively over the whole scene. A *corner* is a vertex
     of one face, so a vertex of a cube has three corners.

@@ -197,8 +197,8 @@ class Shapes(Extents):
         for other in np.argsort(lower_bound).tolist():
             if lower_bound[other] >= gap:
                 break
-            # The distance of two convex parts is the distance of the origin from the convex hull of the
-            # differences of their corners.
+            # The distance between two convex parts equals the distance between the origin and the convex hull
+            # of all differences of their corners.
             distance = min(
                 _distance_from_hull((first[:, None] - second[None]).reshape(-1, 3))
                 for first, second in product(self._parts_of(block), self._parts_of(other))

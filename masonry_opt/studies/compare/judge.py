@@ -34,7 +34,7 @@ from masonry_opt.studies.writing import in_words, notebook_html
 _EXACT_KINDS = (Kind.NEARLY_COMPLEMENTARY, Kind.RELAXED, Kind.EXACT)
 
 ASSOCIATIVE = "associative"  #: Value of column "question" for load factors with associative flow.
-COULOMB = "Coulomb"  #: Value of column "question" for load factors with the joints' own flow rule.
+COULOMB = "Coulomb"  #: Value of column "question" for load factors whose flow rule has the joints' dilatancy.
 
 ANSWER = "answer"  #: Claim of a run that reports a load factor of the scene.
 #: Claims of a run about its scene: a load factor, or the reason why there is no load factor. A run that ends

@@ -414,7 +414,7 @@ def _passages(
 
 
 def _road(assembly: Assembly, group: Axles, line: list[Point]) -> Road:
-    """Return the road of a group of axles over the blocks of an assembly.
+    """Return the road on which a group of axles moves over the blocks of an assembly.
 
     ``line`` has the points of the road as drawn.
     """
