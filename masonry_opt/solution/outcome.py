@@ -412,7 +412,7 @@ class Outcome:
 
     @property
     def lowest(self) -> float | None:
-        """Load factor of the lowest exact Coulomb collapse state found; None if no exact state was found."""
+        """Lowest load factor of all exact Coulomb collapse states found; None if no exact state was found."""
         return self.load_factor if self.exact else None
 
     @cached_property

@@ -61,7 +61,7 @@ class LowerState:
 
 @dataclass(frozen=True)
 class SearchLimits:
-    """End conditions and random seed of a search for lower exact states.
+    """End conditions and random seed of a search for exact states with a lower load factor.
 
     Attributes
     ----------
@@ -193,8 +193,8 @@ class _Lowest:
         if not is_meaningful(analysis_of(self._task), state.load_factor, state.d):
             return False
         self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
-        # A start may lead to the lowest state again. The finder then returns the object that is already
-        # stored.
+        # A start may lead again to the state with the lowest λ. The finder then returns the object that is
+        # already stored.
         return state is not self.state and lower_of(self.state, state) is state
 
     def _keep(self, origin: str, state: ExactState) -> None:
@@ -216,7 +216,7 @@ def _without_state(first: Solution, missed: Code) -> Solution:
 
 
 def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder, searched: bool) -> Solution:
-    """Return the lowest state as a solution, or ``first`` with a reason if no state was found."""
+    """Return the state with the lowest λ as a solution, or ``first`` with a reason if none was found."""
     best = lowest.state
     if best is None:
         return _without_state(first, lowest.missed)

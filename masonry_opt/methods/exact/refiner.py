@@ -111,9 +111,9 @@ class StateFinder(ABC):
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self.problem, self.effort = problem, effort
         self.deadline = inf  #: value of ``time.perf_counter`` at which the search must end
-        #: Number of programs, since the last step to a lower state, that the solver neither solved nor proved
-        #: infeasible. If the number is not zero, a lower state may have been missed. None if the finder does
-        #: not count these programs.
+        #: Number of programs that the solver neither solved nor proved infeasible, since λ was lowered last.
+        #: If the number is not zero, a state with a lower λ may have been missed. None if the finder does not
+        #: count these programs.
         self.undecided: int | None = None
         self.size: LpSize | None = None  #: size of the linear program of forces; None if unknown
 
@@ -150,9 +150,9 @@ class Refiner(StateFinder):
         self.size = forces.size
         self._kinematics = HighsSession(motion, effort, _REFINEMENT_PURPOSE)
         self.undecided = 0
-        #: Results of earlier searches for lower states. A key identifies the state from which a search began.
-        #: Results are reused, because many starts lead to the same few states. A result is not stored if the
-        #: solver left programs undecided.
+        #: Results of earlier searches for states with a lower λ. A key identifies the state from which a
+        #: search began. Results are reused, because many starts lead to the same few states. A result is not
+        #: stored if the solver left programs undecided.
         self._ends: dict[tuple[str, bytes], ExactState | None] = {}
 
     def mechanism(
@@ -237,7 +237,7 @@ class Refiner(StateFinder):
         return None
 
     def _lower(self, state: ExactState) -> ExactState | None:
-        """Return a state with a lower λ than the given state, or None if no lower state is found.
+        """Return a state with a lower λ than the given state, or None if no such state is found.
 
         The new mechanism moves only faces at yield. It moves the faces that keep λ from decreasing as little
         as possible, each weighted by its dual variable. If this leads to no lower state, or if only blocks

@@ -115,7 +115,7 @@ class Search:
         return state
 
     def until_in_vain(self, lowest: ExactState | None, starts: int) -> Iterator[ExactState | None]:
-        """Generate states from further starts, until ``starts`` successive starts lead to no lower state."""
+        """Generate states from further starts, until ``starts`` successive starts do not lower λ."""
         in_vain = 0
         for _, state in self.endless(lowest, 0):
             yield state
@@ -287,9 +287,9 @@ _START_FUNCTIONS: dict[str, _Start] = {
 
 #: Kinds of starts in the plane, in the order in which the search repeats them. Compared with a load history,
 #: random forces and neighbours take a tenth of the time, and fixed points take a third. Starts from fixed
-#: points lead to lower states of slopes that slide as a whole.
+#: points lead to states with a lower λ on slopes that slide as a whole.
 _KINDS_IN_PLANE = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
 #: Kinds of starts in space, in the order in which the search repeats them. Starts from random forces find
-#: lower states in less time than starts from load histories ("self-stress").
+#: states with a lower λ in less time than starts from load histories ("self-stress").
 _KINDS_IN_SPACE = (_RANDOM_FORCES, _RANDOM_FORCES, _STRESS, _RANDOM_FORCES)

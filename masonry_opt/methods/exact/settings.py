@@ -22,12 +22,12 @@ class SearchSettings(Settings):
     #: to each other.
     yielding_shares: tuple[float, float] = (0.02, 0.3)
 
-    #: Number of successive starts without a lower state after which the default method ends its search on
-    #: small scenes in the plane. With more starts the search takes proportionally longer, and rarer states
-    #: are found.
+    #: Number of successive starts that do not lower λ after which the default method ends its search on small
+    #: scenes in the plane. With more starts the search takes proportionally longer, and rarer states are
+    #: found.
     starts_in_vain: int = 100
 
-    #: Number of successive starts without a lower state after which the search ends if λ is proven to be the
+    #: Number of successive starts that do not lower λ after which the search ends if λ is proven to be the
     #: least. These starts look only for negative load factors, which the proof does not cover. With more
     #: starts the search takes proportionally longer.
     starts_after_proof: int = 20
@@ -38,7 +38,7 @@ class SearchSettings(Settings):
     steps_in_space: tuple[float, ...] = zero_or_more((0.9, 0.5))
 
     #: Number of random starts of the search in space, after the starts from load steps. With more starts,
-    #: lower states are found more often, and the search takes proportionally longer.
+    #: states with a lower λ are found more often, and the search takes proportionally longer.
     starts_in_space: int = zero_or_more(6)
 
     #: Largest number of contact points of a scene in space on which the search uses random starts. On scenes

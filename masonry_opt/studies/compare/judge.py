@@ -142,7 +142,7 @@ def chart_name(question: str) -> str:
 
 
 def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown]) -> dict[str, BestKnown]:
-    """Return the lowest exact Coulomb states by scene name, from known states and from runs.
+    """Return, by scene name, the exact Coulomb state with the lowest λ, from known states and runs.
 
     In space only runs with the friction cone are used. The state of a nearly complementary run need not be a
     low one, so it is used only if the scene has a known state, or a state of another kind of run.
