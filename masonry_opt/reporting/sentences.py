@@ -164,9 +164,9 @@ def _not_hinging(v: dict[str, Any]) -> str:
 
 
 def _friction_would_hold(v: dict[str, Any]) -> str:
-    """Return the sentence about joints that slide under the dead load.
+    """Return the sentence about a scene that is stable only with more friction.
 
-    The sentence names the friction that would make the scene stable.
+    The sentence names the joints that slide, and the friction that would make the scene stable.
     """
     slides = _slide(v)
     if v["factor"] is not None:

@@ -46,18 +46,19 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
 
 
 def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    """Return the sum of the rows of ``values`` for each owner, shape (count, columns).
+    """Return, for each owner, the sum of the rows of ``values`` that belong to it, shape (count, k).
 
-    ``values`` has shape (rows, k). ``owner`` has the index of the owner of each row, less than ``count``.
+    ``values`` has shape (rows, k). ``owner`` has, for each row, the index of the owner to which the row
+    belongs, less than ``count``.
     """
     return np.column_stack([np.bincount(owner, column, count) for column in values.T])
 
 
 def bounds(owner: np.ndarray, values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the column minima and maxima of ``values`` for each owner, shape (count, columns) each.
+    """Return, for each owner, the minima and maxima of its rows of ``values``, shape (count, k) each.
 
-    ``values`` has shape (rows, k). ``owner`` has the index of the owner of each row, in ascending order. Each
-    owner has at least one row.
+    ``values`` has shape (rows, k). ``owner`` has, for each row, the index of the owner to which the row
+    belongs, in ascending order. Each owner has at least one row.
     """
     first = np.searchsorted(owner, np.arange(count))
     return np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)

@@ -184,7 +184,7 @@ def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     Raises ValueError if a key occurs twice, because the parser would silently use its last value.
     """
     for key in repeated(key for key, _ in pairs):
-        raise ValueError(f"key '{key}' is given twice in one object")
+        raise ValueError(f"key '{key}' occurs twice in one object")
     return dict(pairs)
 
 

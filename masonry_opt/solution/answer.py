@@ -224,8 +224,8 @@ class Existence(StrEnum):
     NO_MECHANISM = "no load factor exists: the live load does no positive work in any mechanism"
     #: In every mechanism, the joints that move cannot all be at yield at the same time.
     NO_STATE = "no load factor exists: no mechanism is compatible with a state of equilibrium"
-    UNBOUNDED = "undecided: some forces carry any multiple of the live load, but a mechanism exists"
-    UNDECIDED = "undecided: a mechanism exists, and no forces carry every multiple of the live load"
+    UNBOUNDED = "undecided: for every multiple of the live load, forces can carry it, but a mechanism exists"
+    UNDECIDED = "undecided: a mechanism exists, and forces may not carry every multiple of the live load"
 
     @property
     def proven(self) -> bool:

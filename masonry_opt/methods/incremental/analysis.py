@@ -69,8 +69,8 @@ class IncrementalResult:
     #: Unbalanced forces under the load factor ``carried``, divided by the norm of the live load, shape (3b,).
     #: The forces are small enough to count as equilibrium. None if the scene is unstable.
     unbalanced: np.ndarray | None = None
-    #: Largest excess of ``carried`` over the load factor of an exact state that is attributed to unbalanced
-    #: forces. The excess is less than the accuracy of the load history.
+    #: Largest excess of ``carried`` over the load factor of an exact state that unbalanced forces are assumed
+    #: to explain. The excess is less than the accuracy of the load history.
     most_excess: float = 0.0
 
     @property
@@ -106,7 +106,7 @@ def _is_between(state: Answer, carried: float, not_carried: float, size: float) 
 
 
 def _excess(state: Answer, unbalanced: np.ndarray | None, most: float) -> float:
-    """Return the largest excess of the carried load over an exact state's load due to unbalanced forces.
+    """Return by how much the carried load may exceed an exact state's load due to unbalanced forces.
 
     If no joint slips, virtual work limits the excess to the work of the unbalanced forces in the motion of
     the state, in which the live load does unit work: ``unbalanced`` is divided by the norm of the live load.
@@ -300,7 +300,7 @@ class _LoadRaising:
 
     @property
     def _most_excess(self) -> float:
-        """Largest excess of ``carried`` over an exact state's λ that is attributed to unbalanced forces.
+        """Largest excess of ``carried`` over an exact state's λ that unbalanced forces may explain.
 
         It is half the distance between an exact state and the load that is tested above it, so that this load
         is larger than ``carried``.

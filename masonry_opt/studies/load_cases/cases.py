@@ -152,7 +152,7 @@ class Cases(StudyAnswer):
         governs = f"'{self.governing}' governs: {named_factor(drawn)}" if self.governing else "none governs"
         if self.left_out:
             names = ", ".join(map(repr, self.left_out))
-            governs += f"\nleft out: {names}, because axles move in these load cases: use 'crossing'"
+            governs += f"\nleft out: {names} (axles move in these load cases: use 'crossing')"
         return printable(f"{drawn.case}: {counted(len(self.results), self.what)}\n{governs}")
 
     def _with_table(self, results: Iterable[str]) -> str:

@@ -92,7 +92,7 @@ class ReportPart:
     #: Tables of the answer, by heading.
     tables: Mapping[str, dict[str, Any]] = field(default_factory=dict)
     axles: Sequence[Axles] = ()  #: groups of axles that crossed
-    #: statements about points that were not checked, such as positions that were not solved
+    #: Sentences that say what was not checked, such as the positions of axles that were not solved.
     left_open: Sequence[str] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)  #: reasons by load case without an answer
     crossed: Collection[str] = ()  #: load cases in which axles crossed
