@@ -60,7 +60,7 @@ class ProblemParts:
 
     @property
     def part(self) -> np.ndarray:
-        """Return the index of the connected component of each joint, shape (c,)."""
+        """Return, for each joint, the index of its part (connected component) of the scene, shape (c,)."""
         return self.matrices.part
 
     def of_forces(self, of_columns: np.ndarray) -> np.ndarray:

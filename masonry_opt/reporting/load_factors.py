@@ -341,7 +341,7 @@ def load_history_ends_lower(result: Outcome) -> bool:
 
 
 def _falls_by_itself(result: Outcome) -> bool:
-    """Return True if another exact state has a load factor of zero or less.
+    """Return True if the scene may fall by itself: another exact state has λ ≤ 0.
 
     With the joint forces of that state, the scene falls without live load.
     """

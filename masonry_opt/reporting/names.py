@@ -29,7 +29,7 @@ def blocks(names: list[str]) -> str:
 
 
 def some(names: list[str]) -> str:
-    """Return a text with the first five names and the number of the remaining names."""
+    """Return a text with some of the names: the first five, and the number of the remaining names."""
     more = f" and {len(names) - _MOST_LISTED_NAMES} more" if len(names) > _MOST_LISTED_NAMES else ""
     return ", ".join(names[:_MOST_LISTED_NAMES]) + more
 

@@ -102,7 +102,7 @@ def _try_another_solver(v: dict[str, Any]) -> str:
 
 
 def numeral(value: float, spec: str) -> str:
-    """Return a number as text, in a format such as ".6g".
+    """Return a number as text (a numeral), in a format such as ".6g".
 
     A number whose digits are all zero has no sign. Large numbers have a power of ten instead of decimals.
     """

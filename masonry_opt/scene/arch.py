@@ -213,7 +213,7 @@ class ArchRing(AnyGenerator):
         return built
 
     def _wedge(self, begin: float, end: float) -> Stone:
-        """Return a voussoir between two radial joints, given by their directions in radians.
+        """Return a wedge-shaped voussoir between two radial joints with given directions, in radians.
 
         The points of the voussoir are relative to the centre of the arch.
         """
@@ -235,7 +235,7 @@ class ArchRing(AnyGenerator):
         return Stone("", corners, area, polar(centroid, middle), back, area / drawn_area)
 
     def _half_key(self, begin: float) -> Stone:
-        """Return the voussoir of a pointed arch that lies to the left of the vertical joint at the crown.
+        """Return the left half of a pointed arch's key: the voussoir left of the vertical joint at the crown.
 
         The points of the voussoir are relative to the centre of the arc.
         """

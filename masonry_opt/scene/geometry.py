@@ -289,7 +289,7 @@ def geometry(scene: Scene) -> Geometry:
 def _built_up(
     scene: Scene, block: Block, index: int, origin: np.ndarray, tolerance: float
 ) -> shapely.Geometry:
-    """Return the polygon or multipolygon of a block with several parts or with holes."""
+    """Build up a block of several parts or with holes; return its polygon or multipolygon."""
 
     def ring(points: list[tuple[float, float]], what: str) -> shapely.Polygon:
         polygon = shapely.Polygon(np.array(points) - origin)

@@ -167,7 +167,7 @@ def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 
 def weightless(problem: Problem, load_factor: float, d: np.ndarray) -> bool:
-    """Return True if λ is negative and all blocks that move in the mechanism have zero net load.
+    """Return True if λ is negative and the blocks that move are weightless, with zero net load.
 
     The mechanism ``d`` consists of block velocities, shape (3b,). A live load parallel to a block's weight
     cancels the weight at some negative load factor. Then the block can move regardless of its joints, so the

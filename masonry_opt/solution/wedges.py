@@ -39,7 +39,7 @@ _MOST_JOINTS_COMPARED = 300
 
 
 def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
-    """Generate warnings about sliding joints that are nearly parallel or were aligned to be parallel."""
+    """Generate warnings about wedges: blocks whose sliding joints are nearly parallel or were aligned."""
     able = _slides_without_lifting(assembly)
     joints = assembly.joints
     turned = np.where(able, joints.turn, 0.0)

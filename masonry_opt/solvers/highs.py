@@ -176,7 +176,7 @@ class HighsSession:
         self._highs.changeColsBounds(len(columns), columns, np.full(len(columns), low), high)
 
     def set_room(self, constraint: Any, room: np.ndarray) -> None:
-        """Set the distance between the lower and upper bound of each row of a constraint.
+        """Set the room of each row of a constraint: the distance between its lower and upper bound.
 
         The upper bounds do not change.
         """

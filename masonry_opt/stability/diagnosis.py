@@ -85,7 +85,7 @@ class _Standing:
 
     model: CvxpyStanding
     engine: CvxpyEngine
-    #: Joint forces that carried the dead load in the last stable scene, shape (3c,).
+    #: Joint forces, shape (3c,), that carried the dead load in the most recent stable scene.
     forces: np.ndarray | None = None
 
     def again_for(self, problem: Problem, effort: Effort) -> "_Standing":
@@ -409,7 +409,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
-    """Return the movable blocks among ``blocks`` that no chain of joints supports from below.
+    """Return the blocks among ``blocks`` that hang: no chain of joints supports them from below.
 
     A chain connects a block with a support through joints, each of which supports the next block. A joint
     supports a block if its normal force acts against the block's dead load.

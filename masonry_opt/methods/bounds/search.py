@@ -199,7 +199,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return condition + 1 if energy[condition] > 0 else 0
 
     def _guarded(self, action: Callable[[], None]) -> None:
-        """Run an action. If it raises an exception, store the exception and end the search.
+        """Run an action guarded against exceptions: an exception is stored and ends the search.
 
         Exceptions cannot pass through the SAT solver. An empty clause ends it, and ``run`` then raises the
         stored exception.

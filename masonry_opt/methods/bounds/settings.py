@@ -102,7 +102,7 @@ class ProofBudget(Settings):
     first_turn: int = 1000
 
     def covers(self, problem: Problem) -> bool:
-        """Return True if method "coulomb" can try a proof for a problem.
+        """Return True if the budget covers a problem, so that method "coulomb" can try a proof.
 
         Some scenes get a proof only with option ``search``, see :meth:`tries_by_default`. No proof is needed
         if equilibrium alone fixes all forces, or if the flow rule is associative. No proof is tried for

@@ -68,7 +68,7 @@ class CoulombRun:
 
     @property
     def is_over(self) -> bool:
-        """True if a step or the time limit has ended the run."""
+        """True if the run is over, because a step or the time limit has ended it."""
         return self.ended is not None or self.stopped is not None
 
     @property

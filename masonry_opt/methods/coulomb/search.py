@@ -198,7 +198,7 @@ class _Lowest:
         return state is not self.state and lower_of(self.state, state) is state
 
     def _keep(self, origin: str, state: ExactState) -> None:
-        """Store a state as the state with the lowest λ, and add it to the history."""
+        """Keep a state as the state with the lowest λ, and add it to the history."""
         self.state = state
         counts = self.met.candidates, self._task.effort.lp_solves, time.perf_counter() - self._began
         self.history.append(LowerState(state.load_factor, origin, *counts))

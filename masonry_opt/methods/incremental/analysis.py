@@ -265,7 +265,7 @@ class _LoadRaising:
         return not self.slow or self.not_carried < inf
 
     def _reach(self, load_factor: float) -> bool:
-        """Solve for equilibrium under a larger load by Newton's method. Return True if it converges."""
+        """Try to reach equilibrium under a larger load by Newton's method. Return True if it converges."""
         predictor = (load_factor - self.carried) * self.rate
         found = self.solver.find_equilibrium(self.reached.state, self._load(load_factor), predictor)
         if found is None:
@@ -308,7 +308,7 @@ class _LoadRaising:
         return self.settings.tolerance / 4 * self._size_of(self.carried)
 
     def _size_of(self, load_factor: float) -> float:
-        """Return a load factor, or a positive minimum, as the reference for relative differences."""
+        """Return the size of a load factor, or a positive minimum, as reference for relative differences."""
         return max(load_factor, self.settings.smallest_increment * self.unit)
 
     def _choose_increment(self) -> float:
@@ -360,7 +360,7 @@ class _LoadRaising:
         return larger - load_factor <= self.settings.tolerance * self._size_of(larger)
 
     def _beside(self, state: Answer) -> tuple[float, float]:
-        """Return two load factors, slightly below and slightly above the load factor of an exact state."""
+        """Return two load factors beside that of an exact state: slightly below and slightly above it."""
         apart = self.settings.tolerance / 2 * self._size_of(state.load_factor)
         return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
 

@@ -291,7 +291,7 @@ class PolygonSides:
         self._outward = np.stack([self._along[:, 1], -self._along[:, 0]], axis=1)
 
     def distances(self, points: np.ndarray) -> np.ndarray:
-        """Return signed distances of points, shape (2, l), from the lines of all sides, shape (corners, l).
+        """Return signed distances, shape (corners, l), of points, shape (2, l), from the lines of all sides.
 
         Distances are positive outside the polygon.
         """

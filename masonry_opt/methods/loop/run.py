@@ -258,7 +258,7 @@ def obeys_own_flow(problem: Problem, state: State) -> bool:
 
 
 def diverges(load_factors: Sequence[float]) -> bool:
-    """Return True if the load factor grows without bound.
+    """Return True if the loop diverges: its load factor grows without bound.
 
     The load factor counts as unbounded if it more than doubles several times in a row, or if it rises
     steadily to many times its first value. See the constants of this module.
@@ -278,7 +278,7 @@ def diverges(load_factors: Sequence[float]) -> bool:
 
 
 def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
-    """Return the number of sub-problems per cycle if the loop repeats itself, otherwise 0.
+    """Return the period of the loop in sub-problems if it repeats itself in cycles, otherwise 0.
 
     In a cycle the load factors repeat twice, the normal forces repeat once, and the range of λ hardly
     shrinks. ``normal`` are the normal forces of the last sub-problems, up to ``LONGEST_PERIOD`` + 1 of them.

@@ -330,7 +330,7 @@ def _component_of(joint: int, joints: np.ndarray, ends: np.ndarray) -> np.ndarra
 
 
 def _square_pairs(groups: list[Group], planes: ContactPlanes) -> list[list[int]]:
-    """Return, for each group of planes, the groups perpendicular to it within the drawing's accuracy.
+    """Return, for each group of planes, the groups that are square to it within the drawing's accuracy.
 
     Two groups are compared if they have planes of a common joint.
     """
@@ -350,7 +350,7 @@ def _square_pairs(groups: list[Group], planes: ContactPlanes) -> list[list[int]]
 
 
 def _make_square(groups: list[Group], pairs: list[list[int]]) -> None:
-    """Rotate each group of planes so that it is perpendicular to the groups paired with it.
+    """Rotate each group of planes so that it is square (perpendicular) to the groups paired with it.
 
     Groups with more accurate directions come first, and are not rotated again.
     """
@@ -389,9 +389,9 @@ def _group_values(values: np.ndarray, tolerance: float) -> np.ndarray:
         while len(remaining):
             low = np.searchsorted(rising[remaining], rising[remaining] - tolerance, "left")
             high = np.searchsorted(rising[remaining], rising[remaining] + tolerance, "right")
-            # The leader is the value with the most other values within the tolerance. If several values have
-            # the same number of neighbours, choose the value whose neighbours are closest together. The order
-            # of the values then has no effect.
+            # The leader is the value that has the largest number of other values within the tolerance. If
+            # several values have the same number of neighbours, choose the value whose neighbours are closest
+            # together. The order of the values then has no effect.
             leader = np.lexsort((rising[remaining][high - 1] - rising[remaining][low], low - high))[0]
             taken = np.arange(low[leader], high[leader])
             number[remaining[taken]] = groups
@@ -429,7 +429,7 @@ def _meeting_points(
 
 
 def _fitted(directions: np.ndarray, accuracy: np.ndarray, scatter: np.ndarray | float = 0.0) -> np.ndarray:
-    """Return the least-squares mean direction of unit vectors, regardless of their signs.
+    """Fit a direction to unit vectors, regardless of their signs, by least squares; return the direction.
 
     A vector is weighted by the inverse square of its accuracy. ``scatter``, shape (dim, dim), is the scatter
     matrix of points, in units of the tolerance, on planes to which the direction should be normal.

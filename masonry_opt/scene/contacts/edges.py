@@ -108,7 +108,7 @@ class FacingEdges(sides.Facing):
 
     @property
     def breadth(self) -> np.ndarray:
-        """Return the length of each segment, shape (n,)."""
+        """Return the breadth of each segment, which is its length, shape (n,)."""
         return self.extent
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -253,7 +253,7 @@ class PlaneCorners(sides.BlockCorners):
         return [self._on_edges(pairs, -1.0), self._on_edges(pairs[:, ::-1], 1.0)]
 
     def meetings(self, pairs: np.ndarray) -> Meetings:
-        """Return the places at which corners of two blocks coincide within the tolerance."""
+        """Return the meetings of two blocks: places at which their corners coincide within the tolerance."""
         tolerance = self.shapes.tolerance
         pair, i, j = near_items(self.shapes, pairs, tolerance, (self.corners, self.corners))
         near = np.hypot(*(self.point[j] - self.point[i]).T) <= tolerance
@@ -262,7 +262,7 @@ class PlaneCorners(sides.BlockCorners):
         return Meetings(pair, i, j, middle, middle)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts at coinciding corners of two blocks.
+        """Return the contacts at coinciding corners, most of which bisect the angle between two sides.
 
         A contact is on the bisector of sides that face each other, or on the sides of a notch.
         """
@@ -319,5 +319,5 @@ def _accuracy(edges: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def _tangent(normal: np.ndarray) -> np.ndarray:
-    """Return vectors rotated clockwise by 90°, shape (rows, 2)."""
+    """Return the tangents to normals, which are the normals rotated clockwise by 90°, shape (rows, 2)."""
     return np.column_stack([normal[:, 1], -normal[:, 0]])

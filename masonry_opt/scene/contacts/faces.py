@@ -269,7 +269,7 @@ class SolidCorners(sides.BlockCorners):
         return [edges, corners, _crossings(self, pairs)]
 
     def meetings(self, pairs: np.ndarray) -> Meetings:
-        """Return the lines along which edges of two blocks coincide within the tolerance."""
+        """Return the meetings of two blocks: lines along which their edges coincide within the tolerance."""
         tolerance = self.shapes.tolerance
         pair, i, j = near_items(self.shapes, pairs, tolerance, (self.edges, self.edges))
         origin, along, length = self.start[i], self.direction[i], lengths(self.end - self.start)[i]

@@ -436,7 +436,7 @@ def _closing_of_overlaps(
 def refuse_floating(
     scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray], closes_gaps: Closing
 ) -> None:
-    """Raise CaseError if a block touches no other block or is not connected to a support or to the ground.
+    """Raise CaseError if a block floats: it touches no other block, or is not connected to a support.
 
     ``joined`` has the two blocks of each joint. ``closes_gaps`` is the option that closes the small gaps.
     """

@@ -140,7 +140,7 @@ class Facing(Rows, ABC):
 
     @property
     def width(self) -> np.ndarray:
-        """Return the length of each segment (in space: the square root of each area), shape (n,)."""
+        """Return the width of each segment (in space: of each polygon, the root of its area), shape (n,)."""
         width: np.ndarray = self.extent ** (1 / (self.middle.shape[1] - 1))
         return width
 
@@ -250,7 +250,7 @@ class BlockCorners(ABC):
 
     @abstractmethod
     def meetings(self, pairs: np.ndarray) -> "Meetings":
-        """Return the places at which corners (in space: edges) of two blocks coincide.
+        """Return the meetings of two blocks: places where their corners (in space: edges) coincide.
 
         ``Meetings.pair`` is the index of the row in ``pairs``.
         """

@@ -95,7 +95,7 @@ class MeshSolid:
         return self.points[np.unique([corner for side in self.sides for corner in side.rings[0]])]
 
     def unclosed(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return the ends of an edge at which the surface is not closed, or None if the surface is closed.
+        """Return an unclosed edge (its two ends), at which a face is missing; None if the surface is closed.
 
         At an edge of a closed surface, equal numbers of outlines run in both directions.
         """

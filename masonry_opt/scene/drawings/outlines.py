@@ -451,7 +451,7 @@ def net_cells(
 def _add_loose(
     joints: Sequence[Curve], lines: np.ndarray, loose: np.ndarray, tolerance: float, defects: Defects
 ) -> None:
-    """Add a defect for each joint line that ends inside a cell.
+    """Add a defect for each loose joint line, which ends inside a cell.
 
     The place of the defect is the middle of the longest piece inside a cell.
     """

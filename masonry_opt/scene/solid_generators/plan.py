@@ -124,7 +124,7 @@ class WallStretch(NamedTuple):
         return (self.faces, along) if self.along else (along, self.faces)
 
     def bays(self) -> Iterator[tuple[float, float, WallCrossing | None]]:
-        """Generate the start and end of each piece of the wall between two crossings.
+        """Generate the bays of the wall: start and end of each piece between two crossings.
 
         Each piece comes with the crossing before it, or None for the first piece.
         """
@@ -143,7 +143,7 @@ class WallStretch(NamedTuple):
         return any(low - nothing <= left and right <= high + nothing for low, high, _ in self.bays())
 
     def runs(self, course: int) -> list[_Run]:
-        """Return the start and end of each uninterrupted piece of a course.
+        """Return the runs of a course: start and end of each uninterrupted piece.
 
         Walls that pass through the stretch, openings and lintels interrupt the course.
         """
@@ -249,7 +249,7 @@ class Plan(SolidGenerator):
                     )
 
     def _slivers(self, stretches: list[WallStretch]) -> Iterator[str]:
-        """Generate an error message for each stretch with a piece shorter than a quarter of a block."""
+        """Generate an error message for each stretch with a sliver: a piece shorter than a quarter block."""
         for stretch in stretches:
             for course in range(stretch.courses):
                 pieces = [high - low for low, high in stretch.runs(course)]
@@ -263,7 +263,7 @@ class Plan(SolidGenerator):
 
     @property
     def _nothing(self) -> float:
-        """Return the largest length that counts as zero."""
+        """Return the largest length that counts as zero ("nothing")."""
         return _ZERO_LENGTH_TOLERANCE * self.block[0]
 
     @property

@@ -155,7 +155,7 @@ class Frames(Rows):
         return cls(base, u, np.cross(normal, u), normal)
 
     def down(self, points: np.ndarray, frame: np.ndarray) -> np.ndarray:
-        """Project points onto planes. Return the coordinates in the axes of the planes, shape (points, 2).
+        """Project points down onto planes; return their coordinates in the planes' axes, shape (points, 2).
 
         ``frame`` is the index of the frame of each point.
         """

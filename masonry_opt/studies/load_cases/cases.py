@@ -76,7 +76,7 @@ class Cases(StudyAnswer):
         return {"load_case": result.load_case, "live": str(result.assembly.scene.load_case)}
 
     def _further(self, result: Result) -> dict[str, Any]:
-        """Return the table columns that a subclass adds for a result. This class adds none."""
+        """Return further table columns for a result, which a subclass may add. This class adds none."""
         return {}
 
     @property
@@ -223,7 +223,7 @@ class Directions(Cases):
         return {name: getattr(result.assembly.scene.shaken_by, name) for name in ("direction", "vertical")}
 
     def _further(self, result: Result) -> dict[str, Any]:
-        """Return the columns with the accelerations that activate the mechanism of a result."""
+        """Return further table columns: the accelerations that activate the mechanism of a result."""
         activated = activation(result)
         if activated is None:
             return dict.fromkeys(_ACTIVATION_COLUMNS)

@@ -217,7 +217,7 @@ class Draws:
         return values
 
     def _refuse_impossible(self, name: str, law: Distribution, value: float) -> None:
-        """Raise OptionError if the scene does not accept a value of a distribution."""
+        """Raise OptionError if a value of a distribution is impossible for the scene."""
         try:
             self._parameters.at({name: value})
         except CaseError as error:

@@ -210,7 +210,7 @@ def _rows_of_runs(
 
 
 def is_outdated(recorded: Row, time_limit: float | None) -> bool:
-    """Return True if the time limit ended a recorded run, and the present limit (None: no limit) is longer.
+    """Return True if a record is outdated: its run ended at the time limit, and the limit is longer now.
 
     A limit of None in the row is the method's own limit. Any other limit counts as longer.
     """

@@ -159,7 +159,7 @@ class Screen:
 
 
 def _improves(state: FoundState, row: Row) -> bool:
-    """Return True if a state has a lower load factor than a run's answer, or if the run has no answer."""
+    """Return True if a state improves a run's answer: λ is lower, or the run has no answer."""
     load_factor = row["load_factor"]
     if load_factor is None:
         return True
