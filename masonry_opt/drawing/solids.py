@@ -244,7 +244,7 @@ class Raster:
         return pieces[(first[starts] & last[ends]) | (length >= _SHORTEST_PIECE)]
 
     def sees(self, points: np.ndarray) -> np.ndarray:
-        """Return a mask of the visible points, shape (points,).
+        """Return a mask of the points that the viewer sees, shape (points,).
 
         Points have shape (points, 3), in picture coordinates.
         """

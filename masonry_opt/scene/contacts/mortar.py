@@ -173,7 +173,7 @@ def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, ne
 
 
 def is_drawn_apart(scene: Scene, shapes: Extents) -> bool:
-    """Return True if blocks are drawn apart: a tolerance of the scene is as large as a mortar joint."""
+    """Return True if blocks are drawn apart: a contact tolerance or a mortar-sized tolerance is set."""
     return scene.contact_tolerance is not None or has_large_tolerance(scene, shapes)
 
 
