@@ -27,7 +27,7 @@ class IncrementalSettings(Settings):
     #: mean contact force. If the load is larger than the mean contact force, the displacement is multiplied
     #: by the ratio of both. With a smaller value, a long slide to a new equilibrium counts as collapse. With
     #: a larger value, joints that are not quite parallel may jam first.
-    far: float = 1e4
+    far: float = 3e3
 
     #: Largest number of joints (in space: contacts) of scenes for which other methods also compute the
     #: incremental load factor. On larger scenes the computation would take many minutes. Other methods always
