@@ -55,7 +55,7 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class Collapse:
-    """Motion that counts as collapse, because its displacement exceeds ``far``."""
+    """Motion that counts as collapse, because contacts do not stop it within the displacement ``far``."""
 
     state: BlockState  #: state of the blocks during the motion
     motion: np.ndarray  #: displacement of the last step of the motion, shape (3b,)
@@ -285,7 +285,7 @@ class EquilibriumSolver:
         return self._evaluate(start.state, load, damping, step.displacement + x)
 
     def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
-        """Halve a time step until the tangent predicts the forces well. Return the step and its length.
+        """Halve a time step until the tangent predicts the forces well. Return the step and its fraction.
 
         The tangent predicts that the unbalanced forces change linearly to those that the damping balances.
         """
