@@ -118,8 +118,6 @@ def fastest(assembly: Assembly, d: np.ndarray) -> float:
 
     The mechanism ``d`` consists of block velocities, shape (3b,). The result is 1 if no corner is known to
     move.
-
-    The value is 1 if no corner is known to move.
     """
     return float(_corner_speeds(assembly, d).max()) or 1.0
 
