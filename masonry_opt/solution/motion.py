@@ -17,7 +17,7 @@ from masonry_opt.solution.thresholds import CRUSHES, DRIVES, HINGES, IDLE, MOVES
 class JointMotion:
     """Joints that slide, hinge, separate or crush in a mechanism."""
 
-    #: True if a joint slips while its sides touch and no stone is crushed, shape (joints,).
+    #: True if a joint slips while its sides touch and are not crushed, shape (joints,).
     slides: np.ndarray
     #: True if a joint opens by rotation about one edge (in space, about the points that still touch), shape
     #: (joints,).
