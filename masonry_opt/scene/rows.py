@@ -48,7 +48,8 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
 def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
     """Return the sum of the rows of ``values`` for each owner, shape (count, columns).
 
-    ``values`` has shape (rows, k). ``owner`` has the index of the owner of each row, less than ``count``.
+    ``values`` has shape (rows, columns). ``owner`` has the index of the owner of each row, less than
+    ``count``.
     """
     return np.column_stack([np.bincount(owner, column, count) for column in values.T])
 
@@ -56,8 +57,8 @@ def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
 def bounds(owner: np.ndarray, values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the column minima and maxima of ``values`` for each owner, shape (count, columns) each.
 
-    ``values`` has shape (rows, k). ``owner`` has the index of the owner of each row, in ascending order. Each
-    owner has at least one row.
+    ``values`` has shape (rows, columns). ``owner`` has the index of the owner of each row, in ascending
+    order. Each owner has at least one row.
     """
     first = np.searchsorted(owner, np.arange(count))
     return np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)

@@ -356,7 +356,7 @@ def _drawn(data: Any) -> Iterator[_DrawnBlock]:
 
 
 def _drawn_in_list(items: list[Any]) -> Iterator[_DrawnBlock]:
-    """Yield the blocks of a list, with their indices in the list as keys."""
+    """Yield the blocks of a list and of its nested lists, numbered from 0; the numbers are the keys."""
     for number, item in enumerate(_flattened(items)):
         attributes = _table(_content(item)).get("attributes")
         yield number, item, _is_support(attributes), None

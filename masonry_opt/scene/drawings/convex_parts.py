@@ -168,7 +168,8 @@ def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:
             convex = convex_pieces(shapely.Polygon(outer, holes), tolerance)
         except shapely.errors.GEOSException:
             raise ValueError(
-                "the block has a face that crosses itself: list its corners in order round the face"
+                "the block has a face that crosses itself: list the corners of the face in order along its "
+                "outline"
             ) from None
         rings += [side.base + piece @ across(side.normal) for piece in convex]
         numbers += [number] * len(convex)

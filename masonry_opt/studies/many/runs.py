@@ -109,7 +109,7 @@ def charts_if_installed(title: str, drawings: Callable[[], list[Any]]) -> dict[s
 
 
 def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
-    """Solve a scene, or move its axles, with pickled settings. Returns the row of the run by column name.
+    """Solve a scene, or move axles over it, with pickled settings. Returns the row of the run as a dict.
 
     Each thread reuses its last session. In addition to RUN_COLUMNS the row has the entries that
     :mod:`.shared_states` and :mod:`.run_warnings` read.
