@@ -225,7 +225,9 @@ class Existence(StrEnum):
     #: In every mechanism, the joints that move cannot all be at yield at the same time.
     NO_STATE = "no load factor exists: no mechanism is compatible with a state of equilibrium"
     UNBOUNDED = "undecided: some forces carry any multiple of the live load, but a mechanism exists"
-    UNDECIDED = "undecided: a mechanism exists, and no forces were found that carry every multiple of the live load"
+    UNDECIDED = (
+        "undecided: a mechanism exists, and no forces were found that carry every multiple of the live load"
+    )
 
     @property
     def proven(self) -> bool:

@@ -231,8 +231,8 @@ def _clipped(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> li
 def _part(cell: list[np.ndarray], surface: np.ndarray, tolerance: float) -> list[MeshSolid]:
     """Return a list with the convex polyhedron that fills a cell, or an empty list.
 
-    The list is empty if the cell is outside the block or thinner than two tolerances. Raises ValueError if the
-    cell is inside a surface that crosses itself.
+    The list is empty if the cell is outside the block or thinner than two tolerances. Raises ValueError if
+    the cell is inside a surface that crosses itself.
     """
     points = np.concatenate(cell)
     middle = points.mean(axis=0)
