@@ -173,9 +173,10 @@ class Session:
     def _solve_incremental(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution | None:
         """Compute the incremental load factor, and return the solution of method "incremental".
 
-        The result is None if the incremental load factor is not requested. If the scene is not suitable for
-        the method, the solution states the reason. The time of the method is measured separately from the
-        session's method. Load steps are reported if the session's method begins with the same steps.
+        The result is None if the incremental load factor is not requested. If the scene has too many joints,
+        or dilatancy that depends on stress, the solution states why the method was not run. The time of the
+        method is measured separately from the session's method. Load steps are reported if the session's
+        method begins with the same steps.
         """
         if not self.how.adds_incremental:
             return None
@@ -263,8 +264,8 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     solution = explained(assembly, solution, task.solver, task.effort, is_associative)
     if incremental is None or incremental.load_factor is None or not solution.proven_none:
         return solution
-    # A proof shows that the scene never collapses, so the incremental load factor is removed. Contacts that
-    # slip at this load factor would stop slipping under a larger load.
+    # A proof shows that the scene never collapses, so the incremental load factor is removed. Contacts slip
+    # at this load factor, but they lock before the blocks collapse.
     incremental = replace(
         incremental,
         found=FinalState(),
@@ -277,7 +278,7 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
 
 
 def _with_only_state(problem: Problem, solution: Solution) -> Solution:
-    """Record in a solution if a proof shows that its load factor is the only λ > 0 that causes collapse."""
+    """Record in a solution whether a proof shows that no other load factor λ > 0 causes collapse."""
     load_factor = solution.load_factor
     if load_factor is None or solution.kind in (Kind.ASSOCIATIVE, Kind.INCREMENTAL):
         return solution
@@ -285,7 +286,7 @@ def _with_only_state(problem: Problem, solution: Solution) -> Solution:
 
 
 def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
-    """Add a reason to a solution: its load factors agree, but this proves little after only a few starts.
+    """Add a reason to a solution if its three load factors agree after only a few starts.
 
     Agreement proves little if equilibrium does not fix the forces: other forces may lead to lower states. No
     reason is added if all joints follow associative flow, because all exact states then have one load factor.

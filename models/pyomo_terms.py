@@ -132,7 +132,8 @@ class PyomoMechanism:
         #: One expression for the slip of each joint that can slide: the sum of its rates in all directions of
         #: slip.
         self.slip = list(rows(problem.limit_factors.T.tocsr(), p))
-        #: Expression for the energy that crushing joints, and ties or props at their force limits, dissipate.
+        #: Expression for the energy that crushing joints (by the chords of the crushing curve) and limited
+        #: forces at their limits dissipate.
         self.resisted = dot(problem.face_constant, p) if problem.face_constant.any() else 0.0
         dilates: dict[int, Any] = {
             row: slope[i] * self.slip[i]

@@ -110,7 +110,10 @@ _SHARED: dict[str, Any] = {
 
 
 class Given(dict[str, Any]):
-    """Dictionary from parameter name to value, with only the arguments that the user typed."""
+    """Arguments that the user typed for the functions of a command, by parameter name.
+
+    Arguments of the command itself are not included. The functions use their defaults for missing arguments.
+    """
 
     called: Mapping[str, str] = {}  #: Name of the command-line option for each parameter name.
 
@@ -126,7 +129,7 @@ class Given(dict[str, Any]):
         """
         options = dict(map(_name_and_value, self.pop("options", ())))
         # Raise an error if an option of the command is passed through --option. The option "time_limit" is
-        # exempt, because it was once an option of method "global".
+        # exempt, because it is also an option of method "global".
         for taking in (solve, function):
             own = inspect.signature(taking).parameters.keys() & (options.keys() - {"time_limit"})
             if own:

@@ -131,7 +131,8 @@ def _names(text: str) -> list[str]:
 @command(
     mo.compare,
     methods=typer.Option(
-        help="Methods, separated by commas. Besides the default methods, global is possible.", parser=_names
+        help="Methods, separated by commas. Besides the default methods, others such as global are possible.",
+        parser=_names,
     ),
     solvers=typer.Option(help=_SOLVERS, parser=_names),
     models=typer.Option(help="Modelling languages.", parser=_names),
@@ -140,7 +141,8 @@ def _names(text: str) -> list[str]:
     time_limit=typer.Option(min=0.1),
     memory_limit=typer.Option(min=1),
     cases=typer.Option(
-        help="Folder of the case files. Default: ./cases if it exists, or the folder in the package."
+        help="Folder of the case files. Default: ./cases if it has the cases of the paper, or the folder in "
+        "the package."
     ),
     scenes=typer.Argument(metavar="CASE...", help="Case files, or names of cases in the folder --cases."),
 )

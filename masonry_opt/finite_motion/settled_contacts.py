@@ -22,8 +22,8 @@ from masonry_opt.solution.thresholds import SEPARATES, SLIDES
 #: Number of steps in which the supports move to their final positions. With more steps, the Gauss–Newton
 #: method starts closer to the solution if rotations are large.
 _STEPS = 10
-#: Largest number of Gauss–Newton iterations in one step of the supports. After this number, the next step
-#: begins with the last iterate.
+#: Largest number of Gauss–Newton iterations in one step of the supports. If the iterations have not converged
+#: by then, the computation continues with the last iterate.
 _MOST_CORRECTIONS = 20
 #: Gauss–Newton iterations have converged if positions change by less than this fraction of the size of the
 #: scene.

@@ -88,7 +88,7 @@ class RelaxationStep:
     word: str  #: IPOPT's status
     iterations: int  #: number of IPOPT's iterations
     largest_product: float  #: largest product z p; NaN if the solve failed
-    gap: float  #: Σ z p divided by the power of the live load, in units of λ; NaN if the solve failed
+    gap: float  #: Σ z p, relative to the work of the live load at λ = 1; NaN if the solve failed
     seconds: float  #: time of the solve
 
 

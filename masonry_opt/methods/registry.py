@@ -264,7 +264,7 @@ class HowToSolve:
 def _mistake(error: Mapping[str, Any]) -> str:
     """Return the part of an error message that states what is wrong with the value of an option."""
     if error["type"] == "is_instance_of":
-        return f"must be an object of class mo.{error['ctx']['class']}: set this option in Python"
+        return f"must be an object of class mo.{error['ctx']['class']}, so it can be set only in Python"
     return str(error["msg"]).removeprefix("Value error, ")
 
 

@@ -15,8 +15,8 @@ from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import SAME
 
-#: If a method finds no load factor, a search follows for a collapse in which the live load does no work. On
-#: scenes with more joints than this number, the search is omitted.
+#: If a Coulomb method finds no load factor, a search follows for a collapse in which the live load does no
+#: work. On scenes with more joints than this number, this search is omitted.
 _MOST_JOINTS_NO_WORK = 8000
 
 #: Number of joints of plane scenes above which a Coulomb method takes more than a few minutes, so that a

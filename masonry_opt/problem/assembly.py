@@ -108,7 +108,7 @@ class Assembly:
     def joints_of(self, indices: np.ndarray) -> np.ndarray:
         """Return the indices of the scene's joints for given joints of the problem, without duplicates.
 
-        In space, the problem's joints are contact points. Duplicates are removed.
+        In space, the problem's joints are contact points.
         """
         joints = self.joint[indices]
         return joints[np.sort(np.unique(joints, return_index=True)[1])]

@@ -79,7 +79,7 @@ def friction_high(v: dict[str, Any]) -> str:
 
 
 def dilatancy_low(v: dict[str, Any]) -> str:
-    """Return a warning that the dilatancy of a joint is less than the negative friction coefficient."""
+    """Return a warning that the dilatancy of a joint is less than minus its friction coefficient."""
     return (
         f"the dilatancy {v['dilatancy']:g} of {_place_of_property(v)} is below the negative friction "
         f"−{v['friction']:g}, so sliding would release energy: check the sign of 'dilatancy'"
@@ -117,7 +117,7 @@ def bridged_by_tolerance(v: dict[str, Any]) -> str:
     wide = [f"up to {rounded_up(width, 2)} wide" for width in v["widths"]]
     remedy = f"{set_contact_tolerance(max(v['widths']))} and remove 'tolerance'"
     return (
-        "'tolerance' closes gaps as wide as mortar joints and moves corners by the width of the gaps, so λ "
+        "'tolerance' closes gaps as wide as mortar joints and also moves corners by similar distances, so λ "
         f"changes: {pairs(v, wide)}; if the drawing omits the mortar, {remedy}"
     )
 

@@ -29,8 +29,8 @@ from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.thresholds import ZERO
 
-#: Reason codes that describe the course of the analysis instead of the scene. A summary omits these reasons
-#: if the result has other reasons.
+#: Reason codes that describe the course of the analysis instead of the scene. The line that states why there
+#: is no load factor omits these reasons if the result has other reasons.
 _TRIED = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
 
 _MOST_TIES = 4  #: Largest number of ties and props that are listed; the remaining ones are only counted.

@@ -275,7 +275,7 @@ def geometry(scene: Scene) -> Geometry:
     # the first corner. The lowest leftmost corner is never on a straight side.
     polygons = shapely.simplify(shapely.normalize(outlines), STRAIGHT * tolerance)
     crossed = np.flatnonzero(~shapely.is_valid(polygons))
-    raise_for(crossed, scene, "the outline of {} crosses itself: list the corners in order round the block")
+    raise_for(crossed, scene, "the outline of {} crosses itself: list the corners in order along the outline")
     area = shapely.area(outlines)
     raise_for(np.flatnonzero(area <= tolerance**2), scene, "{} has no area")
     hulls = shapely.convex_hull(polygons)

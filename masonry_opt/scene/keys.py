@@ -241,7 +241,7 @@ def _wrong_loads(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
 def _wrong_fills(scene: SceneKeys) -> Iterator[str]:
     """Generate an error message for each mistake in the fills."""
     if scene.fills and (scene.gravity[0] != 0 or scene.gravity[1] > 0):
-        yield "a 'fill' needs vertical gravity: set 'gravity' to [0, -1]"
+        yield "a 'fill' needs gravity that points straight down: set 'gravity' to [0, -1]"
     roads = [fill.road for fill in scene.fills]
     ends = sorted((road[0][0], road[-1][0], number) for number, road in enumerate(roads, start=1))
     for (_, end, left), (start, _, right) in itertools.pairwise(ends):

@@ -136,7 +136,7 @@ def repeated(names: Iterable[str]) -> list[str]:
 
 
 def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, Any]) -> str:
-    """Return the message about one mistake, after the name of the table or list entry with the mistake."""
+    """Return the message about one mistake. It begins with the name of the table or list entry."""
     in_file = not record.model_config.get("populate_by_name")
     loc = [part for number, part in enumerate(item["loc"]) if not number or part not in _TAGS]
     key = str(loc[0]) if loc else ""

@@ -48,7 +48,7 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
 def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
     """Return, for each owner, the sum of the rows of ``values`` that belong to it, shape (count, k).
 
-    ``values`` has shape (rows, k). ``owner`` has, for each row, the index of the owner to which the row
+    ``values`` has shape (rows, columns). ``owner`` has, for each row, the index of the owner to which the row
     belongs, less than ``count``.
     """
     return np.column_stack([np.bincount(owner, column, count) for column in values.T])
@@ -57,7 +57,7 @@ def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
 def bounds(owner: np.ndarray, values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Return, for each owner, the minima and maxima of its rows of ``values``, shape (count, k) each.
 
-    ``values`` has shape (rows, k). ``owner`` has, for each row, the index of the owner to which the row
+    ``values`` has shape (rows, columns). ``owner`` has, for each row, the index of the owner to which the row
     belongs, in ascending order. Each owner has at least one row.
     """
     first = np.searchsorted(owner, np.arange(count))

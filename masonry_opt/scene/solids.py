@@ -222,7 +222,10 @@ def prism(front: Sequence[Sequence[float]], back: Sequence[Sequence[float]]) -> 
 def _wrong_faces(shape: Part | Solid) -> Iterator[str]:
     """Generate an error message for each mistake in the faces or the box of a solid."""
     if shape.vertices is not None and shape.faces is None:
-        yield "a solid with 'vertices' needs 'faces': list the corner indices of each face, or give a 'box'"
+        yield (
+            "a solid with 'vertices' needs 'faces': list the corner indices of each face in order along its "
+            "outline, or give a 'box'"
+        )
     if shape.faces is not None and shape.vertices is None:
         yield "'faces' need 'vertices': remove 'faces', or add 'vertices'"
     for axis, (low, high) in zip("xyz", shape.box or (), strict=False):

@@ -34,7 +34,7 @@ class Certificate:
     yield_: largest violation of the true friction law, of n ≥ 0 or of rocking, as a force in median
         block weights.
     flow: largest departure of Bᵀd from the flow rule, over the largest velocity.
-    complementarity: Σ|z p| over the work of the live load, in units of λ. The sum is the energy of faces
+    complementarity: Σ|z p|, relative to the work of the live load at λ = 1. The sum is the energy of faces
         that move although they are not at yield. For associative flow, the error of λ is at most this
         residual. Rates of sliding faces are divided by max(1, μ) / max(1, slope of the flow rule).
     """
@@ -225,7 +225,9 @@ class Existence(StrEnum):
     #: In every mechanism, the joints that move cannot all be at yield at the same time.
     NO_STATE = "no load factor exists: no mechanism is compatible with a state of equilibrium"
     UNBOUNDED = "undecided: for every multiple of the live load, forces can carry it, but a mechanism exists"
-    UNDECIDED = "undecided: a mechanism exists, and forces may not carry every multiple of the live load"
+    UNDECIDED = (
+        "undecided: a mechanism exists, and no forces were found that carry every multiple of the live load"
+    )
 
     @property
     def proven(self) -> bool:

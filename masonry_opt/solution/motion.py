@@ -17,7 +17,7 @@ from masonry_opt.solution.thresholds import CRUSHES, DRIVES, HINGES, IDLE, MOVES
 class JointMotion:
     """Joints that slide, hinge, separate or crush in a mechanism."""
 
-    #: True if a joint slips while its sides touch and no stone is crushed, shape (joints,).
+    #: True if a joint slips while its sides touch and are not crushed, shape (joints,).
     slides: np.ndarray
     #: True if a joint opens by rotation about one edge (in space, about the points that still touch), shape
     #: (joints,).
@@ -118,8 +118,6 @@ def fastest(assembly: Assembly, d: np.ndarray) -> float:
 
     The mechanism ``d`` consists of block velocities, shape (3b,). The result is 1 if no corner is known to
     move.
-
-    The value is 1 if no corner is known to move.
     """
     return float(_corner_speeds(assembly, d).max()) or 1.0
 

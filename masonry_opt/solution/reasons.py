@@ -75,9 +75,9 @@ class Code(StrEnum):
     # Solvers could not decide if the scene is stable. Values: ``word``, status of the last solver; ``ratio``,
     # largest divided by smallest dead load of a block.
     DEAD_LOAD_UNDECIDED = "dead load undecided"
-    # Only wedging forces could carry the dead load, and the flow rule of the joints does not sustain such
-    # forces, so the answer is withdrawn. Values: ``load_factor``, λ of the withdrawn answer, or None;
-    # ``blocks``, the names of the blocks that move.
+    # Only forces between wedged blocks could carry the dead load, but such forces do not arise under the flow
+    # rule of the joints, so the answer is withdrawn. Values: ``load_factor``, λ of the withdrawn answer, or
+    # None; ``blocks``, the names of the blocks that move.
     WEDGED = "wedged"
     # The only collapse state that was found has a load factor of zero or less, although the scene is stable
     # under its dead load from rest. Value: ``load_factor``, λ of this state.

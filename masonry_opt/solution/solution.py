@@ -123,7 +123,7 @@ class Solution:
 
     @property
     def incremental_value(self) -> float | None:
-        """Largest load factor of the load history; None if no load history shows a collapse."""
+        """Largest load factor of the load history; None unless the history ends in an accepted collapse."""
         state = self.at_incremental
         if state is None:
             return None

@@ -23,8 +23,9 @@ _NEARLY_PARALLEL_ANGLE = 0.01
 _PARALLEL_ANGLE = 1e-9
 
 #: Rotation of a joint by alignment, in radians, above which a warning names the joint. The value is one
-#: millimetre per metre, the accuracy of cut stones. With a larger value, no warning may reveal that a large
-#: tolerance has made the faces of a real wedge parallel. With a smaller value, warnings are more frequent.
+#: millimetre per metre, the accuracy of cut stones. With a larger value, a large tolerance
+#: may make the faces of a real wedge parallel without a warning. With a smaller value, warnings are more
+#: frequent.
 _NAMED_TURN = 1e-3
 
 #: A joint counts as about to slide if its shear exceeds this fraction of the friction limit. With a smaller
@@ -33,8 +34,8 @@ _NAMED_TURN = 1e-3
 _SHARE_OF_FRICTION_LIMIT = 0.999
 
 #: Largest number of joints of a block whose joints are compared with each other. Blocks with more joints,
-#: such as supports under many blocks, are left out. A larger value needs more memory; a smaller value misses
-#: more wedges.
+#: such as wide blocks under many others, are left out. A larger value needs more memory; a smaller value
+#: misses more wedges.
 _MOST_JOINTS_COMPARED = 300
 
 

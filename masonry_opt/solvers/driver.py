@@ -135,7 +135,7 @@ class ProgramCache:
     def of(
         self, key: Hashable, problem: Problem, effort: Effort, build: Callable[[], _T], own: bool = False
     ) -> _T:
-        """Return the cached entry of a key if the entry fits the problem; otherwise build a new entry.
+        """Return the cached entry of a key if it fits the problem; otherwise build and return a new entry.
 
         An entry does not fit if its problem has other matrices, loads or strengths. If ``own`` is True, the
         entry is stored even if the cache does not reuse entries for other problems.

@@ -37,9 +37,9 @@ DIAGNOSIS = "diagnosis"
 #: program is used.
 _MOST_PROGRAMS = 40
 
-#: Largest number of joints of scenes for which further programs, solved by the simplex method, follow a
-#: program that decides nothing. On such large scenes, a program takes half a minute. With more joints, the
-#: question remains undecided.
+#: Largest number of joints for which further programs are solved, by the simplex method, if the first program
+#: does not decide the question. A program with so many joints takes half a minute. With more joints, the
+#: question then remains undecided.
 _SIMPLEX_UP_TO = 2000
 
 #: Largest number of joints for which the smallest stabilising factor on friction is computed. With more

@@ -36,7 +36,7 @@ from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Solver, Verdict
 from masonry_opt.stability.diagnosis import locking_joints
 
-#: Only for scenes with at most this many joints, the module tries to prove that no load factor exists.
+#: Largest number of joints for which this module tries to prove that no load factor exists.
 _RAYS_UP_TO = 2000
 
 #: Largest number of joints for which branch and cut is used. For larger scenes, branch and cut is skipped.
@@ -204,8 +204,8 @@ class Cuts:
     def _kinematic_cut(self, still: np.ndarray) -> None:
         """Find faces of which at least one moves in every mechanism, and add them as a cut.
 
-        The faces of the cut are among the resting faces, for which the mask ``still``, shape
-        (faces,), is True.
+        The faces of the cut are among the resting faces, for which the mask ``still``, shape (faces,), is
+        True.
         """
         model = self._no_motion
         self._kinematics.set_most(model.v, np.where(still, np.inf, 0.0))
@@ -336,7 +336,7 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
     """Remove the load factor of a solution, add the reason for the removal, and return the solution.
 
     If ``rests`` is True, the scene carries its dead load from rest, and the load factor is below zero.
-    Otherwise only wedging keeps the scene stable.
+    Otherwise only forces between wedged blocks could carry the dead load.
     """
     if rests:
         without = solution.withdrawn(Status.BELOW_ZERO, Code.BELOW_ZERO)

@@ -161,7 +161,7 @@ def test_what_goes_with_no_fill():
     with pytest.raises(mo.CaseError, match=r"no\. 1 and no\. 2 overlap"):
         scene([LOW], [*flat, fill([(1, 4), (2, 4)])])
     scene([LOW, SLOPED], [*flat, fill([(2, 4), (4, 4)])])
-    with pytest.raises(mo.CaseError, match="vertical gravity"):
+    with pytest.raises(mo.CaseError, match="straight down"):
         scene([LOW], flat, gravity=(0.1, -1.0))
     with pytest.raises(mo.CaseError, match="'fill' does not tilt"):
         scene([LOW], flat, tilt="right")

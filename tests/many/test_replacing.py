@@ -61,6 +61,14 @@ def test_a_table_is_replaced_by_one_with_all_of_its_runs(tmp_path):
     assert frictions_in(tmp_path) == [*reversed(FRICTIONS), 7]
 
 
+def test_a_table_is_replaced_by_one_with_its_parameters_in_another_order(tmp_path):
+    values = {"joints.friction": [0.2, 0.3], "gravity.x": [0.0, 0.1]}
+    for names in (list(values), [*reversed(values)]):
+        ordered = {name: values[name] for name in names}
+        mo.sweep(block_on_floor(), ordered, method="static", workers=1, out=tmp_path)
+        assert [*pd.read_csv(tmp_path / "runs.csv").columns[:2]] == names
+
+
 def test_a_sample_is_replaced_by_a_larger_one_alone(tmp_path):
     sampled(tmp_path, 2)
     sampled(tmp_path, 4)

@@ -121,7 +121,7 @@ def prove_least(
     upper: float | None = None,
     settings: ProofSettings = SETTINGS,
 ) -> LeastProof:
-    """Search for the least load factor, and prove that no collapse state has a lower load factor.
+    """Search for the least load factor, and try to prove that no collapse state has a lower load factor.
 
     Parameters
     ----------

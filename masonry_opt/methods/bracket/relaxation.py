@@ -42,8 +42,8 @@ _TOLERANCE = 1e-7
 _FEW_ROWS = 20_000
 
 #: Tolerance of HiPO, as a fraction of the relative gap between the bounds of λ. With a smaller tolerance,
-#: half of all iterations would improve the bound by only 1 %. The next program, with more products, improves
-#: the bound much more.
+#: the second half of the iterations would improve the bound by only 1 %. The next program, with more
+#: products, improves the bound much more.
 _COARSE = 0.05
 
 #: Largest velocity that is assumed for variables without bounds, in units of the live load's mean velocity.
@@ -75,7 +75,8 @@ _LOAD_FACTOR_MARGIN = 1e-4
 #: products and takes three to ten times as long.
 _WORTH_REPEATING = 0.5
 
-#: Largest number of products in a program. Larger programs are not solved, because they need too much memory.
+#: Largest number of products in a program. Programs with more products are skipped, because they would need
+#: too much memory.
 _MOST_PRODUCTS = 400_000
 
 #: If kinematics set no limit to the sum of all rates, the assumed limit is at least this value, in units of
@@ -136,14 +137,14 @@ def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Ef
 def tightened(
     of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
 ) -> StateBounds:
-    """Tighten the bounds of the forces for collapse states with ``lowest`` ≤ λ ≤ ``highest``.
+    """Return the bounds ``of`` for states with ``lowest`` ≤ λ ≤ ``highest``, with tighter force limits.
 
-    The bounds of forces are smaller for a narrower interval of λ, because less self-stress is possible at a
-    higher λ.
+    The force limits are smaller for a narrower interval of λ, because less self-stress is possible at a
+    higher λ. The limit of the rates stays the same.
     """
     normal, forces, derived = _force_limits(problem, (lowest, highest), effort)
     if not derived:
-        # Keep the earlier bounds of the forces, because some of the new bounds are only assumed.
+        # Keep the earlier force limits, because some of the new limits are only assumed.
         return replace(of, lowest=lowest)
     normal, forces = np.minimum(normal, of.normal), np.minimum(forces, of.forces)
     return replace(of, lowest=lowest, normal=normal, forces=forces)
@@ -202,10 +203,11 @@ def _with_shortfall(values: np.ndarray, short: np.ndarray) -> np.ndarray:
 
 
 def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
-    """Return an upper bound of the sum of slips and edge openings of any mechanism with λ ≤ ``highest``.
+    """Return an upper bound of the sum of slips and edge openings in collapse states with λ ≤ ``highest``.
 
-    Raising the blocks takes at most ``highest`` times the work of the live load in these mechanisms. The
-    result is infinite if the solver finds no largest rate of some face.
+    In the mechanisms of these states, raising the blocks takes at most ``highest`` times the work of the live
+    load. A linear program computes the largest rate of each face, which is zero if the face cannot move. The
+    result is infinite if a program is undecided or unbounded, or if the multipliers are too inaccurate.
     """
     motion = CvxpyMotion(problem, raising=highest * problem.live_norm)
     session, mechanism = HighsSession(motion.program, effort, "bounds"), motion.mechanism

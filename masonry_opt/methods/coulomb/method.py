@@ -88,7 +88,7 @@ class CoulombOptions(Options):
     def _is_a_result(cls, start: Any) -> Any:
         if start is None or isinstance(start, Solution):
             return start
-        raise ValueError("must be a result of mo.solve(scene): set this option in Python")
+        raise ValueError("must be a result of mo.solve(scene), so it can be set only in Python")
 
 
 def coulomb(task: Task) -> Solution:

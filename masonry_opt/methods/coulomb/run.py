@@ -170,7 +170,7 @@ class LowestState:
         return self._lowest.answer if self._lowest else self._by_programs
 
     def lower_to(self, state: Answer) -> None:
-        """Store an exact state from the search for a proof as the new state with the lowest λ.
+        """Store an exact state with a lower λ that the search for a proof has found.
 
         A state with a load factor of zero or less is recorded, but it is not an answer, because the scene
         would then collapse without live load.

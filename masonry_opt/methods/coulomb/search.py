@@ -193,7 +193,7 @@ class _Lowest:
         if not is_meaningful(analysis_of(self._task), state.load_factor, state.d):
             return False
         self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
-        # A start may lead again to the state with the lowest λ. The finder then returns the object that is
+        # A start may lead again to the state with the lowest λ. The finder may then return the object that is
         # already stored.
         return state is not self.state and lower_of(self.state, state) is state
 

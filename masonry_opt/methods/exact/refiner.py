@@ -258,7 +258,7 @@ class Refiner(StateFinder):
         return weightless(self.problem, state.load_factor, state.d)
 
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """Maximise λ Σ|f_L| minus the cost·n of normal forces n. Return the joint forces and the rates.
+        """Maximise λ Σ|f_L| − cost·n over the joint forces. Return the joint forces and the rates.
 
         The shapes are (3c,) and (faces,). The rates are dual variables. The cost, shape (k,), has one entry
         for the normal force n of each joint that can slide. None is returned if the program has no optimum.
@@ -269,7 +269,7 @@ class Refiner(StateFinder):
         return self._statics.values("q"), np.abs(self._statics.duals("yield")) / problem.steep
 
     def _forces_at(self, load_cost: float, force_cost: np.ndarray, held: np.ndarray | bool = False) -> bool:
-        """Minimise the cost of forces with the ``held`` faces at yield. Return True if an optimum exists."""
+        """Minimise the cost of forces with the ``held`` faces at yield. Return True if this succeeds."""
         self._statics.set_costs("load_factor", np.array([load_cost]))
         self._statics.set_costs("q", force_cost)
         self._statics.set_room("yield", np.where(held, 0.0, np.full(self.problem.faces, inf)))

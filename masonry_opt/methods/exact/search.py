@@ -91,7 +91,7 @@ class Search:
 
     @property
     def effort(self) -> Effort:
-        """Return the record of the programs, times and solvers used so far."""
+        """Record of the programs, times and solvers used so far."""
         return self._finder.effort
 
     @cached_property

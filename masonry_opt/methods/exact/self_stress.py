@@ -6,7 +6,7 @@ from masonry_opt.problem.problem import Problem
 
 
 def self_stress(problem: Problem, rng: np.random.Generator) -> np.ndarray | None:
-    """Return random admissible forces that balance the dead load, or None if no such forces exist.
+    """Return random admissible forces that balance the dead load, or None if no such forces are found.
 
     The forces have shape (3c + t,). They minimise a random cost of the normal forces. In space the shear is
     limited by polygons.

@@ -106,7 +106,7 @@ def _is_between(state: Answer, carried: float, not_carried: float, size: float) 
 
 
 def _excess(state: Answer, unbalanced: np.ndarray | None, most: float) -> float:
-    """Return by how much the carried load may exceed an exact state's load due to unbalanced forces.
+    """Return by how much unbalanced forces may let the carried load exceed the load of an exact state.
 
     If no joint slips, virtual work limits the excess to the work of the unbalanced forces in the motion of
     the state, in which the live load does unit work: ``unbalanced`` is divided by the norm of the live load.
@@ -294,7 +294,7 @@ class _LoadRaising:
 
     @property
     def _unbalanced(self) -> np.ndarray:
-        """Unbalanced forces under the load factor ``carried``, per unit of the live load, shape (3b,)."""
+        """Unbalanced forces under load factor ``carried``, divided by the live load's norm, shape (3b,)."""
         forces = self.solver.unbalanced(self.reached.response, self._load(self.carried))
         return forces / self.problem.live_norm
 
@@ -317,7 +317,7 @@ class _LoadRaising:
         load_factor = self._size_of(self.carried)
         if self.reached.by_motion:
             # Contacts that slipped during the damped motion may stick now. Use a small increment to find out
-            # which contacts stick. Double the increment after each further damped motion.
+            # which contacts stick. Double the increment with each consecutive damped motion.
             motions = sum(1 for _ in takewhile(lambda step: step.is_jump, reversed(self.steps)))
             share = settings.tolerance * 2.0 ** min(motions - 1, 60)
             return min(share, settings.smallest_increment) * load_factor

@@ -115,7 +115,7 @@ class ContactLaw:
         return self.stiffness.shape[1]
 
     def of_problem(self, forces: np.ndarray) -> np.ndarray:
-        """Rearrange forces, shape (3, m), to shape (3c + t,) of a problem: inverse of :func:`by_joint`."""
+        """Return forces (3, m) in the problem's order, shape (3c + t,): the inverse of :func:`by_joint`."""
         return np.concatenate([forces[:2, : self.joints].ravel(), forces[2]])
 
     def respond(self, trial: np.ndarray) -> Response:
@@ -134,7 +134,7 @@ class ContactLaw:
     def _limit_forces(
         self, trial: np.ndarray, forces: np.ndarray, tangent: np.ndarray, remembered: np.ndarray
     ) -> None:
-        """Write the response of limited forces (ties, props and earth) into the arrays that are passed."""
+        """Write the response of ties, props and earth into ``forces``, ``tangent`` and ``remembered``."""
         limited = slice(self.joints, None)
         free = trial[2, limited]
         forces[2, limited] = np.clip(free, self.lowest, self.highest)
@@ -157,7 +157,7 @@ class ContactLaw:
     def _map_joints(
         self, trial: np.ndarray, forces: np.ndarray, tangent: np.ndarray, remembered: np.ndarray
     ) -> np.ndarray:
-        """Write the response of the joints, by eqs (1) to (4), into the arrays that are passed.
+        """Write the joints' response, eqs (1) to (4), into ``forces``, ``tangent`` and ``remembered``.
 
         Return True for each joint at its friction limit, shape (c,).
         """
@@ -223,8 +223,8 @@ class ContactLaw:
         """Return the slip P ≥ 0 of each joint, shape (c,), by Newton's method safeguarded by bisection."""
         stiff, opens = self._shear_stiffness, self._opening_stiffness
         low, high = np.zeros_like(size), size / stiff
-        # Ignore changes of the slip below this value. Rounding errors limit the accuracy, because ``excess``
-        # is a small difference of large terms.
+        # Stop when the slip changes by less than this value. Rounding errors limit the accuracy, because
+        # ``excess`` is a small difference of large terms.
         rounding = 1e-15 * high
         slip = low
         for _ in range(self._iterations):

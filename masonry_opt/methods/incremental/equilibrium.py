@@ -57,7 +57,7 @@ class Equilibrium:
 
 @dataclass(frozen=True)
 class Collapse:
-    """Motion that counts as collapse, because its displacement exceeds ``far``."""
+    """Motion that counts as collapse, because contacts do not stop it within the displacement ``far``."""
 
     state: BlockState  #: state of the blocks during the motion
     motion: np.ndarray  #: displacements of the blocks in the last time step of the motion, shape (3b,)
@@ -287,7 +287,7 @@ class EquilibriumSolver:
         return self._evaluate(start.state, load, damping, step.displacement + x)
 
     def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
-        """Shorten a time step until the tangent predicts its forces well. Return the step and its length.
+        """Shorten a time step until the tangent predicts its forces well. Return the step and its fraction.
 
         The tangent predicts that the unbalanced forces change linearly to those that the damping balances.
         """

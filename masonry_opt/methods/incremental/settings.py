@@ -16,8 +16,8 @@ class IncrementalSettings(Settings):
     #: Largest width of the range of possible collapse loads, relative to the load factor, if the range
     #: contains no exact state. If an exact state is found, loads at half this distance below and above it are
     #: tested. The first load increment after a damped motion also has this size. The increment doubles with
-    #: each further damped motion, up to ``smallest_increment``. With a smaller value the search takes more
-    #: steps. With a larger value the range is wider, and the exact state may be missed.
+    #: each consecutive damped motion, up to ``smallest_increment``. With a smaller value the search takes
+    #: more steps. With a larger value the range is wider, and the exact state may be missed.
     tolerance: float = 1e-3
     #: Change of the contact forces in one load increment, relative to their mean. With a smaller value there
     #: are more increments. With a larger value, contacts that slip back and forth may lead to a different
@@ -25,9 +25,10 @@ class IncrementalSettings(Settings):
     increment: float = 0.1
     #: Displacement beyond which the blocks count as collapsed, relative to the elastic displacement under the
     #: mean contact force. If the load is larger than the mean contact force, the displacement is multiplied
-    #: by the ratio of both. With a smaller value, a long slide to a new equilibrium counts as collapse. With
-    #: a larger value, joints that are not quite parallel may jam first.
-    far: float = 1e4
+    #: by their ratio. With a smaller value, a long slide to a new equilibrium counts as collapse. With a
+    #: larger value, joints that are not quite parallel may jam first, and motions of large scenes in space
+    #: remain undecided.
+    far: float = 3e3
 
     #: Largest number of joints (in space: contacts) of scenes for which other methods also compute the
     #: incremental load factor. On larger scenes the computation would take many minutes. Other methods always

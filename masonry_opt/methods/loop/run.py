@@ -62,7 +62,10 @@ _EXACT_END_PURPOSE = "exact end"
 
 @dataclass(frozen=True)
 class Iteration:
-    """Record of one sub-problem in the history of the loop."""
+    """Record of one sub-problem in the history of the loop.
+
+    Work and energies are relative to the work of the live load at λ = 1.
+    """
 
     iteration: int  #: number of the sub-problem in its run, from 1
     load_factor: float  #: λ of the sub-problem, without the correction of step 6
@@ -70,14 +73,14 @@ class Iteration:
     alpha: float
     change: float  #: largest change of a normal force from the previous sub-problem, in median block weights
     violation: float  #: largest violation of the true Coulomb law, in median block weights
-    raising: float  #: work done against the dead load, in units of λ (paper, Fig. 12)
-    sliding: float  #: energy dissipated by sliding in the sub-problem, in units of λ
-    #: Energy that the slips of the sub-problem would dissipate with the true shear limits, in units of λ: the
-    #: paper's corrected energy.
+    raising: float  #: work done against the dead load (paper, Fig. 12)
+    sliding: float  #: energy dissipated by sliding in the sub-problem
+    #: Energy that the slips of the sub-problem would dissipate with the true shear limits: the paper's
+    #: corrected energy.
     coulomb_sliding: float
-    #: Error of the dissipated energy, in units of λ. Each joint has one energy with the shear limits of the
-    #: sub-problem and one with the true limits. The error is the sum of the absolute differences. The small
-    #: cohesion that the loop adds is not counted.
+    #: Error of the dissipated energy. Each joint has one energy with the shear limits of the sub-problem and
+    #: one with the true limits. The error is the sum of the absolute differences. The small cohesion that the
+    #: loop adds is not counted.
     mismatch: float
     seconds: float  #: time of the solver
     attempt: int  #: number of the run of the loop, from 1
@@ -299,7 +302,7 @@ def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
 def accurate_end(
     problem: Problem, state: State, near: float, solver: Solver, effort: Effort
 ) -> Answer | None:
-    """Return the exact state that has the mechanism of a sub-problem and the λ nearest to ``near``.
+    """Return the exact state with the mechanism of an accurate sub-problem and the λ nearest to ``near``.
 
     None is returned if no forces bring the moving faces to yield, or if forces and mechanism do not form one
     collapse state.
@@ -319,10 +322,10 @@ def accurate_end(
 def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) -> Answer | None:
     """Return an exact state near a sub-problem's inaccurate solution, or None if no state is found.
 
-    The solution belongs to a sub-problem. None of its rates is exactly zero, so the moving faces are not
-    known. The first program finds forces of low λ that leave little energy z·p for the rates of the solution.
-    The second program finds the mechanism of the true flow rule that leaves least energy for these forces. If
-    the second program has no optimum, the mechanism of the sub-problem is used.
+    None of the rates of this solution is exactly zero, so the moving faces are not known. The first program
+    finds forces of low λ that leave little energy z·p for the rates of the solution. The second program finds
+    the mechanism of the true flow rule that leaves least energy for these forces. If the second program has
+    no optimum, the mechanism of the sub-problem is used.
     """
     scaled = in_units_of_load(problem.by_cone)
     solver = in_cvxpy(solver, scaled.problem.by_friction.conic)

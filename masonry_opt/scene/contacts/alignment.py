@@ -71,7 +71,11 @@ class AlignedContacts:
 
 
 def aligned(drawn: DrawnContacts, settings: AlignmentSettings = DEFAULT_SETTINGS) -> AlignedContacts:
-    """Correct small errors of a drawing: make nearly parallel joints parallel, and move contact points."""
+    """Correct small errors of a drawing.
+
+    Joints that are nearly parallel become parallel, and joints that are nearly perpendicular become
+    perpendicular. Contact points near a common line (in space: plane) are moved onto it.
+    """
     joints, points = len(drawn.normal), len(drawn.point)
     if joints < 2:
         return AlignedContacts(drawn.normal, drawn.point, np.zeros(joints), np.zeros(points))

@@ -356,7 +356,7 @@ def _drawn(data: Any) -> Iterator[_DrawnBlock]:
 
 
 def _drawn_in_list(items: list[Any]) -> Iterator[_DrawnBlock]:
-    """Iterate over the blocks of a list, with their indices in the list as keys."""
+    """Iterate over the blocks of a list and of its nested lists, with their numbers, from 0, as keys."""
     for number, item in enumerate(_flattened(items)):
         attributes = _table(_content(item)).get("attributes")
         yield number, item, _is_support(attributes), None

@@ -23,8 +23,8 @@ _COPLANAR_SHARE = 1e-3
 #: less, rounding may reduce the volume of a part to zero.
 _THINNEST = 2.0
 
-#: Largest fraction of a block's volume in parts that are omitted because they are thinner than the tolerance.
-#: A larger fraction raises an error. For a block with curved surfaces the fraction is about 0.03 %.
+#: Largest fraction of a block's volume in parts that are omitted because they are too thin. A larger fraction
+#: raises an error. For a block with curved surfaces the fraction is about 0.03 %.
 _MOST_THIN_VOLUME = 1e-3
 
 #: Positions of test points on the lines from the middle of a hull (0) to its corners (1). The hull replaces
@@ -95,7 +95,7 @@ def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
     plane of a side. Each resulting cell is divided along the planes of the sides in it, until no cell
     contains a side. Sides that cut off only empty space are chosen first, and then sides that cut the fewest
     other sides. A cell is a part if the winding number of the block's surface at the middle of the cell is 1.
-    Parts thinner than the tolerance are omitted. If the block has several closed surfaces, which may touch,
+    Parts thinner than two tolerances are omitted. If the block has several closed surfaces, which may touch,
     the parts fill all of them.
 
     Raises ValueError if the sides do not form a closed surface, if they cross each other, if there are too
@@ -153,7 +153,7 @@ def _check_volume(block: MeshSolid, parts: list[MeshSolid], tolerance: float) ->
     if missing > _MOST_THIN_VOLUME * abs(block.volume) + rounding:
         share = missing / abs(block.volume)
         raise ValueError(
-            f"the block has {share:.2%} of its volume in places thinner than the tolerance "
+            f"the block has {share:.2%} of its volume in places thinner than twice the tolerance "
             f"{tolerance:.3g}: lower 'tolerance', or remove the thin places"
         )
 
@@ -168,7 +168,8 @@ def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:
             convex = convex_pieces(shapely.Polygon(outer, holes), tolerance)
         except shapely.errors.GEOSException:
             raise ValueError(
-                "the block has a face that crosses itself: list its corners in order round the face"
+                "the block has a face that crosses itself: list the corners of the face in order along its "
+                "outline"
             ) from None
         rings += [side.base + piece @ across(side.normal) for piece in convex]
         numbers += [number] * len(convex)
@@ -230,8 +231,8 @@ def _clipped(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> li
 def _part(cell: list[np.ndarray], surface: np.ndarray, tolerance: float) -> list[MeshSolid]:
     """Return a list with the convex polyhedron that fills a cell, or an empty list.
 
-    The list is empty if the cell is outside the block or thinner than the tolerance. Raises ValueError if the
-    cell is inside a surface that crosses itself.
+    The list is empty if the cell is outside the block or thinner than two tolerances. Raises ValueError if
+    the cell is inside a surface that crosses itself.
     """
     points = np.concatenate(cell)
     middle = points.mean(axis=0)
@@ -249,7 +250,7 @@ def _part(cell: list[np.ndarray], surface: np.ndarray, tolerance: float) -> list
 
 
 def _hull(corners: np.ndarray, tolerance: float) -> MeshSolid | None:
-    """Return the convex hull of points, or None if the hull is thinner than the tolerance.
+    """Return the convex hull of points, or None if the hull is thinner than two tolerances.
 
     The surface of the hull is closed in spite of rounding errors of the points.
     """

@@ -123,7 +123,7 @@ def _polygon(curve: Curve, tolerance: float, defects: Defects) -> shapely.Polygo
     # GEOS writes the first crossing in square brackets, as in "Self-intersection[2 0.5]".
     crossing = re.search(r"\[(\S+) (\S+)\]", shapely.is_valid_reason(polygon))
     place = near(*map(float, crossing.groups())) if crossing else near(*points[0])
-    remedy = "draw the corners in order round the block"
+    remedy = "draw the corners in order along the outline"
     defects.add(Defect(curve.where, "crosses itself", "outlines cross themselves", remedy, place))
     return None
 

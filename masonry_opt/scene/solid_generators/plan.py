@@ -365,8 +365,8 @@ class Plan(SolidGenerator):
         length = self.thickness if headers else self.block[0]
         joints: list[float] = []
         for start, end, left in stretch.bays():
-            # Every second course begins with half a block. In a toothed bond, a course begins with half a
-            # block also after a crossing if this wall passes through the other wall.
+            # Every second course begins with half a block. After a crossing in a toothed bond, however, a
+            # course begins with half a block only if this wall passes through the other wall.
             half = left.passes[course % 2] if left and self.bond == "toothed" else course % 2
             joints += every(length, start + length / 2 * (headers or half), end - CLOSER * length)
         middles = [middle for crossing in stretch.crossings for middle in crossing.middles]

@@ -363,7 +363,7 @@ def outer_faces(surfaces: Surfaces, planes: FacePlanes, tolerance: float) -> Out
     pieces = _uncrossed(pieces, tolerance)
     crossed = ~shapely.is_valid(pieces)
     if crossed.any():
-        why = "{} crosses itself: list its corners in order round the face"
+        why = "{} crosses itself: list the corners of the face in order along its outline"
         surfaces.refuse(int(number[crossed][0]), why)
     side = 2 * planes.of_face[number] + ~planes.outwards[number]
     key, sample, count = np.unique(side, return_index=True, return_counts=True)

@@ -90,7 +90,7 @@ class CrossingLoadFactors:
 
     @property
     def uniform_loads(self) -> list[float]:
-        """Uniform loads of the worst group at λ = 1, per unit length, including the factors of the loads."""
+        """Uniform loads per unit length of the worst group at λ = 1, with factors of group and load case."""
         if self.least is None:
             return []
         passage = self.least.passage

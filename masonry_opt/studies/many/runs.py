@@ -109,7 +109,7 @@ def charts_if_installed(title: str, drawings: Callable[[], list[Any]]) -> dict[s
 
 
 def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
-    """Solve a scene, or move its axles, with pickled settings. Returns the row of the run by column name.
+    """Solve a scene, or move axles over it, with pickled settings. Returns the row of the run as a dict.
 
     Each thread reuses its last session. In addition to RUN_COLUMNS the row has the entries that
     :mod:`.shared_states` and :mod:`.run_warnings` read.
@@ -282,10 +282,12 @@ def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
         values = table.iloc[:, : table.columns.get_loc("load_factor")].astype(float)
     except (OSError, ValueError, KeyError):
         raise OptionError(f"{path}: the file exists and is not a table of runs: {_INSTEAD}") from None
-    planned = {tuple(point.values()) for point in points}
-    same_columns = [*values] == [*points[0]]
-    recorded = values.itertuples(index=False, name=None)
-    lost = sum(not same_columns or run not in planned for run in recorded)
+    names = list(points[0])
+    if set(values) == set(names):
+        planned = {tuple(point.values()) for point in points}
+        lost = sum(run not in planned for run in values[names].itertuples(index=False, name=None))
+    else:
+        lost = len(table)
     if lost:
         runs = counted(len(table), "run")
         raise OptionError(f"{path}: {lost} of the {runs} in this table would be lost: {_INSTEAD}")

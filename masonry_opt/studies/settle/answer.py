@@ -102,8 +102,7 @@ class Bound:
     def associative(self) -> float | None:
         """Reaction with associative flow.
 
-        No state on this side of the reaction at rest has a reaction farther from the reaction at
-        rest.
+        On this side of the reaction at rest, no state has a reaction beyond this value.
         """
         return self._reaction(self.with_associative.load_factor)
 
@@ -314,8 +313,8 @@ class Settlement(StudyAnswer):
     def _doubts(self, name: str, end: Bound) -> Iterator[dict[str, Any]]:
         """Generate warnings about states that put the least or the greatest reaction in doubt.
 
-        The reaction of such a state is closer to the reaction at rest than the answer, or on the
-        other side of the reaction at rest.
+        The reaction of such a state is closer to the reaction at rest than the reaction of the answer, or on
+        the other side of the reaction at rest.
         """
         reaction, incremental = end.reaction, end.reaction_at_end
         if end.history_ends_nearer and reaction is not None and incremental is not None:
