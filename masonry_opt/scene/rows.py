@@ -46,7 +46,7 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
 
 
 def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    """Return, for each owner, the sum of the rows of ``values`` that belong to it, shape (count, k).
+    """Return, for each owner, the sum of its rows of ``values``, shape (count, columns).
 
     ``values`` has shape (rows, columns). ``owner`` has, for each row, the index of the owner to which the row
     belongs, less than ``count``.
@@ -55,7 +55,7 @@ def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
 
 
 def bounds(owner: np.ndarray, values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return, for each owner, the minima and maxima of its rows of ``values``, shape (count, k) each.
+    """Return, for each owner, minima and maxima of its rows of ``values``, shape (count, columns) each.
 
     ``values`` has shape (rows, columns). ``owner`` has, for each row, the index of the owner to which the row
     belongs, in ascending order. Each owner has at least one row.

@@ -432,8 +432,8 @@ def a_little_above(best: float) -> float:
 def assumed_rates(problem: Problem, d: np.ndarray | None) -> float:
     """Return the assumed limit of the sum of slips and edge openings if kinematics set no limit.
 
-    The limit is a multiple of the sum in the lowest state, whose velocities d have shape (3b,), and has a
-    minimum. ``d`` is None if no state is known.
+    The limit is a multiple of the sum in the state with the lowest λ, whose velocities d have shape (3b,),
+    and has a minimum. ``d`` is None if no state is known.
     """
     return max(_LEAST_RATES, _OVER_KNOWN * (0.0 if d is None else sum_of_rates(problem, d)))
 

@@ -169,7 +169,7 @@ class _Lowest:
     def prove(self, programs: int) -> None:
         """Try to prove that no state has a lower λ. Solve up to ``programs`` linear programs for the proof.
 
-        A lower state that the attempt finds is stored.
+        A state with a lower λ that the attempt finds is stored.
         """
         if self.state is None or not self.state.exact:
             return

@@ -149,10 +149,10 @@ class FurtherStarts:
 class LeastProven:
     """Step that tries to prove, on small plane scenes, that no state has a lower load factor.
 
-    The search for the proof may find a lower state. On scenes with few joints, and on single arches, the
-    proof comes before the further starts, because fewer starts are needed after a proof. The full budget of
-    linear programs suffices for most of these scenes. On other scenes the proof follows the further starts,
-    and its budget is a fraction of the programs that were solved before.
+    The search for the proof may find a state with a lower λ. On scenes with few joints, and on single arches,
+    the proof comes before the further starts, because fewer starts are needed after a proof. The full budget
+    of linear programs suffices for most of these scenes. On other scenes the proof follows the further
+    starts, and its budget is a fraction of the programs that were solved before.
     """
 
     full_budget: bool

@@ -240,8 +240,8 @@ class Refiner(StateFinder):
         """Return a state with a lower λ than the given state, or None if no such state is found.
 
         The new mechanism moves only faces at yield. It moves the faces that keep λ from decreasing as little
-        as possible, each weighted by its dual variable. If this leads to no lower state, or if only blocks
-        without a load move, the mechanism with the least energy for the forces of the state is tried.
+        as possible, each weighted by its dual variable. If this does not lower λ, or if only blocks without a
+        load move, the mechanism with the least energy for the forces of the state is tried.
         """
         self.undecided = 0
         if state.strength.any():

@@ -130,7 +130,7 @@ class Search:
         """Generate states from further starts. The number of starts depends only on the scene.
 
         The first starts are the given forces, each of shape (3c + t,). On scenes with many contacts one more
-        start follows, from the forces of the lowest state. On other scenes random starts follow.
+        start follows, from the forces of the state with the lowest λ. On other scenes random starts follow.
         """
         for q in forces:
             state = self.start(q)
@@ -147,8 +147,8 @@ class Search:
     def _starts_with_weaker_ties(self) -> dict[str, "_Start"]:
         """Starts from random forces in which ties may use only a fraction of their strength.
 
-        If a scene has ties or other limited forces, these starts come first, because lower states may exist
-        in which a tie does not yield.
+        If a scene has ties or other limited forces, these starts come first, because states with a lower λ
+        may exist in which a tie does not yield.
         """
         return {
             f"ties at {share:g} of their strength": partial(Search.random_forces, strength_share=share)
@@ -159,7 +159,7 @@ class Search:
         """Generate starts without end: the kind of each start, and the state that was found from it.
 
         Random numbers depend only on the seed and on the number of the random start. In space a start from
-        the forces of the lowest state comes first, and again after each lower state is found: another
+        the forces of the state with the lowest λ comes first, and again whenever λ is lowered: another
         mechanism that is possible under these forces may lead to a lower load factor.
         """
         kinds: tuple[str, ...] = _KINDS_IN_SPACE if self.problem.layout.round else _KINDS_IN_PLANE
@@ -186,7 +186,7 @@ class Search:
 
         If no positive load factor is known, the largest load factor that statics permit is used. Ties, props
         and other forces with two limits use at most ``strength_share`` of their strength, because a tie that
-        does not yield may permit a lower state.
+        does not yield may permit a state with a lower λ.
         """
         known = self._largest_load_factor if best is None or best.load_factor <= ZERO else best.load_factor
         if known is None:

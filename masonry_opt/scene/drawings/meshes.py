@@ -212,7 +212,7 @@ def refuse_holes(mesh: Mesh, tolerance: float) -> None:
 
 
 def _nearby_edges(ends: np.ndarray, tolerance: float) -> Iterator[np.ndarray]:
-    """Yield, for each edge, the indices of the other edges whose bounding boxes are near.
+    """Generate, for each edge, the indices of the other edges whose bounding boxes are near.
 
     ``ends`` has shape (edges, 2, 3). The boxes are projected along the axis in which the mesh is least deep,
     and stored in a search tree, so that few candidates remain.
