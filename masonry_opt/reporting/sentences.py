@@ -365,8 +365,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "yield conditions of which at least one must yield"
     ),
     Code.CARRIES_ANY: (
-        "proven: for every multiple of the live load, joint forces within the friction limits can carry it; "
-        "a mechanism exists too, so with other joint forces the scene may collapse"
+        "proven: every multiple of the live load can be carried within the friction limits; a mechanism "
+        "exists too, so with other joint forces the scene may collapse"
     ),
     Code.CLAMPED: lambda v: (
         "self-stress, which no load causes, lets these joints carry the live load in both directions (λ and "

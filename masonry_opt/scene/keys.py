@@ -203,7 +203,7 @@ def of_plane_alone(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_exceptions(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
-    """Generate an error message for each mistake in exceptions: joint properties of two named blocks."""
+    """Generate an error message for each mistake in an exception: the joint properties of two blocks."""
     pairs: set[frozenset[str]] = set()
     for exception in scene.exceptions:
         where, pair = f"joint between {list(exception.between)}", frozenset(exception.between)

@@ -224,7 +224,7 @@ class Existence(StrEnum):
     NO_MECHANISM = "no load factor exists: the live load does no positive work in any mechanism"
     #: In every mechanism, the joints that move cannot all be at yield at the same time.
     NO_STATE = "no load factor exists: no mechanism is compatible with a state of equilibrium"
-    UNBOUNDED = "undecided: for every multiple of the live load, forces can carry it, but a mechanism exists"
+    UNBOUNDED = "undecided: every multiple of the live load can be carried, but a mechanism exists"
     UNDECIDED = (
         "undecided: a mechanism exists, and no forces were found that carry every multiple of the live load"
     )

@@ -95,8 +95,8 @@ class Code(StrEnum):
     # conditions that cannot all be at yield in one state; ``kinematic_cuts``, the number of sets of yield
     # conditions of which at least one must yield if the live load does work.
     NO_COLLAPSE = "no collapse"
-    # It is proven that, for every multiple of the live load, forces within the friction limits can carry it.
-    # The message needs no values.
+    # It is proven that every multiple of the live load can be carried within the friction limits. The message
+    # needs no values.
     CARRIES_ANY = "carries any"
     # Self-stress in some joints carries the live load. Value: ``pairs``, the two blocks of each such joint.
     CLAMPED = "clamped"

@@ -111,9 +111,9 @@ class StateFinder(ABC):
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self.problem, self.effort = problem, effort
         self.deadline = inf  #: value of ``time.perf_counter`` at which the search must end
-        #: Number of programs that the solver neither solved nor proved infeasible, since λ was lowered last.
-        #: If the number is not zero, a state with a lower λ may have been missed. None if the finder does not
-        #: count these programs.
+        #: Number of programs, since the last decrease of λ, that the solver neither solved nor proved
+        #: infeasible. If the number is not zero, a state with a lower λ may have been missed. None if the
+        #: finder does not count these programs.
         self.undecided: int | None = None
         self.size: LpSize | None = None  #: size of the linear program of forces; None if unknown
 

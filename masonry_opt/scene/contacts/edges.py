@@ -262,7 +262,7 @@ class PlaneCorners(sides.BlockCorners):
         return Meetings(pair, i, j, middle, middle)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts at coinciding corners, most of which bisect the angle between two sides.
+        """Return the contacts at coinciding corners; most contacts bisect the angle between two sides.
 
         A contact is on the bisector of sides that face each other, or on the sides of a notch.
         """

@@ -282,7 +282,7 @@ class SolidCorners(sides.BlockCorners):
         return Meetings(pair, i, j, start, end).where(meets)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts at coinciding edges, most of which bisect the angle between two faces.
+        """Return the contacts at coinciding edges; most contacts bisect the angle between two faces.
 
         A contact is on the bisector of two faces that face each other. In a notch, contacts are on the faces
         of the notch.

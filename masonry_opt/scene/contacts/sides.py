@@ -140,7 +140,7 @@ class Facing(Rows, ABC):
 
     @property
     def width(self) -> np.ndarray:
-        """Return the width of each segment (in space: of each polygon, the root of its area), shape (n,)."""
+        """Return the width of each segment (in space: square root of each polygon's area), shape (n,)."""
         width: np.ndarray = self.extent ** (1 / (self.middle.shape[1] - 1))
         return width
 

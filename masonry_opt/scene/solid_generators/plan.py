@@ -98,11 +98,11 @@ class WallStretch(NamedTuple):
     wall: PlanWall  #: wall to which the stretch belongs
     along: int  #: direction of the stretch: 0 for x, 1 for y
     line: float  #: y of the axis if the stretch is along x, and x if the stretch is along y
-    #: Coordinate at which the stretch begins, the smaller one of its two ends, along its axis. At a corner of
-    #: two walls, the stretch ends at the outer face of the other wall.
+    #: Coordinate along the axis at which the stretch begins, less than ``end``. At a corner of two walls, the
+    #: stretch begins at the outer face of the other wall.
     start: float
-    #: Coordinate at which the stretch ends, the larger one of its two ends, along its axis. At a corner of
-    #: two walls, the stretch ends at the outer face of the other wall.
+    #: Coordinate along the axis at which the stretch ends. At a corner of two walls, the stretch ends at the
+    #: outer face of the other wall.
     end: float
     thickness: float  #: thickness of the wall
     courses: int  #: number of courses of the wall
@@ -263,7 +263,7 @@ class Plan(SolidGenerator):
 
     @property
     def _nothing(self) -> float:
-        """Return the largest length that counts as zero ("nothing")."""
+        """Return the largest length that counts as nothing, because rounding may cause it."""
         return _ZERO_LENGTH_TOLERANCE * self.block[0]
 
     @property
