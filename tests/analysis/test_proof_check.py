@@ -198,6 +198,7 @@ def test_another_solver_finds_the_exported_clauses_unsatisfiable(proven):
         assert solver.solve() is False
 
 
+@pytest.mark.slow
 def test_the_least_state_violates_only_clauses_that_need_the_bound(proven):
     """Each clause that the least state violates is no contradiction at the load factor of this state.
 
