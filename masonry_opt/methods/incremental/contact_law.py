@@ -41,6 +41,9 @@ def mean_force_and_compliance(
     Under the mean force a joint of mean length (in space: mean area) closes by one unit. The stiffness is
     proportional to the length or area. As is typical of stone, it is half as large in shear as in the normal
     direction. The mean force is computed from the least-squares solution of equilibrium under the dead load.
+
+    Forces without limits hold a support that settles. A support moves only as prescribed, so these forces are
+    stiffer than a tie by the factor 1 / ``tolerance``, and their deformation is negligible.
     """
     settings = settings or IncrementalSettings()
     c, t, points = problem.joints, problem.matrices.limited, problem.layout.points
@@ -56,7 +59,9 @@ def mean_force_and_compliance(
     extent = np.append(problem.matrices.extent, np.ones(t))
     normal = extent.mean() / extent / mean_force
     shear = np.tile(2 / points * normal[:c], 3 - points)
-    return mean_force, np.concatenate([np.tile(normal[:c], points), shear, normal[c:] / 2])
+    holds = np.isinf(problem.lowest) & np.isinf(problem.highest)
+    limited = normal[c:] / 2 * np.where(holds, settings.tolerance, 1.0)
+    return mean_force, np.concatenate([np.tile(normal[:c], points), shear, limited])
 
 
 @dataclass(frozen=True)

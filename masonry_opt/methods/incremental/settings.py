@@ -16,8 +16,9 @@ class IncrementalSettings(Settings):
     #: Largest width of the range of possible collapse loads, relative to the load factor, if the range
     #: contains no exact state. If an exact state is found, loads at half this distance below and above it are
     #: tested. The first load increment after a damped motion also has this size. The increment doubles with
-    #: each consecutive damped motion, up to ``smallest_increment``. With a smaller value the search takes
-    #: more steps. With a larger value the range is wider, and the exact state may be missed.
+    #: each consecutive damped motion, up to ``smallest_increment``. Forces that hold a settling support are
+    #: stiffer than a tie by the inverse of this value. With a smaller value the search takes more steps. With
+    #: a larger value the range is wider, and the exact state may be missed.
     tolerance: float = 1e-3
     #: Change of the contact forces in one load increment, relative to their mean. With a smaller value there
     #: are more increments. With a larger value, contacts that slip back and forth may lead to a different
