@@ -290,8 +290,8 @@ def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
 
     Agreement proves little if equilibrium does not fix the forces: other forces may lead to states with a
     lower λ. No reason is added if all joints follow associative flow, because all exact states then have one
-    load factor. No reason is added after a proof that no state is lower, and after a search, whose own reason
-    states the number of starts.
+    load factor. No reason is added after a proof that no state has a lower λ, and after a search, whose own
+    reason states the number of starts.
     """
     starts = solution.starts
     lowest, incremental, associative = solution.load_factor, solution.incremental, solution.associative

@@ -25,9 +25,9 @@ class Senses(NamedTuple):
     point: np.ndarray
     along: np.ndarray  #: unit vector e of each direction, in the plane of its contact, shape (2, m)
     #: True if the polygons are inscribed in the friction circles. All forces are then inside the cones, and
-    #: the possible directions of slip are opposite to the shear forces at the corners of the polygon. If
-    #: False, the polygons are circumscribed about the circles. Mechanisms then satisfy the flow rule of the
-    #: cones, and the possible directions of slip are opposite to the shear forces at the points of tangency.
+    #: the directions e are opposite to the shear forces at the corners of the polygons. If False, the
+    #: polygons are circumscribed about the circles. Mechanisms then satisfy the flow rule of the cones, and
+    #: the directions e are opposite to the shear forces at the points of tangency.
     inside: bool
 
 

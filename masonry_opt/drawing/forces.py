@@ -88,7 +88,7 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
 
 
 def _many_parallel(forces: Forces, most: int) -> bool:
-    """Return True if there are more than ``most`` forces and all forces are parallel."""
+    """Return True if there are more than ``most`` forces and all forces have the same direction."""
     direction = forces.force / np.linalg.norm(forces.force, axis=1)[:, None]
     return len(direction) > most and bool((np.abs(direction - direction[0]) < 1e-9).all())
 

@@ -275,7 +275,7 @@ def _homes(option: str) -> list[str]:
 
 
 def _takers(name: str | None) -> str:
-    """Return the end of an error message with the takers of a solver: the methods that support it.
+    """Return the end of an error message that lists the takers of a solver: methods that support it.
 
     If several modelling languages have the solver, the methods are those of the first language. For an
     unknown solver, the methods that support any solver of CVXPY are listed.

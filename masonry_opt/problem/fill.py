@@ -113,7 +113,7 @@ def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
 
 
 def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> Iterator[FilledPiece]:
-    """Split a piece of an edge, and generate the parts that touch the soil or the backing of a fill.
+    """Split a piece of an edge into parts, each of which touches either the soil or the backing of a fill.
 
     The piece is cut where the upper line of the backing bends, ends or crosses the piece.
     """
@@ -157,7 +157,7 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
 
 
 def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-    """Generate edge index, ends and depths of each upright piece of a block's edge that a fill touches."""
+    """Find the upright pieces of edges that a fill touches; return edge index, ends and depths of each."""
     tail, tip, _ = shapes.edges
     up = tip[:, 1] > tail[:, 1]
     # Collect the heights of the edges to the left and right of each boundary between two edges. Beyond the

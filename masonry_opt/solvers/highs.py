@@ -257,7 +257,7 @@ class HighsSession:
         return self.point()[self.columns(variable)]
 
     def point(self) -> np.ndarray:
-        """Return the values of all columns after the latest run, shape (columns,); empty without values."""
+        """Return the values of all columns after the last run, shape (columns,); empty if HiGHS has none."""
         return np.array(self._highs.getSolution().col_value)
 
     def duals(self, constraint: Any) -> np.ndarray:

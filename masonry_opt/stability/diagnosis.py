@@ -247,7 +247,7 @@ def locking_joints(
 def _carrying_live_load(
     problem: Problem, slope: np.ndarray, solver: Solver, effort: Effort
 ) -> np.ndarray | None:
-    """Return joint forces, shape (3c,), that carry the live load alone, or None if none exist.
+    """Return joint forces, shape (3c,), that carry the live load alone, or None if none are found.
 
     ``slope`` is the slope of the shear limits, shape (k,).
     """
@@ -409,7 +409,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
-    """Return the blocks among ``blocks`` that hang: no chain of joints supports them from below.
+    """Return the movable blocks among ``blocks`` that hang: no chain of joints supports them from below.
 
     A chain connects a block with a support through joints, each of which supports the next block. A joint
     supports a block if its normal force acts against the block's dead load.

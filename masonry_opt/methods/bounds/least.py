@@ -15,7 +15,7 @@ from masonry_opt.solution.thresholds import ZERO, is_lower
 
 
 def refusal(problem: Problem) -> str:
-    """Return the reason to refuse a search for a proof of a problem, or "" if a proof is possible."""
+    """Return the reason why no proof is possible for a problem, or "" if a proof is possible."""
     if problem.layout.round:
         return "proofs exist only for scenes in the plane, because in space friction is a cone"
     if problem.dilatancy_depends_on_stress:

@@ -390,7 +390,7 @@ class Rising:
     def programs(
         self, ends: float = inf, began: float = 0.0
     ) -> Iterator[tuple[BoundStep, LpSize, list[np.ndarray]]]:
-        """Solve larger and larger programs; generate the record, the size and the joint forces of each.
+        """Solve larger and larger programs; return the record, size and joint forces of each, one by one.
 
         The sequence ends when the bracket is closed, or when the time is over. The forces, each of shape
         (3c,), may lead to states with a lower λ than the lowest known state.

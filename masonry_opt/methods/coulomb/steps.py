@@ -120,12 +120,15 @@ class ExactFrom:
 
 @dataclass(frozen=True)
 class FurtherStarts:
-    """Step that looks for states with a lower λ from further starts, on small scenes or in space."""
+    """Step that looks for states with a lower λ from further starts, on small plane scenes and in space."""
 
     name: str = "further starts"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if the scene is small or in space, and the run seeks states with a lower λ."""
+        """Return True if the scene is small or in space, and the run seeks states with a lower λ.
+
+        False is returned if all exact states must have the same λ.
+        """
         problem = run.problem
         if run.incremental is None or not run.seeks_lower:
             return False

@@ -72,8 +72,8 @@ class Response:
     #: row.
     forces: np.ndarray
     tangent: np.ndarray  #: derivative of ``forces`` with respect to the trial forces, shape (3, 3, m)
-    #: Trial forces with which the next load step or time step starts, shape (3, m). Slip that has accumulated
-    #: before causes no elastic force.
+    #: Trial forces with which the next load step or time step starts, shape (3, m). They contain no
+    #: elastic force from slip that has already taken place.
     remembered: np.ndarray
     sliding: np.ndarray  #: True for each closed joint at its friction limit, shape (c,)
     open: np.ndarray  #: True for each joint without normal force, shape (c,)

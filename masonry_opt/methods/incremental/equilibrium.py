@@ -40,8 +40,8 @@ from masonry_opt.problem.problem import Problem
 class BlockState:
     """State of the blocks in a load history: trial forces of the contacts, and block displacements."""
 
-    #: Elastic trial forces of the contacts, shape (3, m). Slip that has accumulated before causes no elastic
-    #: force.
+    #: Elastic trial forces of the contacts, shape (3, m). They contain no elastic force from slip that
+    #: has already taken place.
     trial: np.ndarray
     d: np.ndarray  #: displacements, shape (3b,)
 
@@ -287,7 +287,7 @@ class EquilibriumSolver:
         return self._evaluate(start.state, load, damping, step.displacement + x)
 
     def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
-        """Shorten a time step until the tangent predicts its forces well. Return the step and its fraction.
+        """Halve a time step until the tangent predicts its forces well. Return the step and its fraction.
 
         The tangent predicts that the unbalanced forces change linearly to those that the damping balances.
         """

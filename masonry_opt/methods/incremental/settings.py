@@ -84,11 +84,11 @@ class IncrementalSettings(Settings):
     #: blocks). With a smaller value rounding errors affect the result. With a larger value joints near their
     #: friction limit slide too early.
     rounding: float = 1e-9
-    #: Regularisation of stiffness matrices, relative to the elastic stiffness. The matrices include the
-    #: elastic stiffness times this value, as if there always were a small damping, and their diagonals are
-    #: increased by this fraction of the largest stiffness. The diagonal of the matrix that determines the
-    #: mean contact force is increased by the same fraction of itself. With a smaller value matrices of free
-    #: blocks are nearly singular. With a larger value mechanisms are less exact.
+    #: Regularisation of matrices. The elastic stiffness matrix times this value is added to each stiffness
+    #: matrix, like a small damping. The largest entry of the elastic stiffness matrix times this value is
+    #: added to each diagonal entry. In the matrix that determines the mean contact force, each diagonal entry
+    #: increases by this fraction of itself, or by this value if the entry is less than 1. With a smaller
+    #: value matrices of free blocks are nearly singular. With a larger value mechanisms are less exact.
     regularisation: float = 1e-14
     #: Largest half-bandwidth of stiffness matrices that are factorised as banded matrices. Matrices with a
     #: larger half-bandwidth are factorised as general sparse matrices. The value affects only the time.

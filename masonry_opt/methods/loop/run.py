@@ -268,9 +268,9 @@ def diverges(load_factors: Sequence[float]) -> bool:
     """
 
     def has_risen(rise: float, times: int) -> bool:
-        """Return True if λ has risen by more than the fraction ``rise`` in ``times`` successive sub-problems.
+        """Return True if λ has risen by more than the fraction ``rise`` in each of the last ``times`` steps.
 
-        All load factors must be positive.
+        A step leads from one sub-problem to the next. All load factors must be positive.
         """
         last = np.array(load_factors[-times - 1 :])
         return len(last) > times and last[0] > 0 and bool((last[1:] > (1 + rise) * last[:-1]).all())

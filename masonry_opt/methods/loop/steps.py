@@ -72,7 +72,7 @@ class LimitUpdate:
 def sub_problems(
     problem: Problem, driver: Driver, parameters: LoopParameters
 ) -> Iterator[SubProblem | Solved]:
-    """Generate the sub-problems of the loop with their solutions, by steps 1 to 5 of the paper's section 4.2.
+    """Solve the sub-problems of the loop one after another, by steps 1 to 5 of the paper's section 4.2.
 
     The caller decides when to stop (step 3). If a sub-problem has no optimum, the solver's result is yielded
     in its place, and the loop ends. Only the shear limits of the driver's model are changed. Step 6 is

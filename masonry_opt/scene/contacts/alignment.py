@@ -196,7 +196,7 @@ def _moved_groups(drawn: DrawnContacts, planes: ContactPlanes, groups: list[Grou
 def _parallel_planes(
     drawn: DrawnContacts, settings: AlignmentSettings, planes: ContactPlanes
 ) -> Iterator[np.ndarray]:
-    """Generate groups of planes of different joints that are parallel within the drawing's accuracy.
+    """Find groups of planes of different joints that are parallel within the drawing's accuracy.
 
     The most accurate plane that is not yet in a group, the leader, begins a new group. A plane can belong to
     the group if blocks and joints connect its joint to the leader's joint, and if these joints are parallel

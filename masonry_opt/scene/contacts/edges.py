@@ -193,7 +193,7 @@ def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
-    """Generate simplified chains of consecutive segments; each chain belongs to one pair of blocks.
+    """Build simplified chains of consecutive segments; each chain belongs to one pair of blocks.
 
     Two segments are consecutive if the second segment begins within two tolerances of the end of the first
     segment. For curved edges across a gap, the tolerance is at least a tenth of the gap.
@@ -262,7 +262,7 @@ class PlaneCorners(sides.BlockCorners):
         return Meetings(pair, i, j, middle, middle)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts at coinciding corners; most contacts bisect the angle between two sides.
+        """Return the contacts at coinciding corners of two blocks.
 
         A contact is on the bisector of sides that face each other, or on the sides of a notch.
         """

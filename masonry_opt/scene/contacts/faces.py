@@ -262,7 +262,7 @@ class SolidCorners(sides.BlockCorners):
         self.faces = Items(outer.block, *outer.boxes)
 
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
-        """Return the contacts where edges touch faces, where corners touch faces, and where edges cross."""
+        """Return the contacts of edges that lie in faces, of corners on faces, and of edges that cross."""
         back = pairs[:, ::-1]
         edges = _edges_in_faces(self, pairs, 1).then(_edges_in_faces(self, back, -1))
         corners = _corners_on_faces(self, pairs, 1).then(_corners_on_faces(self, back, -1))
@@ -282,7 +282,7 @@ class SolidCorners(sides.BlockCorners):
         return Meetings(pair, i, j, start, end).where(meets)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts at coinciding edges; most contacts bisect the angle between two faces.
+        """Return the contacts at coinciding edges of two blocks.
 
         A contact is on the bisector of two faces that face each other. In a notch, contacts are on the faces
         of the notch.

@@ -436,7 +436,9 @@ def _closing_of_overlaps(
 def refuse_floating(
     scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray], closes_gaps: Closing
 ) -> None:
-    """Raise CaseError if a block floats: it touches no other block, or is not connected to a support.
+    """Raise CaseError if a block floats: it touches no block, or nothing connects it to a support.
+
+    A tie or prop that ends at the ground supports a block, as a fixed block does.
 
     ``joined`` has the two blocks of each joint. ``closes_gaps`` is the option that closes the small gaps.
     """

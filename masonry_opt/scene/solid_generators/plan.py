@@ -124,7 +124,7 @@ class WallStretch(NamedTuple):
         return (self.faces, along) if self.along else (along, self.faces)
 
     def bays(self) -> Iterator[tuple[float, float, WallCrossing | None]]:
-        """Generate the bays of the wall: start and end of each piece between two crossings.
+        """Iterate over the bays of the stretch: start and end of each piece between two crossings.
 
         Each piece comes with the crossing before it, or None for the first piece.
         """

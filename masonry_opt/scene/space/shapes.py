@@ -61,7 +61,7 @@ class ConvexParts:
     def beyond(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return how far corners of one part are beyond the planes of another part, for pairs of parts.
 
-        The two results have shape (pairs,). A distance is positive for a corner outside the face plane.
+        The two results have shape (pairs,). A distance is positive on the outer side of the plane.
 
         Parameters
         ----------
@@ -231,7 +231,7 @@ class Shapes(Extents):
         return thickness
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Iterate over the parts that overlap: index of their pair of blocks, and region of the overlap."""
+        """Iterate over pairs of parts that overlap: index of the pair of blocks, and their common region."""
         count = np.bincount(self.parts.block, minlength=len(self.size))
         first = np.cumsum(count) - count
         i, j = pairs.T

@@ -123,7 +123,7 @@ class Cases(StudyAnswer):
 
     @property
     def to_draw(self) -> Result:
-        """Result that pictures show: that of the governing load case, or else of the first load case."""
+        """Result that pictures show: that of the governing load case, or else the first result."""
         return self.results[self.governing or next(iter(self.results))]
 
     @property

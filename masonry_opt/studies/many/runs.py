@@ -181,7 +181,7 @@ def _rows_of_runs(
     rows: dict[int, dict[str, Any]] = {}
 
     def missing() -> Iterator[tuple[tuple[int, str], Task]]:
-        """Iterate over the runs without a valid row in the journal: index, journal key and task of a run."""
+        """Iterate over the runs without a valid row in the journal: index, journal key and task of each."""
         for index in _neighbours_together(points):
             values = {name: float(value) for name, value in points[index].items()}
             try:

@@ -208,8 +208,9 @@ def _(answer: Crossing) -> ReportPart:
         for name in answer.not_crossed
     ]
     left_out = dict.fromkeys(answer.left_out, "this load case has no axles: use 'solve'")
-    # The scene without axles is unstable, so no positions of axles were analysed. In the scene of this
-    # result, loads on blocks replace the axles, so its axles and loads differ from those of the user's scene.
+    # The scene is not known to be stable under its dead load, so the axles were not moved over it. In the
+    # scene of this result, loads on blocks replace the axles, so its axles and loads differ from those of the
+    # user's scene.
     if least is None:
         varied = ("axles", "loads", "load_cases")
         return replace(_part(worst), varied=varied, left_open=left_open, left_out=left_out)
