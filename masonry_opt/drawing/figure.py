@@ -244,7 +244,8 @@ def remove_overlapping_texts(figure: Figure, axes: Axes) -> None:
 
     The limits and the size of the axes must be set before.
     """
-    renderer = FigureCanvasAgg(figure).get_renderer()
+    canvas: Any = FigureCanvasAgg(figure)  # matplotlib's renderer has no type annotations
+    renderer = canvas.get_renderer()
     kept = list[Any]()
     for text in [text for text in axes.texts if text.get_label() == _MARK_TEXT]:
         extent = text.get_window_extent(renderer).padded(_TEXT_GAP / 2)
