@@ -24,6 +24,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "mathml",
     "records",
+    "short_code",
 ]
 exclude_patterns = ["gallery", "examples/**/*.ipynb", "examples/**/*.py"]
 source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".ipynb": "myst-nb"}
@@ -66,7 +67,8 @@ sphinx_gallery_conf = {
     ],
     "within_subsection_order": "FileNameSortKey",
     "image_scrapers": ("figures.scraper",),
-    "ignore_repr_types": r"matplotlib|Picture",
+    "ignore_repr_types": r"matplotlib|Picture|altair",
+    "default_thumb_file": str(HERE / "no_picture.png"),
     "abort_on_example_error": True,
     "download_all_examples": False,
     "write_computation_times": False,
