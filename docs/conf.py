@@ -46,6 +46,8 @@ autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
+# Parameters that share a description stay together, so that the description is shown once.
+napoleon_use_param = False
 # One entry may describe several names. Napoleon supports it only for sections in the style of parameters.
 napoleon_custom_sections = [("Attributes", "params_style"), ("Fields", "params_style")]
 
