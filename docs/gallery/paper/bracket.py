@@ -3,8 +3,8 @@ Beyond the paper: the least load factor of the six walls, from above and below
 ==============================================================================
 
 The upper limit is the lowest exact state that a search finds in 10 s. The lower limit is the bound that
-method `global` certifies within 300 s. The bound is valid for all states whose slips and edge openings sum to
-at most the number in the table. The example takes a quarter of an hour on two cores.
+method ``global`` certifies within 300 s. The bound is valid for all states whose slips and edge openings sum
+to at most the number in the table. The example takes a quarter of an hour on two cores.
 
 The guide does not run this example. ``masonry-opt reproduce bracket`` saves its tables and pictures.
 """

@@ -74,7 +74,7 @@ def jump(name: str, face: float) -> float:
 
 
 # %%
-# At every angle, λ is computed by hand, by method `global`, and by the paper's loop.
+# At every angle, λ is computed by hand, by method ``global``, and by the paper's loop.
 table = pd.DataFrame(
     {
         "variant": name,

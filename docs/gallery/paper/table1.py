@@ -55,7 +55,7 @@ found |= {(wall, "incremental"): results[wall, "incremental"].incremental for wa
 
 # %%
 # Each row of the table is a wall. The Coulomb problem has many states. The solver of the MCP, the default
-# (`coulomb`), the loop and the MPEC end in different states. Method `incremental` selects one state, by
+# (``coulomb``), the loop and the MPEC end in different states. Method ``incremental`` selects one state, by
 # elastic contacts and a load history from rest.
 table = pd.DataFrame(
     {
