@@ -30,8 +30,18 @@ def scraper(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]
             _shown.append(value)
             path = next(block_vars["image_path_iterator"])
             _save(value, path)
-            shown.append(figure_rst([path], gallery_conf["src_dir"]))
+            shown.append(figure_rst([path], gallery_conf["src_dir"], fig_titles=_title(value)))
     return "\n".join(shown)
+
+
+def _title(picture: Any) -> str:
+    """Return the title of a picture on one line, as its text for readers who do not see it."""
+    if isinstance(picture, Figure):
+        title = picture.axes[0].get_title() if picture.axes else ""
+    else:
+        written = getattr(picture.title, "text", picture.title)
+        title = "" if written is alt.Undefined else str(written)
+    return title.replace("\n", ": ")
 
 
 def _save(picture: Any, path: str) -> None:

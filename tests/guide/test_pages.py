@@ -279,6 +279,26 @@ def test_defaults_that_are_settings_are_shown_without_their_fields(records):
     assert records._plain(mo.SearchSettings()) == "SearchSettings()"
 
 
+@pytest.mark.slow
+def test_pictures_of_matplotlib_and_altair_are_shown_once_and_below_each_other(records, tmp_path):
+    """Two pictures of one block of an example are below each other, each in the width of the page."""
+    pytest.importorskip("sphinx_gallery")
+    alt = pytest.importorskip("altair")
+    import figures
+
+    chart = alt.Chart(alt.Data(values=[{"x": 1}])).mark_point().properties(title="a chart")
+    picture = mo.draw(block_on_floor())
+    paths = [tmp_path / "1.png", tmp_path / "2.png"]
+    variables = {"example_globals": {"a": picture, "b": chart, "c": chart}}
+    shown = variables | {"image_path_iterator": map(str, paths)}
+    text = figures.scraper(None, shown, {"src_dir": str(tmp_path)})
+    assert re.findall(r"image-sg:: /(\d)\.png", text) == ["1", "2"]
+    assert text.count("sphx-glr-single-img") == 2
+    assert re.findall(r":alt: (.*)", text) == [picture.axes[0].get_title().replace("\n", ": "), "a chart"]
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)
+    assert not figures.scraper(None, shown, {"src_dir": str(tmp_path)})
+
+
 @pytest.mark.parametrize(
     ("code", "is_short"), [("--plot FILE", True), ("cases/examples/arch_piers.toml", False)]
 )
