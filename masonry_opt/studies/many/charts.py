@@ -61,7 +61,7 @@ _LABEL = "load factor λ"  #: Title of the axis of load factors.
 #: strip for runs without a load factor.
 _STRIP_HEIGHT = 24
 _MOST_CORRELATIONS = 15  #: Largest number of correlations in the chart; weaker ones are left out.
-#: Prefix of the table columns of each load factor of a sample, by the name of the load factor.
+#: Map from the name of each load factor of a sample to the prefix of its table columns.
 _LOADS = {"lowest found": "", "incremental": INCREMENTAL_COLUMN}
 _COLOURS = alt.Scale(range=[*SERIES[: len(_LOADS)]])  #: Colours of the load factors of a sample.
 _OFF = "off the axis: λ as written"  #: Legend entry for values beyond the axis, which are written as numbers.
@@ -193,7 +193,7 @@ def _note_on_axles(frame: pd.DataFrame) -> list[str]:
 
 
 def off_axis(load_factors: ArrayLike) -> np.ndarray:
-    """Return True for each load factor that is so large that it is drawn beyond the axis, shape (n,)."""
+    """Return a mask of the load factors that are so large that they are drawn beyond the axis, shape (n,)."""
     values = np.asarray(load_factors, dtype=float)
     ascending = np.sort(values[np.isfinite(values)])
     greatest = np.maximum.accumulate(np.abs(ascending))
