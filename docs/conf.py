@@ -24,6 +24,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "mathml",
     "records",
+    "short_code",
 ]
 exclude_patterns = ["gallery", "examples/**/*.ipynb", "examples/**/*.py"]
 source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".ipynb": "myst-nb"}
@@ -45,6 +46,8 @@ autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
+# Parameters that share a description stay together, so that the description is shown once.
+napoleon_use_param = False
 # One entry may describe several names. Napoleon supports it only for sections in the style of parameters.
 napoleon_custom_sections = [("Attributes", "params_style"), ("Fields", "params_style")]
 
@@ -66,7 +69,8 @@ sphinx_gallery_conf = {
     ],
     "within_subsection_order": "FileNameSortKey",
     "image_scrapers": ("figures.scraper",),
-    "ignore_repr_types": r"matplotlib|Picture",
+    "ignore_repr_types": r"matplotlib|Picture|altair",
+    "default_thumb_file": str(HERE / "no_picture.png"),
     "abort_on_example_error": True,
     "download_all_examples": False,
     "write_computation_times": False,

@@ -1,11 +1,12 @@
 """Draw the pictures of the README and of the guide that no page computes.
 
     python docs/pictures.py            # all of them, in half a minute
-    python docs/pictures.py diagram    # docs/how_it_works.png alone
+    python docs/pictures.py diagram    # docs/how_it_works.png and docs/no_picture.png alone
 
 The README and the first page of the guide show arch.png, facade.png and wall.png. The arch and the façade are
-examples of the gallery, whose assertions check their numbers. The wall is a case file. The diagram belongs to
-the page "How it works".
+examples of the gallery, whose assertions check their numbers. The wall is a case file. fig10.png, on the page
+"The paper's examples", is also an example of the gallery. The diagram belongs to the page "How it works". The
+gallery shows no_picture.png for examples that the guide does not run.
 """
 
 import sys
@@ -99,14 +100,24 @@ def _draw_step(axes: Axes, middle: float, folders: str) -> None:
     axes.text(3.15, middle + ROW_HEIGHT / 2, folders, ha="left", va="center", size=10.5, color=TEXT_COLOUR)
 
 
+def no_picture() -> Figure:
+    """Return the small picture that the gallery shows for an example that the guide does not run."""
+    figure = Figure(figsize=(2.5, 1.75))
+    text = "not run\nin the guide"
+    figure.text(0.5, 0.5, text, ha="center", va="center", size=12, color=TEXT_COLOUR)
+    return figure
+
+
 def main() -> None:
-    """Solve and draw; the argument "diagram" draws the diagram alone."""
+    """Solve and draw; the argument "diagram" draws only the two pictures that need no solver."""
     save(diagram(), "how_it_works")
+    no_picture().savefig(HERE / "no_picture.png", dpi=DPI)
     if sys.argv[1:] == ["diagram"]:
         return
-    loads, space = HERE / "gallery" / "loads", HERE / "gallery" / "space"
+    loads, space, paper = (HERE / "gallery" / name for name in ("loads", "space", "paper"))
     save(run_path(str(loads / "bogie_over_an_arch.py"))["coulomb"].plot(), "arch")
     save(run_path(str(space / "facade_off_its_returns.py"))["result"].plot(view=(-50, 25)), "facade")
+    save(run_path(str(paper / "fig10.py"))["figure"], "fig10")
     save(mo.solve(HERE.parent / "cases" / "ferris_tinloi" / "wall_6.toml").plot(), "wall")
 
 

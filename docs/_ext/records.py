@@ -21,6 +21,8 @@ from sphinx.util.typing import stringify_annotation
 
 #: Literals, whose "|" stay. Elsewhere |x| is an absolute value, which reStructuredText would substitute.
 _LITERAL = re.compile(r"(``.+?``)")
+_ATTRIBUTES = ("attribute", "data", "property")  #: Kinds of objects whose docstrings stay as they are.
+_docstrings: dict[str, list[str]] = {}  #: Docstrings of attributes by name, before Napoleon has changed them.
 _ENTRY = re.compile(r"(?P<names>\*{0,2}\w+(?:, \*{0,2}\w+)*):(?: (?P<text>.*))?$")
 
 
@@ -32,6 +34,9 @@ def _plain(value: Any) -> str:
     """Return a default value as it would be written in a call."""
     if isinstance(value, float) and (math.isinf(value) or value == int(value)):
         return f"{value:g}"
+    if dataclasses.is_dataclass(value):
+        # The fields of settings are listed where their class is described.
+        return f"{type(value).__name__}()"
     if isinstance(value, tuple):
         return f"({', '.join(map(_plain, value))})"
     return repr(value)
@@ -113,6 +118,17 @@ def _process(app: Sphinx, what: str, name: str, of: Any, options: Any, lines: li
         for field in of.model_fields:
             parts += list(_rewritten(of, [field], []))
     lines[:] = map(_without_substitutions, parts)
+    if what in _ATTRIBUTES:
+        _docstrings[name] = list(lines)
+
+
+def _restore(app: Sphinx, what: str, name: str, of: Any, options: Any, lines: list[str]) -> None:
+    """Restore the docstring of an attribute in place, after Napoleon has changed it.
+
+    Napoleon takes the text before a colon in the first line for the type of the attribute.
+    """
+    if what in _ATTRIBUTES:
+        lines[:] = _docstrings.pop(name)
 
 
 def _without_substitutions(line: str) -> str:
@@ -136,7 +152,8 @@ def _call(app: Sphinx, what: str, name: str, of: Any, options: Any, given: str, 
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Connect the extension to Sphinx, with a priority before Napoleon."""
+    """Connect the extension to Sphinx, with priorities before and after Napoleon."""
     app.connect("autodoc-process-docstring", _process, priority=400)
+    app.connect("autodoc-process-docstring", _restore, priority=600)
     app.connect("autodoc-process-signature", _call)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

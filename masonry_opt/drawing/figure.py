@@ -3,7 +3,7 @@
 import io
 import textwrap
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
@@ -88,6 +89,12 @@ _MOTION_START_STYLES = {
     "starts_sliding": ("slide", SLIDING_COLOUR, "s", 10.0, 0.085),
     "starts_opening": ("open", HINGING_COLOUR, "o", 6.0, 0.025),
 }
+#: Width of a number of joints below a curve, relative to the width of the axes. States whose numbers would
+#: overlap share one number.
+_NUMBER_WIDTH = 0.03
+
+_TEXT_GAP = 4.0  #: Smallest distance between the texts of two marks, in pixels.
+_MARK_TEXT = "text of a mark"  #: Matplotlib's label of the texts that marks draw at points.
 
 
 class Picture(Figure):
@@ -229,7 +236,23 @@ def draw_marks(axes: Axes, marks: Marks, at: np.ndarray) -> None:
             x, y = at[:, 0].T
             axes.scatter(x, y, s=marks.width**2, marker=_MARKERS[shape], zorder=4, **look)
             for place in at[:, 0] if marks.text else ():
-                write_name(axes, marks.text, place, 8.0, 0.3, va="center", clip_on=True)
+                write_name(axes, marks.text, place, 8.0, 0.3, va="center", clip_on=True, label=_MARK_TEXT)
+
+
+def remove_overlapping_texts(figure: Figure, axes: Axes) -> None:
+    """Remove each text of a mark that overlaps the text of an earlier mark.
+
+    The limits and the size of the axes must be set before.
+    """
+    canvas: Any = FigureCanvasAgg(figure)  # matplotlib's renderer has no type annotations
+    renderer = canvas.get_renderer()
+    kept = list[Any]()
+    for text in [text for text in axes.texts if text.get_label() == _MARK_TEXT]:
+        extent = text.get_window_extent(renderer).padded(_TEXT_GAP / 2)
+        if any(extent.overlaps(other) for other in kept):
+            text.remove()
+        else:
+            kept.append(extent)
 
 
 def _line(marks: Marks) -> dict[str, Any]:
@@ -411,8 +434,8 @@ def _levels(axes: Axes, result: Outcome, highest: float) -> tuple[list[Handle], 
 def _starts(axes: Axes, result: Outcome, column: str) -> Line2D:
     """Mark the first state of the curve in which joints start to slide or to open; return the legend entry.
 
-    For each state, the number of joints that start is written above the lower axis. ``column`` is the column
-    of the curve, a key of ``_MOTION_START_STYLES``.
+    The number of joints that start is written above the lower axis: for each state, or for several states
+    whose numbers would overlap. ``column`` is the column of the curve, a key of ``_MOTION_START_STYLES``.
     """
     verb, colour, marker, size, height = _MOTION_START_STYLES[column]
     assert result.curve is not None
@@ -422,7 +445,22 @@ def _starts(axes: Axes, result: Outcome, column: str) -> Line2D:
     first = starts.iloc[:1]
     axes.plot(first["displacement"], first["load_factor"], zorder=4, markeredgewidth=1.6, **look)
     letters: dict[str, Any] = {"color": colour, "fontsize": 7, "transform": axes.get_xaxis_transform()}
-    for displacement, pairs in zip(starts["displacement"], starts[column], strict=True):
-        axes.text(displacement, height, str(len(pairs)), ha="center", **letters)
+    spacing = _NUMBER_WIDTH * float(np.ptp(axes.get_xlim()))
+    for displacement, number in _grouped_numbers(starts["displacement"], starts[column].map(len), spacing):
+        axes.text(displacement, height, str(number), ha="center", **letters)
     axes.text(-0.01, height, f"start to {verb}", ha="right", **letters | {"transform": axes.transAxes})
     return Line2D([], [], label=f"the first joints {verb}", **look)
+
+
+def _grouped_numbers(at: Iterable[float], numbers: Iterable[int], spacing: float) -> list[tuple[float, int]]:
+    """Return positions and sums of numbers, such that the positions are at least ``spacing`` apart.
+
+    The positions ``at`` are in increasing order. Each sum is at the first position of its group.
+    """
+    groups = list[tuple[float, int]]()
+    for place, number in zip(at, numbers, strict=True):
+        if groups and place - groups[-1][0] < spacing:
+            groups[-1] = groups[-1][0], groups[-1][1] + number
+        else:
+            groups.append((place, number))
+    return groups

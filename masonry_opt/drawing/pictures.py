@@ -153,6 +153,7 @@ def elements_picture(
         elif kind == "utilisation":
             colours = ScalarMappable(cmap=ListedColormap(UTILISATION)), utilisation_label(elements.assembly)
         figure.finish(made, axes, figure.handles(marks), notes, colours)
+        figure.remove_overlapping_texts(made, axes)
     return made
 
 

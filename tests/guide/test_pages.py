@@ -262,6 +262,77 @@ def records(monkeypatch):
     return records
 
 
+@pytest.mark.parametrize("what", ["attribute", "property"])
+def test_a_colon_in_the_docstring_of_an_attribute_separates_no_type(records, what):
+    """Napoleon reads the text before the colon as the type of the attribute, so its result is replaced."""
+    napoleon = pytest.importorskip("sphinx.ext.napoleon")
+    lines = ["Largest number of joints (in space: contacts).", "", "More are slow."]
+    written = list(lines)
+    records._process(None, what, "most", None, None, lines)
+    lines[:] = napoleon.NumpyDocstring(lines, what=what, name="most").lines()
+    assert any("type" in line for line in lines)
+    records._restore(None, what, "most", None, None, lines)
+    assert lines == written
+
+
+def test_defaults_that_are_settings_are_shown_without_their_fields(records):
+    assert records._plain(mo.SearchSettings()) == "SearchSettings()"
+
+
+@pytest.mark.slow
+def test_pictures_of_matplotlib_and_altair_are_shown_once_and_below_each_other(records, tmp_path):
+    """Two pictures of one block of an example are below each other, each in the width of the page."""
+    pytest.importorskip("sphinx_gallery")
+    alt = pytest.importorskip("altair")
+    import figures
+
+    chart = alt.Chart(alt.Data(values=[{"x": 1}])).mark_point().properties(title="a chart")
+    picture = mo.draw(block_on_floor())
+    paths = [tmp_path / "1.png", tmp_path / "2.png"]
+    variables = {"example_globals": {"a": picture, "b": chart, "c": chart}}
+    shown = variables | {"image_path_iterator": map(str, paths)}
+    text = figures.scraper(None, shown, {"src_dir": str(tmp_path)})
+    assert re.findall(r"image-sg:: /(\d)\.png", text) == ["1", "2"]
+    assert text.count("sphx-glr-single-img") == 2
+    assert re.findall(r":alt: (.*)", text) == [picture.axes[0].get_title().replace("\n", ": "), "a chart"]
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in paths)
+    assert not figures.scraper(None, shown, {"src_dir": str(tmp_path)})
+
+
+@pytest.mark.parametrize(
+    ("code", "is_short"), [("--plot FILE", True), ("cases/examples/arch_piers.toml", False)]
+)
+def test_short_words_of_code_are_marked_so_that_hyphens_do_not_break_them(records, code, is_short):
+    from docutils import nodes, utils
+    from short_code import mark
+
+    doctree = utils.new_document("page")
+    doctree += nodes.literal(code, code)
+    mark(None, doctree)
+    assert ("short" in doctree[0]["classes"]) == is_short
+
+
+#: Examples of the paper, of which the guide runs a few.
+OF_PAPER = sorted((DOCS / "gallery" / "paper").glob("*.py"))
+
+
+@pytest.mark.parametrize("path", OF_PAPER, ids=lambda path: path.stem)
+def test_an_example_that_the_guide_does_not_run_says_so(path):
+    """The page of such an example shows no output, so it names the command that computes it."""
+    (pattern,) = re.findall(r'"filename_pattern": r"(.+)",', (DOCS / "conf.py").read_text("utf-8"))
+    says_so = f"does not run this example. ``masonry-opt reproduce {path.stem}``" in path.read_text("utf-8")
+    assert says_so == (re.search(pattern, str(path)) is None)
+
+
+def test_every_piece_of_code_on_a_page_begins_where_the_page_says():
+    """The text at which a listing begins occurs once in its file, so that no other piece is shown."""
+    for path in DOCS.glob("**/*.md"):
+        for name, options in re.findall(r"```{literalinclude} (\S+)\n((?::.*\n)*)", path.read_text("utf-8")):
+            text = (path.parent / name).read_text("utf-8")
+            for start in re.findall(r":start-at: (.+)", options):
+                assert text.count(start.strip("'\"")) == 1, (path.name, start)
+
+
 def documented(records, of):
     """Return the lines of the docstring of a record after the project's Sphinx extension has changed them."""
     lines = inspect.getdoc(of).splitlines()

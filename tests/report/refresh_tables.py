@@ -22,7 +22,7 @@ def markdown(frame: pd.DataFrame) -> str:
 
 def _cell(column: str, value: object) -> str:
     if not isinstance(value, float):
-        return str(value)
+        return str(value).replace(" × ", "\u00a0×\u00a0")  # a size stays on one line
     digits = ".5f" if value > 1e-2 else ".1e"
     return format(value, "+.3f" if "%" in column else digits)
 

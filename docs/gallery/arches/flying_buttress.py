@@ -41,7 +41,8 @@ def pier(flyer: bool) -> mo.Scene:
 
 
 # %%
-# Without the flyer, the pier overturns about its outer edge at W b/2 = λ y, with the height y of the thrust.
+# Without the flyer, the pier overturns about its outer edge at W b/2 = λ y, with the weight W and the width b
+# of the pier, and the height y of the thrust.
 alone = mo.solve(pier(flyer=False))
 by_hand = UNIT_WEIGHT * WIDTH * HEIGHT * WIDTH / 2 / 7.0
 assert abs(alone.required() / by_hand - 1) < 1e-5

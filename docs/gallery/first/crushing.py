@@ -28,12 +28,13 @@ def pier(strength: float | None) -> mo.Scene:
 
 
 # %%
-# By hand: the weight W rests on a strip of width W / f_c at the edge. Moments about the middle of the strip
-# give λ = (b − W / f_c) / h.
+# By hand, for a block of weight W, width b and height h: at the strength f, the weight rests on a strip of
+# width W / f at the edge. Moments about the middle of the strip give λ = (b − W / f) / h.
 for strength in (None, 2000.0, 800.0, 400.0):
     result = mo.solve(pier(strength), "static")
     strip = WEIGHT / strength if strength else 0.0
-    print(f"strength {strength}: load factor {result.load_factor:.5f}")
+    limit = f"strength {strength:g} kN/m²" if strength else "no limit of strength"
+    print(f"{limit}: load factor {result.load_factor:.5f}")
     assert abs(result.required() - (WIDTH - strip) / HEIGHT) < 1e-5
 
 # %%

@@ -20,7 +20,8 @@ bare = mo.Scene(title="The same tie in one stone", joints=plate.joints, blocks=s
 
 # %%
 # Anchored in one stone, the tie does not yield: the stone above the tie slides off at λ = μ. With the plate
-# the leaf overturns as one body, and the tie yields. By hand, λ = b/H + 2 T y/(W H).
+# the leaf overturns as one body, and the tie yields. By hand, λ = b/H + 2 T y/(W H), with the weight W, the
+# width b and the height H of the leaf, and the strength T and the height y of the tie.
 in_one_stone, with_plate = mo.solve(bare), mo.solve(plate)
 for name, result in (("in one stone", in_one_stone), ("with a plate", with_plate)):
     force, yields = result.ties.loc[0, ["force", "yields"]]

@@ -35,12 +35,13 @@ def ratio(loaded: mo.Scene, strength: float | None = None, **fill: object) -> fl
 
 scenes = {name.split("/")[1]: under_line_load(mo.load(case_folder() / f"{name}.toml")) for name in NAMES}
 counted_on = {
-    "the fill's weight, and spread": {"pressure": False},
-    "and a third of its passive pressure": {},
-    "all of it": {"mobilised": 1.0},
-    "a third, masonry of 5 N/mm²": {"strength": 5000.0},
+    "weight and load spread of the fill": {"pressure": False},
+    "also a third of its passive pressure": {},
+    "also its full passive pressure": {"mobilised": 1.0},
+    "a third; masonry crushes at 5 N/mm²": {"strength": 5000.0},
 }
 found = {words: [ratio(scene, **keys) for scene in scenes.values()] for words, keys in counted_on.items()}
+print(", ".join(scenes))
 for words, ratios in found.items():
     print(f"{words}: {', '.join(f'{ratio:.2f}' for ratio in ratios)}")
 
@@ -62,7 +63,7 @@ axes = figure.subplots()
 for (words, ratios), marker in zip(found.items(), ["v", "s", "^", "x"], strict=True):
     axes.plot(ratios, [name.capitalize() for name in scenes], marker, label=words)
 axes.axvline(1, color="0.4", linewidth=1)
-axes.set(xlim=(0, None), xlabel="load found / load of the test")
+axes.set(xlim=(0, None), xlabel="computed load / load of the test")
 axes.invert_yaxis()
 axes.legend(fontsize="small")
-figure  # noqa: B018
+figure

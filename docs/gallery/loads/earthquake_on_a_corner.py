@@ -22,8 +22,9 @@ joints = mo.JointDefaults(friction=0.6)
 corner = mo.Scene(title="corner of two walls", joints=joints, blocks=plan.blocks())
 
 # %%
-# λ is the incremental load factor: the horizontal seismic coefficient at which the corner, loaded from rest
-# with elastic contacts, collapses. It is computed for every 15° in plan.
+# The horizontal push grows from rest, on elastic contacts, until equilibrium is lost (the incremental load
+# factor). After that, the moving blocks may carry only a lower load factor. λ is this lower load factor, as a
+# horizontal seismic coefficient. It is computed for every 15° in plan.
 found = mo.directions(corner, "incremental", every=15)
 around = found.table.set_index("direction")["load_factor"]
 print(f"along the walls: {around[[0, 90, 180, 270]].min():.3f}")
@@ -34,7 +35,7 @@ assert around.min() < around[[0, 90, 180, 270]].min()
 # A simultaneous upward force of 0.3 times the horizontal force reduces the normal forces, and therefore the
 # friction, of all joints that slide:
 upwards = mo.directions(corner, "incremental", every=45, vertical=-0.3)
-print(f"and 0.3 of it upwards: {upwards.to_draw.required():.3f}, {upwards.governing}")
+print(f"with 0.3 of the push upwards: {upwards.to_draw.required():.3f}, {upwards.governing}")
 assert upwards.to_draw.required() < around[::3].min()
 
 # %%

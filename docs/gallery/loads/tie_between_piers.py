@@ -39,7 +39,7 @@ for strength, result in results.items():
     rod = result.ties.loc[0]
     print(
         f"rod of {strength:g} kN: load factor {result.required():.4f}, "
-        f"it {'yields' if rod['yields'] else 'carries'} {rod['force']:.2f} kN"
+        f"it {'yields at' if rod['yields'] else 'carries'} {rod['force']:.2f} kN"
     )
 
 # %%

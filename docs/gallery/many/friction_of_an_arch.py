@@ -51,4 +51,4 @@ both = (
 assert (both["load_factor_coulomb"] <= both["load_factor_static"] * (1 + 1e-7)).all()
 known = both["load_factor_coulomb"]
 assert (known.cummax() / known).max() < 1.01
-figure  # noqa: B018
+figure

@@ -43,13 +43,13 @@ frame[["opening", "jamb", "friction", "load_factor", "status", "mechanism"]].rou
 figure = Figure(figsize=(6, 3.6), layout="constrained")
 axes = figure.add_subplot(xlabel="width of a window (blocks)", ylabel="load factor λ", xticks=[1, 2, 3])
 for (jamb, friction), runs in frame.groupby(["jamb", "friction"]):
-    label = f"outer piers of {jamb} block{'s' if jamb > 1 else ''}, μ = {friction}"
+    label = f"outer piers of {jamb:g} block{'s' if jamb > 1 else ''}, μ = {friction}"
     axes.plot(runs["opening"], runs["load_factor"], "o-" if jamb == 1 else "s--", label=label)
-axes.set_ylim(0)
+axes.set_ylim(0, 0.65)
 axes.legend(frameon=False)
 slides = frame["mechanism"] == "sliding"
 assert (frame["load_factor"] - frame["friction"])[slides].abs().max() < 1e-6
 assert slides.sum() == 3
 by_jamb = frame.pivot(index=["opening", "friction"], columns="jamb", values="load_factor")
 assert (by_jamb[2] > by_jamb[1]).all()
-figure  # noqa: B018
+figure

@@ -61,4 +61,4 @@ for n in (1, 2):
     slides = samples[n].table.query("mechanism == 'sliding'")
     assert len(slides)
     assert (slides["load_factor"] - slides["joints.friction"]).abs().max() < 1e-6
-figure  # noqa: B018
+figure

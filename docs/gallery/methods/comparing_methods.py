@@ -23,8 +23,8 @@ scene = mo.Scene(
 )
 
 # %%
-# Method `static` is classical limit analysis, and `nonassociative` is the loop of the paper. Method `coulomb`
-# returns the lowest of several exact collapse states.
+# Method ``static`` is classical limit analysis, and ``nonassociative`` is the loop of the paper. Method
+# ``coulomb`` returns the lowest of several exact collapse states.
 published = {"static": 0.64286, "nonassociative": 0.63982, "coulomb": 0.63898}
 results = {method: mo.solve(scene, method) for method in published}
 for method, result in results.items():

@@ -32,7 +32,7 @@ scene = mo.Scene(
 
 # %%
 # First from a file in the format LP, MPS or NL. Rows and columns are named after joints and blocks. The
-# column of λ is named `load_factor`.
+# column of λ is named ``load_factor``.
 with tempfile.TemporaryDirectory() as folder:
     file = Path(folder, "wall.lp")
     mo.export(scene, file, method="static")

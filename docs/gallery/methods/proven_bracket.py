@@ -16,8 +16,8 @@ result = mo.solve(scene, "global", time_limit=20)
 print(result.message)
 
 # %%
-# The bound is computed by linear programs, and their answers are verified with the matrices. The bound is
-# valid for all mechanisms whose slips and openings sum to at most the number in `reasons`:
+# The proof of this scene makes no assumption. On larger scenes, method ``global`` may assume that the slips
+# and openings of a mechanism sum to at most a number, which ``result.reasons`` contains:
 print(f"{result.bound:.6f} ≤ λ ≤ {result.required():.6f}")
 assert 0 <= result.required() - result.bound < 1e-5
 assert abs(result.required() - 0.479263) < 1e-6

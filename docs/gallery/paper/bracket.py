@@ -3,9 +3,13 @@ Beyond the paper: the least load factor of the six walls, from above and below
 ==============================================================================
 
 The upper limit is the lowest exact state that a search finds in 10 s. The lower limit is the bound that
-method `global` certifies within 300 s. The bound is valid for all states whose slips and edge openings sum to
-at most the number in the table. The example takes a quarter of an hour on two cores.
+method ``global`` certifies within 300 s. The bound is valid for all states whose slips and edge openings sum
+to at most the number in the table. The example takes a quarter of an hour on two cores.
+
+The guide does not run this example. ``masonry-opt reproduce bracket`` saves its tables and pictures.
 """
+
+# sphinx_gallery_thumbnail_path = "bracket.png"
 
 from functools import partial
 
@@ -80,4 +84,4 @@ for axes, row in zip(figure.subplots(2, 3, sharex=True).flat, rows, strict=True)
 figure.supxlabel("time (s)")
 figure.supylabel("load factor λ")
 figure.legend(*axes.get_legend_handles_labels(), loc="outside upper center", ncols=3, fontsize=9)
-figure  # noqa: B018
+figure

@@ -55,4 +55,4 @@ for row, walls in zip(figure.subfigures(2, 1), ([1, 2, 3], [4, 5, 6]), strict=Tr
         axes.set_title(f"({'abcdef'[wall - 1]}) wall {wall}: λ = {results[wall].required():.5f}", fontsize=10)
         axes.set_axis_off()
 figure.legend(handles=[*handles.values()], loc="outside lower center", ncols=5, frameon=False)
-figure  # noqa: B018
+figure

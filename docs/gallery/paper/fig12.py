@@ -50,4 +50,4 @@ share.plot(k, table["corrected (%)"], "x--", color="black", label="corrected: Co
 share.axhline(18.2, color="#777777", linewidth=1, linestyle=":", label="published at the end: 18.2 %")
 share.set(ylabel="energy in sliding (%)", xlabel="iteration", xticks=k)
 share.legend(fontsize=8)
-figure  # noqa: B018
+figure

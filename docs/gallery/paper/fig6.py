@@ -20,7 +20,11 @@ For ψ = 0 this gives 2.5 μ and 1.5 μ. With t = tan φ₀, the contact point o
 face by 2 t cos ψ - (1 - t²) sin ψ. This is the opening of the face due to its slip, plus the motion of A
 along the normal. It changes its sign where tan 2φ₀ = tan ψ, so the load factor jumps at φ₀ = ψ / 2 (footnote
 2 of the paper).
+
+The guide does not run this example. ``masonry-opt reproduce fig6`` saves its tables and pictures.
 """
+
+# sphinx_gallery_thumbnail_path = "fig6.png"
 
 from math import atan, cos, degrees, radians, tan
 
@@ -70,7 +74,7 @@ def jump(name: str, face: float) -> float:
 
 
 # %%
-# At every angle, λ is computed by hand, by method `global`, and by the paper's loop.
+# At every angle, λ is computed by hand, by method ``global``, and by the paper's loop.
 table = pd.DataFrame(
     {
         "variant": name,
@@ -126,4 +130,4 @@ for axes, (name, (_, face)) in zip(below.subplots(1, 3, sharey=True), VARIANTS.i
     axes.grid(color="#EEEEEE")
 below.axes[0].set_ylabel("load factor λ / μ")
 below.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
-figure  # noqa: B018
+figure

@@ -97,4 +97,4 @@ axes.plot(flat, range(len(flat)), "o", color="#0072B2", markersize=8)
 axes.set_yticks(range(len(flat)), [f"{model}: {solver}" for model, solver in SOLVERS])
 axes.set(xlim=(1.4, 3), ylim=(3.5, -0.5), xlabel="λ / μ where the loop ends", title="(c) α = 0, by solver")
 axes.legend(fontsize=8, loc="upper right")
-figure  # noqa: B018
+figure

@@ -44,11 +44,11 @@ for name, (result, drawn, reference, tolerance) in runs.items():
 assert runs["least, proven"][0].status is mo.Status.OPTIMAL
 
 # %%
-# The unloaded wedge, "right", rises in picture (a) with associative flow, and sinks in picture (b) with
-# Coulomb friction.
+# The unloaded wedge, "right", rises in the first picture with associative flow, and sinks in the second
+# picture with Coulomb friction.
 associative, coulomb = runs["associative, CVXPY"][0], runs["least, proven"][0]
 rises, sinks = (result.blocks.set_index("block")["vy"]["right"] for result in (associative, coulomb))
 assert rises > 0 > sinks
 figure_a = associative.plot()
 figure_b = coulomb.plot()
-figure_b  # noqa: B018
+figure_b

@@ -7,6 +7,8 @@ the paper's loop, exact Coulomb states (compared with the mixed complementarity 
 Tin-Loi 2001), and their MPEC. The incremental load factor has a column of its own; the loop and the MCP are
 close to it. The lowest state that a search finds is compared with the lowest known state. All methods have
 their default options.
+
+The guide does not run this example. ``masonry-opt reproduce table1`` saves its tables.
 """
 
 from functools import partial
@@ -53,7 +55,7 @@ found |= {(wall, "incremental"): results[wall, "incremental"].incremental for wa
 
 # %%
 # Each row of the table is a wall. The Coulomb problem has many states. The solver of the MCP, the default
-# (`coulomb`), the loop and the MPEC end in different states. Method `incremental` selects one state, by
+# (``coulomb``), the loop and the MPEC end in different states. Method ``incremental`` selects one state, by
 # elastic contacts and a load history from rest.
 table = pd.DataFrame(
     {

@@ -17,8 +17,8 @@ RADIUS, HEIGHT, DRUMS, SIDES = 2.0, 12.0, 6, 8
 
 
 # %%
-# A function writes such a file. A line `o` begins a stone and names it, and stones named "fixed ..." are
-# supports. A line `v` is a corner. A line `f` is a face, given by the numbers of its corners. Corners are
+# A function writes such a file. A line ``o`` begins a stone and names it, and stones named "fixed ..." are
+# supports. A line ``v`` is a corner. A line ``f`` is a face, given by the numbers of its corners. Corners are
 # numbered through the whole file.
 def tower(lean: float) -> str:
     """Return the lines of an OBJ file: drums on a plinth, shifted along x by ``lean`` per metre of height."""

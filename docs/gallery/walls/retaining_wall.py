@@ -22,8 +22,9 @@ def wall(friction: float) -> mo.Scene:
 
 
 # %%
-# By hand, at the foot: the wall slides at μ W divided by the thrust. It overturns at W b/2 divided by the
-# moment of the thrust about the toe. The thrust acts at a third of the height.
+# By hand, at the foot, with the weight W and the width b of the wall: the wall slides at μ W divided by the
+# thrust. It overturns at W b/2 divided by the moment of the thrust about the toe. The thrust acts at a third
+# of the height.
 weight, thrust = UNIT_WEIGHT * WIDTH * HEIGHT, PRESSURE * HEIGHT / 2
 slides, overturns = FRICTION * weight / thrust, weight * WIDTH / 2 / (thrust * HEIGHT / 3)
 result = mo.solve(wall(FRICTION))

@@ -14,8 +14,8 @@ BOLT = 10_000.0  # kN, at half the height of column 1, 4° below the horizontal:
 
 
 # %%
-# The axes of the model are parallel and normal to the base of the slope, which dips at 30° and has steps of 1
-# m.
+# The axes of the model are parallel and normal to the base of the slope, which dips at 30° and has steps
+# of 1 m.
 def slope(friction: float) -> mo.Scene:
     """Return the slope with the bolt force as dead load, and its opposite as live load.
 
@@ -44,7 +44,7 @@ def slope(friction: float) -> mo.Scene:
 # to 4555 kN.
 result = mo.solve(slope(0.65))
 least, found = (BOLT * (1 - value) for value in (result.associative, result.required()))
-print(f"needed whatever joints do: {least:.1f} kN; a Coulomb state of collapse: {found:.0f} kN")
+print(f"needed under any flow rule: {least:.1f} kN; a Coulomb state collapses at: {found:.0f} kN")
 assert abs(least - 236.6) < 0.1
 assert found >= 2010
 result.plot()

@@ -267,10 +267,13 @@ class Directions(Cases):
         With one ratio only, the incremental and the associative load factor are drawn too if they differ.
         """
         table = self.table
-        labels = {"load_factor": f"λ ({self.to_draw.method})"}
+        labels = {"load_factor": f"λ (method {self.to_draw.method})"}
         ratios = table["vertical"].unique()
         if len(ratios) == 1:
-            labels |= {"incremental": "incremental", "associative": "associative"}
+            labels |= {
+                "incremental": "incremental load factor",
+                "associative": "associative load factor",
+            }
         lines = itertools.product(ratios, labels.items())
         for colour, (ratio, (column, label)) in zip(itertools.cycle(SERIES), lines, strict=False):
             rows = table[table["vertical"] == ratio]

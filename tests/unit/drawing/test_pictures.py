@@ -30,7 +30,15 @@ import masonry_opt as mo
 from masonry_opt.drawing import colours
 from masonry_opt.drawing.colours import SERIES
 from masonry_opt.drawing.elements import PICTURE_KINDS, START, legend, result_elements, scene_elements
-from masonry_opt.drawing.figure import _legend_columns
+from masonry_opt.drawing.figure import (
+    Picture,
+    _grouped_numbers,
+    _legend_columns,
+    draw_marks,
+    remove_overlapping_texts,
+    write_name,
+)
+from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.page import page
 from masonry_opt.drawing.svg import Canvas
 from masonry_opt.problem.assembly import assemble
@@ -147,6 +155,24 @@ def test_a_curve_is_drawn_with_its_load_factor_and_the_first_joints_that_move(cu
     assert {text.get_text() for text in axes.texts} == {"1", "start to slide"}
     told = [text.get_text() for text in figure.legends[0].get_texts()]
     assert told == ["load factor λ = 0.18844", "associative λ = 0.25", "the first joints slide"]
+
+
+def test_numbers_that_would_overlap_below_a_curve_are_added():
+    grouped = _grouped_numbers([0.0, 0.9, 1.0, 1.5, 4.0], [1, 2, 4, 8, 16], 1.0)
+    assert grouped == [(0.0, 3), (1.0, 12), (4.0, 16)]
+
+
+def test_the_text_of_a_mark_does_not_overlap_the_text_of_an_earlier_mark():
+    """Of three texts at 0, 0.01 and 0.5, the second is removed. Names of blocks are not removed."""
+    made = Picture()
+    axes = made.add_subplot(xlim=(0, 1), ylim=(0, 1))
+    for x in (0.0, 0.01, 0.5):
+        motion, point = np.zeros((1, 3)), np.full((1, 1, 2), (x, 0.5))
+        mark = Marks("openings", "", "point", "#000000", 0.0, point, motion, text=f"{x:g}")
+        draw_marks(axes, mark, mark.points)
+    write_name(axes, "A", np.array([0.0, 0.5]), 8.0, 0.0)
+    remove_overlapping_texts(made, axes)
+    assert [text.get_text() for text in axes.texts] == ["0", "0.5", "A"]
 
 
 @pytest.mark.parametrize("ending", ["png", "HTML"])
