@@ -81,6 +81,9 @@ _ABOVE_HIGHEST = 0.06  #: Length of the λ axis above the highest λ that is dra
 #: value. A higher load factor appears only in the legend.
 _LARGEST_DRAWN_RATIO = 2.0
 
+#: Smallest distance between two numbers in a row below a curve, relative to the width of the axes. Numbers
+#: that are closer to each other are added.
+_NUMBER_SPACING = 0.022
 #: Style of the marks that show where joints start to slide or to open, by column of the table of the curve. A
 #: style consists of a verb, a colour, a marker, the size of the marker in points, and the height at which the
 #: number of joints is written, relative to the height of the axes.
@@ -411,8 +414,8 @@ def _levels(axes: Axes, result: Outcome, highest: float) -> tuple[list[Handle], 
 def _starts(axes: Axes, result: Outcome, column: str) -> Line2D:
     """Mark the first state of the curve in which joints start to slide or to open; return the legend entry.
 
-    For each state, the number of joints that start is written above the lower axis. ``column`` is the column
-    of the curve, a key of ``_MOTION_START_STYLES``.
+    For each state, the number of joints that start is written above the lower axis. If numbers would overlap,
+    their sum is written. ``column`` is the column of the curve, a key of ``_MOTION_START_STYLES``.
     """
     verb, colour, marker, size, height = _MOTION_START_STYLES[column]
     assert result.curve is not None
@@ -422,7 +425,10 @@ def _starts(axes: Axes, result: Outcome, column: str) -> Line2D:
     first = starts.iloc[:1]
     axes.plot(first["displacement"], first["load_factor"], zorder=4, markeredgewidth=1.6, **look)
     letters: dict[str, Any] = {"color": colour, "fontsize": 7, "transform": axes.get_xaxis_transform()}
-    for displacement, pairs in zip(starts["displacement"], starts[column], strict=True):
-        axes.text(displacement, height, str(len(pairs)), ha="center", **letters)
+    spacing = _NUMBER_SPACING * float(np.ptp(axes.get_xlim()))
+    group = np.cumsum(np.diff(starts["displacement"], prepend=-np.inf) > spacing)
+    for _, states in starts.groupby(group):
+        number = int(states[column].map(len).sum())
+        axes.text(states["displacement"].mean(), height, str(number), ha="center", **letters)
     axes.text(-0.01, height, f"start to {verb}", ha="right", **letters | {"transform": axes.transAxes})
     return Line2D([], [], label=f"the first joints {verb}", **look)

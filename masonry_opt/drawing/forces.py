@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from masonry_opt.drawing import colours
-from masonry_opt.drawing.marks import Marks, joint_marks, moved, shrink_of, size_of
+from masonry_opt.drawing.marks import Marks, joint_marks, movable_box, moved, shrink_of, size_of
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces, LoadedPiece, moment_of
@@ -37,6 +37,9 @@ _SINGLE_ARROW_DISTANCE = 0.04
 #: space the arrow is twice as long.
 _SINGLE_ARROW_LENGTH = 0.07
 
+#: Components of the live load below this fraction of its largest component have no influence on the place of
+#: a single arrow in space.
+_NEGLIGIBLE_PUSH = 1e-6
 #: Style of each kind of load: colour, line width in points, legend entry, and the legend entry of a single
 #: arrow that represents all forces.
 _LOAD_STYLES = {
@@ -98,19 +101,19 @@ def _direction(assembly: Assembly, forces: Forces, row: int) -> np.ndarray:
 
     In the plane the arrow is in an upper corner of the picture: in the corner from which the live load pushes
     the blocks away, because no moving block covers it. ``row`` is the number of similar arrows drawn before.
-    In space the arrow is above the blocks.
+    In space the arrow is above the upper corner of the blocks from which the live load pushes away. The
+    default view looks against the live load, so this corner is at the back of the picture.
     """
     total, size = forces.force.sum(axis=0), size_of(assembly)
-    low, high = assembly.geometry.boxes
-    low, high = low[assembly.movable].min(axis=0), high[assembly.movable].max(axis=0)
+    (low, high), push = movable_box(assembly), assembly.problem.forces(assembly.problem.live).sum(axis=0)
     direction, dimension = total / np.linalg.norm(total), len(high)
     tail = high.copy()
     if dimension == 3:
+        tail[:2] = np.where(push[:2] > _NEGLIGIBLE_PUSH * np.abs(push).max(), low[:2], high[:2])
         tail[-1] += _SINGLE_ARROW_HEIGHT * size
         # The arrow is twice as long as in the plane, because it may point towards the viewer and look short.
         return np.array([[tail, tail + 2 * _SINGLE_ARROW_LENGTH * size * direction]])
     length, out = _SINGLE_ARROW_LENGTH * size * direction, _SINGLE_ARROW_DISTANCE * size
-    push = assembly.problem.forces(assembly.problem.live).sum(axis=0)
     tail[0] = low[0] - out - max(length[0], 0.0)
     if push[0] < 0:
         tail[0] = high[0] + out - min(length[0], 0.0)
