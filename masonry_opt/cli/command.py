@@ -220,8 +220,10 @@ def _option(parameter: Parameter, info: OptionInfo, has_parser: bool, required: 
     if parameter.kind is parameter.VAR_KEYWORD or no_default:
         default = None
     elif isinstance(default, tuple):
+        # Click would print the default values in brackets, which users could mistake for a part of the value.
+        info.help = f"{info.help} Default: {', '.join(map(str, default))}."
         default = ",".join(map(str, default))
-        info.show_default = default.replace(",", ", ")  # with spaces, the help can wrap a long list
+        info.show_default = False
     kind = list[kind] if repeated else kind
     annotation = Annotated[kind | None if default is None else kind, info]  # type: ignore[valid-type]
     return parameter.replace(annotation=annotation, default=default, kind=parameter.KEYWORD_ONLY)
@@ -236,10 +238,10 @@ def _help(parameter: Parameter, functions: Sequence[Function], labels: Sequence[
     taking = [name in inspect.signature(function).parameters for function, _ in labelled]
     own_labels = [label for (_, label), takes in zip(labelled, taking, strict=True) if takes and label]
     sentences = (_first_sentence(name, function) for function in (*functions, solve))
-    sentence = next(filter(None, sentences), "")
+    sentence = re.sub("^True (if|to) ", "", next(filter(None, sentences), ""))
     if own_labels and not all(taking):
         return f"{', '.join(own_labels)}: {sentence}"
-    needed = " Needed." if labels and parameter.default is parameter.empty else ""
+    needed = " Required." if labels and parameter.default is parameter.empty else ""
     return sentence[:1].upper() + sentence[1:] + needed
 
 

@@ -462,7 +462,7 @@ class Capacity:
         lines = {
             "case": self.result.case,
             "load factor": f"{numeral(self.load_factor, '.6g')} at the onset ({own_name(self.result)})",
-            "known of it": certainty(self.result),
+            "certainty": certainty(self.result),
             "displacement": f"{ended} at the end, where λ = {at_end}",
             "end": self.message,
         }

@@ -221,7 +221,7 @@ def _(answer: Crossing) -> ReportPart:
         left_open = [between, *left_open]
     return ReportPart(
         heading=f"{subject}, every load case" if all_cases else _of_case(subject, worst),
-        says=f"governing {named_factor(worst)}: {facts['axles']}, {facts['at']}{governs}",
+        says=f"governing {named_factor(worst)}: {facts['axles']}, {facts['position']}{governs}",
         assembly=least.passage.assembly,
         printed_in_full={f"worst position, method {worst.method}": worst},
         facts=facts,
