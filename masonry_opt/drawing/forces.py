@@ -1,5 +1,6 @@
 """Marks of loads, fill, ties and props, and of the forces in joints."""
 
+from collections import Counter
 from collections.abc import Iterable
 
 import numpy as np
@@ -25,6 +26,8 @@ _LONE = 8
 #: Largest length of an arrow if a kind of load has more than ``_LONE`` forces, relative to the median size of
 #: a block.
 _LARGEST_ARROW_LENGTH = 0.6
+#: Distance between arrows of different kinds of load at one point, relative to the size of the scene.
+_SIDE_STEP = 0.02
 _ALONG = 8  #: Number of intervals into which arrows divide the line of an edge load.
 _SPACE = 0.3  #: Smallest distance between the arrows of an edge load, relative to the longest arrow.
 #: Height above the highest block at which a single arrow for many forces is drawn in space, relative to the
@@ -64,6 +67,7 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
     most_weights, most_others = _MOST_ARROWS[assembly.scene.dimension]
     all_loads = assembly.block_loads
     rows = 0  # number of kinds of load that are drawn as a single arrow so far
+    drawn = Counter[tuple[float, ...]]()  # number of arrows so far by their tails and directions
     for kind, (colour, width, label, label_of_all) in _LOAD_STYLES.items():
         if kind == "live" and not live:
             continue
@@ -76,6 +80,8 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
             rows += 1
         elif len(forces.force):
             points, motions = _forces(assembly, forces, motion)
+            if assembly.scene.dimension == 2:
+                points = _side_by_side(points, drawn, size_of(assembly))
         if pieces:
             arrows, tails, owners = _rows(assembly, pieces)
             yield Marks(kind, "", "line", colour, 0.8, tails, np.array([motion[p.block] for p in pieces]))
@@ -88,6 +94,21 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
             elif len(points) > 100:
                 width = 0.4 * width
             yield Marks(kind, label, "arrow", colour, width, points, motions)
+
+
+def _side_by_side(arrows: np.ndarray, drawn: Counter[tuple[float, ...]], size: float) -> np.ndarray:
+    """Shift arrows in the plane sideways that would cover arrows of another kind of load.
+
+    ``drawn`` counts the arrows that are drawn already, by tail and direction. The new arrows are added.
+    """
+    run = arrows[:, 1] - arrows[:, 0]
+    direction = run / np.linalg.norm(run, axis=1)[:, None]
+    tails = arrows[:, 0] / size
+    keys = [(*each,) for each in (np.column_stack([tails, direction]).round(6) + 0.0).tolist()]
+    steps = np.array([drawn[key] for key in keys])
+    drawn.update(set(keys))
+    sideways = np.column_stack([direction[:, 1], -direction[:, 0]])
+    return arrows + (_SIDE_STEP * size * steps[:, None] * sideways)[:, None]
 
 
 def _many_parallel(forces: Forces, most: int) -> bool:
