@@ -23,7 +23,7 @@ from masonry_opt.finite_motion.settled_state import settled_scene
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.methods.task import Progress
 from masonry_opt.problem.settled import Movements
-from masonry_opt.reporting.load_factors import INCREMENTAL, factor_text, named_factor
+from masonry_opt.reporting.load_factors import factor_text, named_factor
 from masonry_opt.reporting.names import warning_lines
 from masonry_opt.reporting.terminal import frame_text
 from masonry_opt.result import Result, distinct_warnings
@@ -35,6 +35,13 @@ from masonry_opt.studies.many.runs import at_least
 from masonry_opt.studies.writing import StudyAnswer, records
 
 _BAR_HEIGHT = 0.09  #: Height of a bar, relative to the width of the axes.
+#: Printed headings of the table, by column.
+_HEADINGS = {
+    "direction": "direction (°)",
+    "vertical": "vertical / horizontal",
+    "a_0": "a_0 (g)",
+    "a_star_0": "a_star_0 (g)",
+}
 _MOST_LETTERS = 24  #: Largest number of letters in a line of the name next to a bar.
 _MOST_NAME_LINES = 2  #: Largest number of lines of the name next to a bar; longer names are shortened.
 #: Columns of the table of load cases. Each name is an attribute of a result.
@@ -159,7 +166,7 @@ class Cases(StudyAnswer):
 
     def _with_table(self, results: Iterable[str]) -> str:
         """Return the printed text: the heading, the table, and texts of results, separated by blank lines."""
-        table = frame_text(self.table.rename(columns={"incremental": INCREMENTAL}), "").strip("\n")
+        table = frame_text(self.table.rename(columns=_HEADINGS), "").strip("\n")
         return printable("\n\n".join([self._text(), table, *results]))
 
     def as_dict(self) -> dict[str, Any]:
