@@ -435,7 +435,7 @@ class Settlement(StudyAnswer):
         tables = {"Reactions": frame_table(reactions, kind="flow", moves="moves, fastest first")}
         for name, end in self.ends.items():
             if len(end.openings):
-                rows = frame_table(end.openings.drop(columns="joint"), **_OPENING_HEADINGS)
+                rows = frame_table(end.openings.drop(columns="joint").rename(columns=_OPENING_HEADINGS))
                 tables[f"Openings per unit of movement, at the {name} reaction"] = rows
         return tables
 
