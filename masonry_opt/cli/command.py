@@ -99,6 +99,11 @@ _SHARED: dict[str, Any] = {
     "options": typer.Option("--option", "-o", help="Option of the method, as NAME=VALUE; may be repeated."),
     "names": typer.Option("--names", help="Write the blocks' names into the picture."),
     "force": typer.Option("--force", help=f"Replace existing files even if {WRITER} did not write them."),
+    "incremental": typer.Option(
+        help="Omit the incremental load factor, which Coulomb methods compute for up to 3000 joints (in space, "
+        "contacts).",
+        show_default=False,
+    ),
     "settled": typer.Option(
         metavar="NAME:X,Y[,ROT]",
         help="Movement of support NAME before the live load acts, in the length unit of CASE, with an "
