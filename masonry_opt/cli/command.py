@@ -100,8 +100,8 @@ _SHARED: dict[str, Any] = {
     "names": typer.Option("--names", help="Write the blocks' names into the picture."),
     "force": typer.Option("--force", help=f"Replace existing files even if {WRITER} did not write them."),
     "incremental": typer.Option(
-        help="Omit the incremental load factor, which Coulomb methods compute for up to 3000 joints (in space, "
-        "contacts).",
+        help="Omit the incremental load factor, which Coulomb methods compute for up to 3000 joints (in "
+        "space, contacts).",
         show_default=False,
     ),
     "settled": typer.Option(

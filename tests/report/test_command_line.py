@@ -156,6 +156,34 @@ def test_colours_are_for_terminals(monkeypatch, terminal, environment, coloured)
     assert "\x1b" not in out.splitlines()[3]
 
 
+@pytest.mark.parametrize("environment", [{}, {"NO_COLOR": "1"}])
+def test_long_lines_are_wrapped_between_words_on_a_terminal(monkeypatch, environment):
+    """Continuation lines begin below the text of the line. Rows of tables, and text in a pipe, stay whole."""
+    words = "equilibrium is lost as the live load grows from zero and continues to grow beyond this state"
+    row = "a  1  2  3  " + 30 * "x  "
+    lines = ["case", f"  lowest found   0.1   {words}", f"live load        {words}", f"{words}: {words}", row]
+    for name, value in {"COLUMNS": "60", **environment}.items():
+        monkeypatch.setenv(name, value)
+    with redirect_stdout(Screen(terminal=False)) as pipe:
+        print_result("\n".join(lines))
+    assert pipe.getvalue().splitlines() == lines
+    with redirect_stdout(Screen(terminal=True)) as screen:
+        print_result("\n".join(lines))
+    out = re.sub(r"\x1b\[[\d;]*m", "", screen.getvalue()).splitlines()
+    assert max(map(len, out[:-1])) <= 60
+    assert out[1:3] == [
+        "  lowest found   0.1   equilibrium is lost as the live load",
+        "                       grows from zero and continues to grow",
+    ]
+    assert any(line.startswith("                 from zero and") for line in out)
+    assert " ".join(" ".join(out).split()) == " ".join(" ".join(lines).split())
+    assert out[-1] == row
+    table = [f" {70 * '─'}", f"{70 * ' '}of a cell"]
+    with redirect_stdout(Screen(terminal=True)) as screen:
+        print_result("\n".join(table), bold_line=None)
+    assert screen.getvalue().splitlines() == table
+
+
 def test_a_plain_tool_is_as_plain_of_what_falls(command, saved, tmp_path):
     out = command("solve", saved(overhanging()), "--plot", tmp_path / "falls.png", code=1)
     assert (tmp_path / "falls.png").exists()
