@@ -166,8 +166,8 @@ class Session:
         solution = _complete(assembly, task, solution)
         if solution.status not in (Status.SOLVER_FAILED, Status.BELOW_ZERO):
             return solution
-        # Remove the last forces and velocities of the method, because without a load factor they are no
-        # collapse state.
+        # Remove the forces and velocities with which the method ended, because without a load factor they are
+        # no collapse state.
         return replace(solution, found=FinalState(forms=solution.found.forms))
 
     def _solve_incremental(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution | None:
@@ -288,10 +288,10 @@ def _with_only_state(problem: Problem, solution: Solution) -> Solution:
 def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
     """Add a reason to a solution if its three load factors agree after only a few starts.
 
-    Agreement proves little if equilibrium does not fix the forces: other forces may lead to lower states. No
-    reason is added if all joints follow associative flow, because all exact states then have one load factor.
-    No reason is added after a proof that no state is lower, and after a search, whose own reason states the
-    number of starts.
+    Agreement proves little if equilibrium does not fix the forces: other forces may lead to states with a
+    lower λ. No reason is added if all joints follow associative flow, because all exact states then have one
+    load factor. No reason is added after a proof that no state is lower, and after a search, whose own reason
+    states the number of starts.
     """
     starts = solution.starts
     lowest, incremental, associative = solution.load_factor, solution.incremental, solution.associative

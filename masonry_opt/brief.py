@@ -31,7 +31,7 @@ def brief(record: Any) -> str:
 
 
 def _values(record: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the name and the value of each field of a record.
+    """Iterate over the names and values of the fields of a record.
 
     Fields that have their default value, and hidden fields, are omitted.
     """
@@ -52,7 +52,7 @@ def _values(record: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _short(value: Any) -> str:
-    """Return a value as text of at most ``_LONGEST_VALUE`` characters.
+    """Return a value as text that is shortened to at most ``_LONGEST_VALUE`` characters.
 
     A longer string is cut. Other long values are replaced by their class and size.
     """

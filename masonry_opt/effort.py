@@ -107,7 +107,7 @@ class Effort:
             names.append(solver)
 
     def beside(self) -> "Effort":
-        """Return a new effort that counts from zero, but shares the record of solvers with this effort."""
+        """Return an effort for work beside this one. It counts from zero, and shares the list of solvers."""
         other = Effort()
         other.solvers = self.solvers
         return other

@@ -133,7 +133,7 @@ class _Checker:
     def faults(self) -> list[str]:
         """Return the faults of the proof: in its pairs of sliding directions, energy bounds and conflicts."""
         faults = [
-            f"yield conditions {pair} are not the two senses of sliding of one joint"
+            f"yield conditions {pair} do not belong to the two opposite sliding directions of one joint"
             for pair in self._wrong_senses()
         ]
         faults += self._faults_of_energy()
@@ -147,7 +147,7 @@ class _Checker:
         return faults
 
     def _wrong_senses(self) -> list[list[int]]:
-        """Return the pairs of yield conditions that are not the two sliding directions of one joint."""
+        """Return the pairs of yield conditions that do not belong to the two senses of one joint."""
         sliders = self._sliders
         pairs = self._proof.senses.tolist()
         return [[one, other] for one, other in pairs if not (one < sliders and other == one + sliders)]

@@ -21,11 +21,13 @@ class Senses(NamedTuple):
     Each contact point that can slide has several directions; m is their total number.
     """
 
-    point: np.ndarray  #: index of each direction's contact point among the points that can slide, shape (m,)
+    #: Index of the contact point of each direction, among the points that can slide, shape (m,).
+    point: np.ndarray
     along: np.ndarray  #: unit vector e of each direction, in the plane of its contact, shape (2, m)
-    #: True if the polygons are inside the friction circles. All forces are then inside the cones, and slip is
-    #: opposite to the corners of a polygon. If False, the polygons are around the circles. Mechanisms then
-    #: satisfy the flow rule of the cones, and slip is opposite to the points of tangency.
+    #: True if the polygons are inscribed in the friction circles. All forces are then inside the cones, and
+    #: the possible directions of slip are opposite to the shear forces at the corners of the polygon. If
+    #: False, the polygons are circumscribed about the circles. Mechanisms then satisfy the flow rule of the
+    #: cones, and the possible directions of slip are opposite to the shear forces at the points of tangency.
     inside: bool
 
 

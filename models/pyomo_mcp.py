@@ -13,9 +13,10 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class PyomoMcp:
-    """Mixed complementarity problem of all collapse states with the joints' own flow rule.
+    """Mixed complementarity problem whose solutions are the collapse states with Coulomb friction.
 
-    The conditions are eqs (1) to (6) and (8):
+    The flow rule of each joint is given by the dilatancy of the joint. The conditions are eqs (1) to (6) and
+    (8):
 
         B q + λ f_L + f_D = 0,    Bᵀ d = D(tan φ₀) p,    f_L·d = Σ|f_L|,
         0 ≤ z = C(μ) q + c  ⟂  p ≥ 0    for each face

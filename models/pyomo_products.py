@@ -151,7 +151,7 @@ class PyomoProducts:
         return pyo.Constraint(range(len(rows)), rule=lambda _, row: rows[row])
 
     def _expanded(self, pairs: Iterable[tuple[Form, Form]]) -> Iterator[tuple[Any, float]]:
-        """Yield the product of each pair of linear forms, as a linear expression and a constant.
+        """Generate the product of each pair of linear forms, as a linear expression and a constant.
 
         Pairs with a product that has no variable are omitted.
         """

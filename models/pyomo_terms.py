@@ -15,7 +15,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 
 def rows(matrix: sp.csr_array, variables: Sequence[Any], by_joint: int = 0) -> Iterator[Any]:
-    """Yield each row of the product ``matrix @ variables`` as a linear expression.
+    """Generate each row of the product ``matrix @ variables`` as a linear expression.
 
     The terms of a row are in the order of the columns. If ``by_joint`` is the number of joints, the terms are
     sorted by joint instead, so that all forces of a joint are together. HiGHS orders its columns like the

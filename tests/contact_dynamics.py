@@ -76,9 +76,14 @@ def collapse_load(scene: mo.Scene, highest: float, settings: DynamicsSettings = 
     ``settings.gain`` times ``highest`` in a time step, so a value near the result is more accurate. Raises
     FallsUnderItsWeight if the scene does not carry its dead load.
     """
-    motion = _Motion(assemble(scene), settings)
+    return collapse_load_of(assemble(scene), highest, settings)
+
+
+def collapse_load_of(assembly: Assembly, highest: float, settings: DynamicsSettings = DEFAULTS) -> float:
+    """Return the load factor under which an assembly falls; :func:`collapse_load` explains the arguments."""
+    motion = _Motion(assembly, settings)
     if motion.raise_load(np.zeros_like(motion.dead), motion.dead, preloads=True) < 1.0:
-        raise FallsUnderItsWeight(scene.title)
+        raise FallsUnderItsWeight(assembly.scene.title)
     share = motion.raise_load(motion.dead, highest * motion.live)
     return inf if share >= 1.0 else share * highest
 
@@ -99,7 +104,7 @@ class _Motion:
         sliders, limited = len(joint), len(assembly.limited)
         in_turn = np.arange(3 * sliders).reshape(3, sliders).T.ravel()
         columns = statics[:, np.append(in_turn, 3 * sliders + np.arange(limited))]
-        stiffness = _stiffness(assembly, joint, limited)
+        stiffness = _stiffness(assembly, joint)
         self.columns = columns.indptr, columns.indices, columns.data
         # By Gershgorin's theorem, no squared frequency exceeds 1/0.6. Explicit steps are stable up to 4.
         row_sums = abs(columns) @ (stiffness * (abs(columns).T @ np.ones(columns.shape[0])))
@@ -138,11 +143,12 @@ class _Motion:
         return float(share)
 
 
-def _stiffness(assembly: Assembly, joint: np.ndarray, limited: int) -> np.ndarray:
+def _stiffness(assembly: Assembly, joint: np.ndarray) -> np.ndarray:
     """Return the stiffness of each column.
 
     The stiffness of a contact point is its length or area, divided by the median. The stiffness of a shear is
-    half of that of all normal forces of its joint. A limited force has twice the median stiffness.
+    half of that of all normal forces of its joint. A limited force has twice the median stiffness. A force
+    without limits, which holds a support that settles, has a thousand times as much.
     """
     extent = assembly.joints.extent
     share = (extent / np.bincount(joint, minlength=len(extent)))[joint]
@@ -150,7 +156,8 @@ def _stiffness(assembly: Assembly, joint: np.ndarray, limited: int) -> np.ndarra
     of_point = np.where(share > 0, share / median, 1.0)
     in_plane = assembly.scene.dimension == 2
     of_slider = of_point[:, None] * np.array([1.0, 1.0, 1.0] if in_plane else [1.0, 0.5, 0.5])
-    return np.append(of_slider.ravel(), np.full(limited, 2.0))
+    holds = [force.lowest == -inf and force.highest == inf for force in assembly.limited]
+    return np.append(of_slider.ravel(), np.where(holds, 2000.0, 2.0))
 
 
 @numba.njit(cache=True)

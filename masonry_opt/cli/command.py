@@ -203,7 +203,7 @@ def command(
 
 
 def _parameters(functions: Sequence[Function]) -> Iterator[Parameter]:
-    """Yield the parameters of the first function, then of the second function, and so on."""
+    """Iterate over the parameters of all functions, in the order of the functions."""
     for function in functions:
         yield from inspect.signature(function).parameters.values()
 
@@ -282,7 +282,7 @@ def _name_and_value(text: str) -> tuple[str, Any]:
 
 @contextlib.contextmanager
 def waiting(line: str, quiet: bool = False, if_interrupted: str = "nothing was found") -> Iterator["Work"]:
-    """Show a progress line with the elapsed time, and yield a Work that changes the text of the line.
+    """Show a progress line with the elapsed time within a context, which provides a Work to change the text.
 
     Ctrl-C raises InterruptedByUserError with the text of the KeyboardInterrupt, if it has one, else with
     ``if_interrupted``. If ``quiet`` is True, no line is shown.
@@ -357,7 +357,7 @@ def save(answer: Any, plot: Path | None, drawing: Mapping[str, Any]) -> None:
 
 @contextlib.contextmanager
 def interrupts() -> Iterator[Callable[[], None]]:
-    """Yield a function that raises KeyboardInterrupt if Ctrl-C was pressed within the context.
+    """Provide, within a context, a function that raises KeyboardInterrupt if Ctrl-C was pressed.
 
     The function is needed because a solver may catch KeyboardInterrupt and stop only itself.
     """

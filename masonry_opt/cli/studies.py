@@ -37,8 +37,12 @@ from masonry_opt.studies.many.least import Trial
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.report.report import refuse_report
 
-_AXLES = typer.Option(metavar="NAME", help="Group of axles of CASE. Default: all groups.", parser=str)
-_IN_CASE = typer.Option(metavar="NAME", help="Load case of CASE. Default: all load cases with axles.")
+_AXLES = typer.Option(
+    metavar="NAME", help="Name of a group of axles in CASE. Default: all groups.", parser=str
+)
+_IN_CASE = typer.Option(
+    metavar="NAME", help="Name of a load case in CASE. Default: all load cases with axles."
+)
 _VERTICAL = typer.Option(
     metavar="RATIO[,RATIO]",
     help="Ratio of the vertical to the horizontal seismic force, positive downwards, as in "

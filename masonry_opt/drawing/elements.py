@@ -167,7 +167,7 @@ def motion_of(assembly: Assembly, d: np.ndarray, full: np.ndarray) -> np.ndarray
 
 
 def _mechanism(result: Outcome, motion: np.ndarray) -> Iterable[Marks]:
-    """Yield marks of the joints that separate, slide, crush or hinge in the mechanism.
+    """Generate marks of the joints that separate, slide, crush or hinge in the mechanism.
 
     In the plane, a mark moves with the mean motion of the two blocks of its joint. In space, the outline of a
     joint is drawn twice, and each outline moves with one of the two blocks.
@@ -231,7 +231,7 @@ def heading(result: Outcome) -> str:
 
 
 def _joints(assembly: Assembly) -> Iterable[Marks]:
-    """Yield marks of joints, of corners that touch without forming a joint, and of small gaps."""
+    """Generate marks of joints, of corners that touch without forming a joint, and of small gaps."""
     (ends, _), width = assembly.joints.lines(), 2.0 * shrink_of(assembly)
     in_point = "joint in a point" if assembly.scene.dimension == 3 else "joint of a corner on an edge"
     yield from joint_marks(Marks("joint", "joint", "line", JOINT, width, ends), in_point)

@@ -58,7 +58,7 @@ _PRESSURE = 0.1  #: Length of the arrow of the largest pressure of fill, relativ
 
 
 def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Iterable[Marks]:
-    """Yield marks of fill and of loads. Each kind of load has its own scale of arrows.
+    """Generate marks of fill and of loads. Each kind of load has its own scale of arrows.
 
     ``motion`` is the full motion of blocks, see :func:`~.marks.moved`. If ``live`` is False, live loads are
     omitted.
@@ -112,7 +112,7 @@ def _side_by_side(arrows: np.ndarray, drawn: Counter[tuple[float, ...]], size: f
 
 
 def _many_parallel(forces: Forces, most: int) -> bool:
-    """Return True if there are more than ``most`` forces and all forces have the same direction."""
+    """Return True if there are more than ``most`` forces and all forces are parallel."""
     direction = forces.force / np.linalg.norm(forces.force, axis=1)[:, None]
     return len(direction) > most and bool((np.abs(direction - direction[0]) < 1e-9).all())
 
@@ -189,9 +189,9 @@ def _rows(assembly: Assembly, pieces: list[LoadedPiece]) -> tuple[np.ndarray, np
 
 
 def fill_marks(assembly: Assembly, motion: np.ndarray) -> Iterable[Marks]:
-    """Yield marks of fill: vertical lines, backing, roads, and the edges that fill touches.
+    """Generate the marks that represent fill: vertical hatching, backing, roads, and edges that fill touches.
 
-    Vertical lines and edges move with the blocks below, whose motions have shape (blocks, 3). Roads and
+    Hatching lines and edges move with the blocks below, whose motions have shape (blocks, 3). Roads and
     backing do not move.
     """
     pieces = assembly.filled_pieces
@@ -226,7 +226,7 @@ def fill_marks(assembly: Assembly, motion: np.ndarray) -> Iterable[Marks]:
 
 
 def pressure_marks(result: Outcome) -> Iterable[Marks]:
-    """Yield an arrow of earth pressure for each face that fill touches. The arrow ends at the face."""
+    """Generate an arrow of earth pressure for each face that fill touches. The arrow ends at the face."""
     assembly, force = result.assembly, result.pressures["force"].to_numpy()
     if not len(force):
         return
@@ -247,7 +247,7 @@ _YIELD_DASHES = (1.2, 0.8)
 
 
 def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> Iterable[Marks]:
-    """Yield marks of ties and props and of their ends.
+    """Generate marks of ties and props and of their ends.
 
     ``yields`` is True for ties and props that yield, in the order of ``Result.ties``; such lines are dashed.
     """
@@ -322,7 +322,7 @@ def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
 
 
 def thrust_marks(result: Outcome) -> Iterable[Marks]:
-    """Yield marks of the resultant forces of joints, centred at their points of action, and a scale bar.
+    """Generate marks of the resultant forces of joints, centred at their points of action, and a scale bar.
 
     In the plane, lines of thrust are drawn too, and along them only resultants on supports are shown. In
     space, forces at contact points are drawn too, with thinner lines.
@@ -361,7 +361,7 @@ def thrust_marks(result: Outcome) -> Iterable[Marks]:
 
 
 def _line_of_thrust(lines: np.ndarray, points: np.ndarray, shrink: float) -> Iterable[Marks]:
-    """Yield marks of lines of thrust: segments between joints, and points of action on joints.
+    """Generate marks of lines of thrust: segments between joints, and points of action on joints.
 
     The segments ``lines`` have shape (pairs, 2, 2), and ``points`` has shape (points, 1, 2).
     """
@@ -397,7 +397,7 @@ def round_below(most: float) -> float:
 
 
 def utilisation_marks(result: Outcome) -> Iterable[Marks]:
-    """Yield marks of joints, coloured by utilisation: lines in the plane, outlines in space.
+    """Generate marks of joints, coloured by utilisation: lines in the plane, outlines in space.
 
     Lines with larger utilisation are drawn later, on top. Lines of joints without force are thin.
     """

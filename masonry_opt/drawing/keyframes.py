@@ -23,10 +23,11 @@ class Keyframes:
     """Displacements of the blocks and motions of the joints at k instants of an animation, up to collapse."""
 
     load_factor: np.ndarray  #: load factor λ, shape (k,)
-    #: Displacement of the live load, shape (k,). The unit is the closing of a joint of mean length under the
-    #: mean contact force of the dead load.
+    #: Displacement of the live load at each keyframe, shape (k,). The unit is the closing of a joint of mean
+    #: length under the mean contact force of the dead load.
     displacement: np.ndarray
-    d: np.ndarray  #: displacements of the blocks from the state under dead load, shape (k, 3b)
+    #: Displacements of the blocks at each keyframe from their state under dead load, shape (k, 3b).
+    d: np.ndarray
     #: True for joints that slide at this keyframe or at an earlier keyframe, shape (k, joints).
     has_slid: np.ndarray
     is_open: np.ndarray  #: True for joints that are open at one end or both, shape (k, joints)

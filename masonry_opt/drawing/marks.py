@@ -82,7 +82,7 @@ def moved(points: np.ndarray, motion: np.ndarray) -> np.ndarray:
 
 
 def joint_marks(lines: Marks, in_point: str | None = None) -> Iterator[Marks]:
-    """Yield lines for joints with a length, and squares for joints at a single point.
+    """Generate lines for joints with a length, and squares for joints at a single point.
 
     ``lines`` run along joints, in space along the sides of their outlines. ``in_point`` is the legend entry
     of the squares. By default squares have no legend entry. If all joints are points, squares have the entry

@@ -54,8 +54,8 @@ _RADIUS_THROUGH = 1 / 900
 #: Scale of the widths of marks that blocks can hide: half the drawn width of a mark with a nominal width of
 #: one point, relative to the size of the scene.
 _RADIUS = 1 / 500
-#: Upper limit of the scale ``_RADIUS`` in scenes with small joints, relative to the side length of a square
-#: that has the median area of all joints.
+#: Largest value of the scale ``_RADIUS`` in scenes with small joints, relative to the typical joint size,
+#: which is the square root of the median joint area.
 _OF_JOINT = 1 / 80
 
 #: Text at the end of the library three.js in the pages that trimesh writes. It separates the library from the

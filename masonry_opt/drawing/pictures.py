@@ -86,7 +86,7 @@ def scene_picture(assembly: Assembly, names: bool = False, view: ViewAngles | No
 
 
 def doubts(assembly: Assembly) -> Iterator[str]:
-    """Yield sentences about probable mistakes in a scene, such as blocks that touch no other block."""
+    """Generate sentences about probable mistakes in a scene, such as blocks that touch no other block."""
     scene, joints = assembly.scene, assembly.joints
     try:
         joined = joints.first, joints.second

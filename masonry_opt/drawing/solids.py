@@ -38,8 +38,8 @@ _ELEVATION = 22.0  #: Elevation of the default view, in degrees.
 #: Azimuths from which the default view is chosen, in degrees. If several are equally good, the first is used.
 _AZIMUTHS = (-60.0, -120.0, -30.0, -150.0, 30.0, 60.0, 120.0, 150.0)
 
-#: Weight of the direction of the live load in the choice of the default view, relative to the visible width
-#: of the scene. With a larger value, the live load more often pushes towards the viewer.
+#: Weight of the live load's direction when the default view is chosen. The visible width of the scene has the
+#: weight 1. With a larger value, the live load more often pushes towards the viewer.
 _TOWARDS = 0.25
 #: Largest cosine of the angle between the live load and the direction to the viewer in the default view. With
 #: a larger cosine, the arrow of the live load would look too short.
@@ -76,9 +76,9 @@ class Surface:
 
     #: Corners of triangles on the faces, counter-clockwise from outside, shape (triangles, 3, 3).
     triangles: np.ndarray
-    of_triangle: np.ndarray  #: index of the block of each triangle, shape (triangles,)
+    of_triangle: np.ndarray  #: index of the block to which each triangle belongs, shape (triangles,)
     edges: np.ndarray  #: both ends of each edge, shape (edges, 2, 3)
-    of_edge: np.ndarray  #: index of the block of each edge, shape (edges,)
+    of_edge: np.ndarray  #: index of the block to which each edge belongs, shape (edges,)
     hatching: np.ndarray  #: ends of the hatching lines on supports, shape (lines, 2, 3)
 
     def moved(self, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -226,10 +226,11 @@ class Raster:
 
     corner: np.ndarray  #: lower left corner of the picture, in the picture's axes, shape (2,)
     pixel: float  #: side length of a pixel, in the case's unit of length
-    #: Coordinate of the nearest triangle in the direction towards the viewer, shape (rows, columns), with the
-    #: lowest row first. Pixels without a triangle have ``-inf``.
+    #: For each pixel, coordinate of the nearest triangle in the direction towards the viewer, shape (rows,
+    #: columns), with the lowest row first. Pixels without a triangle have ``-inf``.
     depth: np.ndarray
-    #: Index of the nearest triangle, shape (rows, columns). Pixels without a triangle have -1.
+    #: For each pixel, index of the nearest triangle, shape (rows, columns). Pixels without a triangle have
+    #: -1.
     triangle: np.ndarray
 
     def visible(self, lines: np.ndarray) -> np.ndarray:
@@ -253,7 +254,7 @@ class Raster:
         return pieces[(first[starts] & last[ends]) | (length >= _SHORTEST_PIECE)]
 
     def sees(self, points: np.ndarray) -> np.ndarray:
-        """Return a mask that is True for visible points.
+        """Return a mask of the points that the viewer sees, shape (points,).
 
         Points have shape (points, 3), in picture coordinates.
         """
@@ -383,7 +384,7 @@ class Solids:
             self._write_names()
 
     def _faces(self) -> np.ndarray:
-        """Return the colour of each pixel: red, green, blue and opacity, shape (rows, columns, 4)."""
+        """Return an image of the visible faces, shape (rows, columns, 4): red, green, blue, opacity."""
         light = np.clip(self._normals() @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
         is_movable = ~np.isin(self.surface.of_triangle, self.elements.supports)
         colours = np.where(is_movable[:, None], to_rgb(BLOCK), to_rgb(SUPPORT_COLOUR))

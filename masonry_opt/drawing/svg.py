@@ -179,7 +179,7 @@ def _polyline(points: np.ndarray, closed: bool = False) -> str:
 
 
 def _stroke(marks: Marks, pixels: float = _PIXELS_PER_POINT) -> dict[str, object]:
-    """Return the SVG attributes of the lines and fills of marks.
+    """Return the SVG attributes of marks: the stroke of lines, and the fill of areas.
 
     ``pixels`` is the number of pixels for each point of the marks' width.
     """

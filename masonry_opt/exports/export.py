@@ -43,25 +43,25 @@ from masonry_opt.suitability import refuse_unsuited, refuse_without_live_load
 #: bound must be larger than the feasibility tolerance of solvers, and much smaller than a load factor.
 EPSILON = 1e-6
 
-#: Pyomo program, and the comment lines for the file of the program.
+#: Pyomo program, and the comment lines at the head of the file to which the program is exported.
 Declared = tuple[pyo.ConcreteModel, list[str]]
 
 
 def _associative(model: type[PyomoStatic | PyomoKinematic], words: str, assembly: Assembly) -> Declared:
-    """Return the static program, eq. (9), or the kinematic program, eq. (10), and comments for the file."""
+    """Return the static program, eq. (9), or the kinematic program, eq. (10), and its comment lines."""
     problem = assembly.problem
     return model(problem, ShearLimits.true(problem)).program, [_objective(words, problem)]
 
 
 def _mcp(assembly: Assembly) -> Declared:
-    """Return the mixed complementarity problem of a scene, and comments for the file."""
+    """Return the mixed complementarity problem of a scene, and comment lines for its file."""
     model = PyomoMcp(assembly.problem)
     with_pairs(model)
     return model.program, ["no objective, because every collapse state is a solution"]
 
 
 def _mpec(assembly: Assembly) -> Declared:
-    """Return the MPEC, with complementarity relaxed to z p ≤ ε, and comments for the file."""
+    """Return the MPEC, with complementarity relaxed to z p ≤ ε, and comment lines for its file."""
     model = PyomoRelaxed(PyomoMpec(assembly.problem))
     model.epsilon.set_value(EPSILON)
     comment = f"complementarity is relaxed: each product of slack and rate is at most {EPSILON:g}"
@@ -69,7 +69,7 @@ def _mpec(assembly: Assembly) -> Declared:
 
 
 def _global(assembly: Assembly) -> Declared:
-    """Return the mixed-integer program of the least load factor, and comments for the file.
+    """Return the mixed-integer program of the least load factor, and comment lines for its file.
 
     The program has a binary variable for each yield condition. The bounds of its forces and rates are
     computed first. Raises NoLoadFactorError if the associative load factor is negative.
@@ -109,7 +109,7 @@ def _global(assembly: Assembly) -> Declared:
 
 
 def _objective(words: str, problem: Problem) -> str:
-    """Return the comment of a file that states the objective and the factor by which it is multiplied."""
+    """Return the comment line that states the objective and the factor by which it is multiplied."""
     by_size = problem.layout.round
     terms = "the magnitudes of live forces and moments" if by_size else "all absolute live load components"
     return f"the objective is {words} times {problem.live_norm!r}, which is the sum of {terms}"

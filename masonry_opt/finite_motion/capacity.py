@@ -279,7 +279,7 @@ class Capacity:
 
     @property
     def _onset_of_moving(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Magnitudes and displacement rates of live forces on moving blocks, and rate of the control point.
+        """Values of ``_onset``, restricted to the live forces on blocks that move.
 
         Blocks at rest do not belong to the kinematic chain, so their masses do not participate.
         """

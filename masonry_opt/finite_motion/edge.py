@@ -183,7 +183,7 @@ class EdgePath:
         return reason(Code.REACHES_ZERO)
 
     def _obstacle(self, angle: float, load_factor: float) -> Reason | None:
-        """Return the reason why the path ends before an angle, or None if the path reaches this angle.
+        """Return the obstacle that ends the path before an angle, as a reason; None if there is no obstacle.
 
         The path ends if blocks overlap, or if no admissible forces exist, so that a joint opens or slides.
         """

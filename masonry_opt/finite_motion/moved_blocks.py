@@ -320,7 +320,7 @@ class MovedBlocks:
     def after(
         self, touch: np.ndarray, poses: np.ndarray, optimum: ForceOptimum
     ) -> tuple[np.ndarray, np.ndarray]:
-        """For a motion, return masks of the corners that stay in contact and of the joints that slide.
+        """Return masks of the corners that stay in contact after a motion, and of the joints that slide.
 
         The motion is that of ``optimum``. The shapes of the masks are (joints, 2) and (joints,).
 

@@ -354,7 +354,7 @@ class Contacts:
         return depths
 
     def carrying_depths(self, kept: np.ndarray) -> np.ndarray:
-        """For each joint of ``kept``, return the depth that can carry a force, relative to the length.
+        """For each joint of ``kept``, return the depth that can carry a force, as a fraction of its length.
 
         The depth is 1 for closed joints, and 0 for joints that have opened and do not crush. In a joint that
         crushes it is twice the crushed depth, because the crushed depth changes as the forces change.

@@ -88,8 +88,11 @@ def settled_scene(scene: Scene, settled: Movements | None) -> Scene:
         share = 0.5**halving
         if isinstance(_state(assembly, free, solution, share * scale, movements), SettledState):
             remedy = f"use a smaller movement, such as {share:g} times this movement"
-            raise OptionError(f"{scene.origin}: 'settled': {state}: {remedy}")
-    raise OptionError(f"{scene.origin}: 'settled': {state}: use a much smaller movement, or omit 'settled'")
+            raise OptionError(f"{scene.origin}: 'settled' is not possible, because {state}: {remedy}")
+    raise OptionError(
+        f"{scene.origin}: 'settled' is not possible, because {state}: use a much smaller movement, or omit "
+        "'settled'"
+    )
 
 
 def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float, float]]:
@@ -113,7 +116,7 @@ def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float
             numbers = ()
         if len(numbers) not in (2, 3) or not all(map(math.isfinite, numbers)) or not any(numbers):
             needs = "the movement needs finite numbers (x, y) or (x, y, rotation), not all of them zero"
-            raise OptionError(f"{scene.origin}: 'settled': support '{name}': {needs} (found {movement!r})")
+            raise OptionError(f"{scene.origin}: 'settled' of support '{name}': {needs} (found {movement!r})")
         movements[name] = (numbers[0], numbers[1], numbers[2] if len(numbers) == 3 else 0.0)
     return movements
 
@@ -147,8 +150,8 @@ def _mechanism(assembly: Assembly, free: Assembly) -> Solution:
     solution = associative(Task(free.problem)).accepted()
     if solution.d is None or solution.load_factor is None:
         raise OptionError(
-            f"{assembly.scene.origin}: 'settled': the least reaction of the supports was not found: try "
-            "another direction, and use 'settle' to see the reactions"
+            f"{assembly.scene.origin}: option 'settled' needs the least reaction of the supports, which was "
+            "not found: try another direction of movement, or see the reactions with the function 'settle'"
         )
     return solution
 
@@ -165,8 +168,8 @@ def _scale(free: Assembly, supports: np.ndarray, motions: np.ndarray, solution: 
     along = float((of_supports * motions).sum()) / float((motions**2).sum())
     if along * np.abs(motions).max() <= MOVES * np.abs(rates).max():
         raise OptionError(
-            f"{free.scene.origin}: 'settled': blocks fall even if the supports do not move: increase the "
-            "friction, or use another direction"
+            f"{free.scene.origin}: 'settled' is not possible, because blocks fall even if supports do not "
+            "move: increase the friction, or use another direction"
         )
     return 1.0 / along
 
@@ -231,5 +234,5 @@ def _opened(problem: Problem, depths: np.ndarray, first_is_far: np.ndarray) -> P
 
 
 def _short(movement: tuple[float, float, float]) -> tuple[float, ...]:
-    """Return a movement as (x, y) if its rotation is zero, otherwise as (x, y, rotation)."""
+    """Return the short form of a movement: (x, y) if its rotation is zero, otherwise (x, y, rotation)."""
     return movement if movement[2] else movement[:2]

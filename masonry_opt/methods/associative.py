@@ -85,7 +85,7 @@ def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, A
 
 
 def _is_short(answer: LpAnswer, state: Answer | None) -> bool:
-    """Return True if the solver found no state, or a state whose residuals are too large to be accepted."""
+    """Return True if the solver fell short: it found no state, or the residuals are too large."""
     return bool(state.failing(Kind.ASSOCIATIVE)) if state else answer.solved.failed
 
 

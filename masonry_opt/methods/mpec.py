@@ -118,7 +118,7 @@ class CasadiIpopt:
             "g": casadi.vertcat(*problem.g),
         }
         self._solver = self._compiled()
-        #: Multipliers of the last solve. The next solve starts from them.
+        #: Multipliers of the previous solve, from which the next solve starts.
         self.multipliers: dict[str, Any] = {}
 
     def _compiled(self) -> Any:
@@ -248,7 +248,7 @@ def _relaxed(task: Task, start: State | None) -> Solution:
 
 
 def _epsilons(epsilon: float, smallest: float) -> Iterator[float]:
-    """Yield the bounds ε of a series of solves, from the largest to the smallest."""
+    """Generate the bounds ε of a series of solves, from the largest to the smallest."""
     while epsilon > smallest:
         yield epsilon
         following = _FALL * epsilon

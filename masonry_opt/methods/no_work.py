@@ -160,7 +160,7 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
 
 
 def _size(load_factor: float, at: float, share: float) -> float:
-    """Return the scale s for which the modified loads at λ equal s times the scene's loads at λ / s."""
+    """Return the size s with which the modified loads at λ equal s times the scene's loads at λ / s."""
     return 1 + share * (load_factor / at - 1)
 
 

@@ -269,13 +269,13 @@ def _mistake(error: Mapping[str, Any]) -> str:
 
 
 def _homes(option: str) -> list[str]:
-    """Return the names of all methods that have a given option."""
+    """Return the homes of an option: the names of all methods that have it."""
     classes = {name: method.options for name, method in METHODS.items()}
     return [name for name, options in classes.items() if options and option in options.model_fields]
 
 
 def _takers(name: str | None) -> str:
-    """Return the end of an error message that lists the methods which support a solver.
+    """Return the end of an error message with the takers of a solver: the methods that support it.
 
     If several modelling languages have the solver, the methods are those of the first language. For an
     unknown solver, the methods that support any solver of CVXPY are listed.

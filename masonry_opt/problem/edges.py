@@ -95,7 +95,7 @@ class EdgeFactors:
         return forms
 
     def equilibrium(self) -> Iterator[Form]:
-        """Yield the equilibrium equations B q + λ f_L + f_D = 0, one linear form for each row of B."""
+        """Generate the equilibrium equations B q + λ f_L + f_D = 0, one linear form for each row of B."""
         x2, x3, s = self._columns
         for row, (live, dead) in enumerate(zip(self.problem.live, self.problem.dead, strict=True)):
             form: Form = {self.load_factor: float(live), self.one: float(dead)}
@@ -111,7 +111,7 @@ class EdgeFactors:
             }
 
     def compatibility(self) -> Iterator[Form]:
-        """Yield the three compatibility equations of each joint, Aᵀd − G v = 0, for rates v = (u, p).
+        """Generate the three compatibility equations of each joint, Aᵀd − G v = 0, for rates v = (u, p).
 
         The first two equations are the openings of the joint's two edges; the third is its slip.
         """
@@ -127,7 +127,7 @@ class EdgeFactors:
                 yield form
 
     def openings(self) -> Iterator[tuple[Form, int]]:
-        """Yield the opening Aᵀd of each edge that cannot close, and the index of the edge's rate u.
+        """Generate the opening Aᵀd of each edge that cannot close, and the index of the edge's rate u.
 
         Edges of joints with negative dilatancy, which can also close, are left out.
         """

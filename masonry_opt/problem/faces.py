@@ -160,7 +160,7 @@ class Layout:
         return np.maximum(-self.senses @ slip, 0.0)
 
     def norm(self, load: np.ndarray) -> float:
-        """Return the sum of the magnitudes of all components of a load of shape (b, rows)."""
+        """Return the sum of the magnitudes of a load's components; the load has the shape (b, rows)."""
         return float(np.abs(load).sum())
 
 
@@ -355,7 +355,7 @@ class Faces:
 
     @cached_property
     def bent(self) -> np.ndarray:
-        """Return the indices of the crushing conditions of joints of limited strength.
+        """Return the indices of the yield conditions for crushing, of all joints with limited strength.
 
         The shape (2, l, chords) is for both contact points, the l joints, and the chords.
         """

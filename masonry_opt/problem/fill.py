@@ -40,8 +40,8 @@ class FilledPiece:
     #: Ends of the piece, relative to the geometry's origin, shape (2, 2). The block is on the left of the
     #: line from the first to the second end.
     ends: np.ndarray
-    depth: np.ndarray  #: depth of the ends below the road, shape (2,)
-    stress: np.ndarray  #: vertical stress σ from the fill, at the two ends, shape (2,)
+    depth: np.ndarray  #: depth of both ends of the piece below the road, shape (2,)
+    stress: np.ndarray  #: vertical stress σ from the fill at both ends of the piece, shape (2,)
     zone: int = 0  #: zone of the fill that touches the piece: 0 for the soil, 1 for its backing
 
     __repr__ = brief
@@ -113,7 +113,7 @@ def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
 
 
 def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> Iterator[FilledPiece]:
-    """Split a piece of an edge into parts that touch the soil or the backing of a fill, and yield the parts.
+    """Split a piece of an edge, and generate the parts that touch the soil or the backing of a fill.
 
     The piece is cut where the upper line of the backing bends, ends or crosses the piece.
     """
@@ -157,7 +157,7 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
 
 
 def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-    """Yield the edge index, the ends and the depths of each upright piece that a fill touches."""
+    """Generate edge index, ends and depths of each upright piece of a block's edge that a fill touches."""
     tail, tip, _ = shapes.edges
     up = tip[:, 1] > tail[:, 1]
     # Collect the heights of the edges to the left and right of each boundary between two edges. Beyond the
@@ -203,7 +203,7 @@ def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> d
 
 
 def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[LimitedForce]:
-    """Yield the horizontal earth pressure on each inclined or upright piece of an edge, as a limited force.
+    """Generate a limited force for the horizontal earth pressure on each inclined or upright piece.
 
     The resultant on a piece of a movable block lies between K_a and m K_p times the vertical stress over the
     height of the piece (Rankine), times the factor of the load case.
@@ -409,8 +409,8 @@ def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.
     u1 = np.maximum(u1, near)
     du, dh = u1 - u0, h1 - h0
     u, h = np.stack([u0, u1]), np.stack([h0, h1])
-    # Compute the tangents of the angles from the vertical to the rays that reach both ends of each piece.
-    # Rays that are flatter than the angle of spread are replaced by the ray at this angle.
+    # For both ends of each piece, compute the tangent of the angle between the vertical and the ray from the
+    # load to this end. A ray flatter than the angle of spread is replaced by the ray at the angle of spread.
     within = np.divide(u, h, out=np.full_like(u, tangent), where=u < tangent * h)
     t0, t1 = np.where(u > 0, within, 0.0)
     # Rays whose tangent is at most `before` end on earlier pieces. Rays whose tangent is between `before` and

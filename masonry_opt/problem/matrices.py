@@ -168,7 +168,7 @@ class Matrices:
 
     @cached_property
     def part(self) -> np.ndarray:
-        """Return the index of the connected component of each joint, shape (c,).
+        """Return, for each joint, the index of its part (connected component) of the scene, shape (c,).
 
         Joints are connected by movable blocks. Supports do not connect them.
         """

@@ -59,27 +59,27 @@ class ProblemNames:
 
     @property
     def forces(self) -> list[str]:
-        """Return the names of the entries of the joint forces q, in the order of the columns of B."""
+        """Return a name for each entry of the joint forces q, in the order of the columns of B."""
         return self._of_columns(_FORCE_KINDS, "T")
 
     @property
     def motions(self) -> list[str]:
-        """Return the names of the entries of the joint motions Bᵀd, in the order of the columns of B."""
+        """Return a name for each entry of the joint motions Bᵀd, in the order of the columns of B."""
         return self._of_columns(_MOTION_KINDS, "length")
 
     @property
     def velocities(self) -> list[str]:
-        """Return the names of the entries of the block velocities d, in the order of the rows of B."""
+        """Return a name for each entry of the block velocities d, in the order of the rows of B."""
         return self._of_rows(_VELOCITY_KINDS)
 
     @property
     def balances(self) -> list[str]:
-        """Return the names of the equations of equilibrium, in the order of the rows of B."""
+        """Return a name for each equation of equilibrium, in the order of the rows of B."""
         return self._of_rows(_BALANCE_KINDS)
 
     @property
     def conditions(self) -> list[str]:
-        """Return the names of the yield conditions, in the order of the rows of the yield matrix C."""
+        """Return a name for each yield condition, in the order of the rows of the yield matrix C."""
         return [*self._conditions()]
 
     def _of_columns(self, kinds: dict[int, tuple[str, ...]], of_limited: str) -> list[str]:

@@ -60,7 +60,7 @@ class ProblemParts:
 
     @property
     def part(self) -> np.ndarray:
-        """Return the index of the connected component of each joint, shape (c,)."""
+        """Return, for each joint, the index of its part (connected component) of the scene, shape (c,)."""
         return self.matrices.part
 
     def of_forces(self, of_columns: np.ndarray) -> np.ndarray:
@@ -144,7 +144,7 @@ class ProblemParts:
 
     @property
     def bent(self) -> np.ndarray:
-        """Return the indices of the crushing conditions of joints of limited strength.
+        """Return the indices of the yield conditions for crushing, of all joints with limited strength.
 
         The shape (2, l, chords) is for both contact points, the l joints, and the chords.
         """

@@ -85,9 +85,10 @@ class Problem(ProblemParts):
 
     @property
     def recession_cone(self) -> "Problem":
-        """Return a copy of the problem in which cohesion, strength and finite force limits are zero.
+        """Return a copy of the problem in which each finite cohesion, strength and force limit is zero.
 
-        The copy is the recession cone of the problem: its admissible forces can be scaled up without bound.
+        Infinite strengths and limits remain infinite. The copy is the recession cone of the problem: its
+        admissible forces can be scaled up without bound.
         """
         limits = {name: getattr(self, name) for name in ("cohesion", "crushing_force", "lowest", "highest")}
         without_constants: dict[str, Any] = {
@@ -270,7 +271,7 @@ class Problem(ProblemParts):
 
     @cached_property
     def steep(self) -> np.ndarray:
-        """Return divisors for the slacks of the yield conditions, shape (faces,), to make slacks comparable.
+        """Return, for each yield condition, a divisor that makes slacks comparable, shape (faces,).
 
         The divisor is max(1, μ) for sliding and 1 for all other conditions. With a large friction
         coefficient, the slack of sliding is about μ times the normal force.
@@ -291,7 +292,7 @@ class Problem(ProblemParts):
         return z
 
     def energy(self, q: np.ndarray, p: np.ndarray) -> float:
-        """Return Σ|z p|, the complementarity error of forces q and rates p.
+        """Return the energy Σ|z p|, which is the complementarity error of forces q and rates p.
 
         The rates p have shape (faces,). The error is the energy of conditions that have a rate although they
         are not at yield. It is zero if complementarity, eq. (8), is satisfied.
@@ -374,11 +375,11 @@ class Problem(ProblemParts):
         return np.maximum(np.concatenate([slides.ravel(), rock.ravel(), crush, limits]), 0.0)
 
     def unbalanced(self, load_factor: float, q: np.ndarray) -> np.ndarray:
-        """Return the residual of equilibrium, eq. (1), shape (3b,)."""
+        """Return the unbalanced forces on the blocks: the residual of equilibrium, eq. (1), shape (3b,)."""
         return self.B @ q + load_factor * self.live + self.dead
 
     def departure(self, d: np.ndarray, p: np.ndarray, slope: np.ndarray) -> np.ndarray:
-        """Return the residual of the flow rule, Bᵀd − D(slope) p, shape (3c,)."""
+        """Return the departure of a motion from the flow rule: the residual Bᵀd − D(slope) p, shape (3c,)."""
         flow = self.true_yield if slope is self.friction else self.C(slope)
         residual = self.motion(d) - flow.T @ p
         if self.by_friction.conic:
@@ -423,7 +424,7 @@ class ShearLimits:
 
     @classmethod
     def true(cls, problem: Problem) -> "ShearLimits":
-        """Return the shear limits that follow from the joints' own friction and cohesion.
+        """Return the true shear limits, which follow from the joints' own friction and cohesion.
 
         A flow normal to these limits is associative (C = D).
         """

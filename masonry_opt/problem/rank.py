@@ -52,7 +52,7 @@ def solve_independent(matrix: sp.csr_array, right: np.ndarray) -> np.ndarray:
 
 
 def _components(matrix: sp.csr_array) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield the row indices and column indices of each connected component of a sparse matrix.
+    """Iterate over the connected components of a sparse matrix, as row indices and column indices.
 
     Components share no row and no column. A component without columns is left out.
     """

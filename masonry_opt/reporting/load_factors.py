@@ -12,8 +12,8 @@ from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.thresholds import ZERO, same
 
-LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no lower state is known.
-#: Name of the load factor of an exact state, if it is proven that no lower state exists.
+LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no state with a lower λ is known.
+#: Name of the load factor of an exact state, if it is proven that no state has a lower λ.
 LEAST = "least, proven"
 #: Name of the load factor of a state that is not exact. The name is also used for an exact state if the load
 #: history ends at a smaller load factor.
@@ -36,10 +36,10 @@ _HISTORY_END_REMARKS = {
 }
 #: Remark on an incremental load factor whose load history ended with the loss of equilibrium.
 _LOST = "equilibrium is lost as the live load grows from zero"
-#: Remark on possible lower states, for results of method "incremental".
+#: Remark on possible states with a lower λ, for results of method "incremental".
 _LOWER_MAY_EXIST = "lower collapse states may exist (method 'coulomb' looks for lower states)"
-#: Remark on possible lower states, for other methods that report the incremental load factor because they
-#: found no exact state.
+#: Remark on possible states with a lower λ, for other methods that report the incremental load factor because
+#: they found no exact state.
 _NO_EXACT_STATE = "no exact collapse state was found, but exact states with a lower load factor may exist"
 
 #: Meaning of each name of a load factor, which sweeps and samples print below their results.
@@ -246,7 +246,7 @@ def _incremental_remark(result: Outcome) -> str:
 
 
 def _coulomb_remark(result: Outcome) -> str:
-    """Return the remark on a Coulomb state: whether it is exact, and whether lower states are possible."""
+    """Return the remark on a Coulomb state: whether it is exact, and whether a lower λ is possible."""
     return "; ".join([state_found(result), *_lower_states(result)])
 
 
@@ -301,12 +301,12 @@ def _lower_states(result: Outcome) -> list[str]:
 
 
 def _not_proven(result: Outcome) -> str:
-    """Return the phrase "not proven to be the least" with a remark on a search for lower states."""
+    """Return the phrase "not proven to be the least" with a remark on a search for a lower λ."""
     return f"not proven to be the least{search_remark(result, 'lower states')}"
 
 
 def search_remark(result: Outcome, states: str) -> str:
-    """Return the end of a phrase about lower states: a remark on a past search, or advice to search.
+    """Return the end of a phrase about states with a lower λ: a remark on a search, or advice.
 
     ``states`` is the name of the states in the phrase, such as "lower states".
     """
@@ -323,7 +323,7 @@ def search_remark(result: Outcome, states: str) -> str:
 
 
 def search_advice(method: str, states: str) -> str:
-    """Return the end of a phrase about lower states: the option that starts a search for them.
+    """Return the end of a phrase about states with a lower λ: the option that starts a search.
 
     Only the default method has the option ``search``, so the advice names this method if another method was
     used. ``states`` is the name of the states in the phrase, such as "lower states".
@@ -341,7 +341,7 @@ def load_history_ends_lower(result: Outcome) -> bool:
 
 
 def _falls_by_itself(result: Outcome) -> bool:
-    """Return True if another exact state has a load factor of zero or less.
+    """Return True if the scene may fall by itself: another exact state has λ ≤ 0.
 
     With the joint forces of that state, the scene falls without live load.
     """

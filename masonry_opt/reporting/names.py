@@ -29,13 +29,13 @@ def blocks(names: list[str]) -> str:
 
 
 def some(names: list[str]) -> str:
-    """Return a text with the first five names and the number of the remaining names."""
+    """Return a text with some of the names: the first five, and the number of the remaining names."""
     more = f" and {len(names) - _MOST_LISTED_NAMES} more" if len(names) > _MOST_LISTED_NAMES else ""
     return ", ".join(names[:_MOST_LISTED_NAMES]) + more
 
 
 def pairs(v: dict[str, Any], remarks: Sequence[str] = ()) -> str:
-    """Return a text that lists the pairs of blocks of a reason, such as "'A'–'B', 'B'–'C'".
+    """Return a text that lists the pairs of blocks that a reason names, such as "'A'–'B', 'B'–'C'".
 
     ``remarks`` are texts that follow the pairs in brackets, one for each pair; by default there are none.
     """
@@ -50,5 +50,5 @@ def verb(number: int, word: str) -> str:
 
 
 def do(v: dict[str, Any], word: str) -> str:
-    """Return a clause that says what the blocks of a reason do, such as "block 'A' hangs"."""
+    """Return a clause about the blocks that a reason names, such as "block 'A' hangs"."""
     return f"{blocks(v['blocks'])} {verb(len(v['blocks']), word)}"

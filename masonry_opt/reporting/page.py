@@ -102,7 +102,7 @@ def _of_forces(stability: Stability) -> str:
 
 
 def described(result: Outcome) -> str:
-    """Return an HTML list of the motions that the analysis does not model, or "" if it models all motions."""
+    """Return an HTML list that describes the motions that are not modelled, or "" if there are none."""
     items = "".join(f"<li>{text(words)}</li>" for words in left_out(result.assembly))
     return f"<h2>Not modelled</h2>\n<ul>{items}</ul>\n" if items else ""
 

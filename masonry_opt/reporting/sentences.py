@@ -32,7 +32,10 @@ BY_CHORDS = f"{len(CHORDS.slope)} chords inside the crushing parabola, at most {
 def by_sides(layout: Layout) -> str:
     """Return a description of the polygons that replace friction cones in linear programs in space."""
     missed = 100 * (1 - layout.factor)
-    return f"by a polygon of {len(layout.senses)} sides in the friction cone, up to {missed:.2g} % below it"
+    return (
+        f"by a polygon of {len(layout.senses)} sides, which is inside the friction cone and neglects up to "
+        f"{missed:.2g} % of the friction"
+    )
 
 
 #: Names of residuals in messages, by the key of the residual.
@@ -99,7 +102,7 @@ def _try_another_solver(v: dict[str, Any]) -> str:
 
 
 def numeral(value: float, spec: str) -> str:
-    """Return a number as text, in a format such as ".6g".
+    """Return a number as text (a numeral), in a format such as ".6g".
 
     A number whose digits are all zero has no sign. Large numbers have a power of ten instead of decimals.
     """
@@ -161,9 +164,9 @@ def _not_hinging(v: dict[str, Any]) -> str:
 
 
 def _friction_would_hold(v: dict[str, Any]) -> str:
-    """Return the sentence about joints that slide under the dead load.
+    """Return the sentence about a scene that is stable only with more friction.
 
-    The sentence names the friction that would make the scene stable.
+    The sentence names the joints that slide, and the friction that would make the scene stable.
     """
     slides = _slide(v)
     if v["factor"] is not None:
@@ -362,8 +365,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "yield conditions of which at least one must yield"
     ),
     Code.CARRIES_ANY: (
-        "proven: some joint forces within the friction limits carry any multiple of the live load; this does "
-        "not exclude collapse with other joint forces, because a mechanism exists"
+        "proven: every multiple of the live load can be carried within the friction limits; a mechanism "
+        "exists too, so with other joint forces the scene may collapse"
     ),
     Code.CLAMPED: lambda v: (
         "self-stress, which no load causes, lets these joints carry the live load in both directions (λ and "
@@ -393,7 +396,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.GROWS: lambda v: (
         f"the loop found no upper limit of λ: λ is {v['load_factor']:.3g} after "
         f"{counted(v['count'], 'sub-problem')} and still grows, because the compression of joints grows with "
-        "the load; real joints would crush: check the direction of 'live', the supports and the friction"
+        "the load; real joints would crush, so check the direction of 'live', the supports and the friction"
     ),
     Code.REPEATS: _repeats,
     Code.SUB_PROBLEM_FAILED: lambda v: (
@@ -429,8 +432,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.UNBOUNDED: lambda v: (
         "no collapse occurs from rest: the compression of joints grows with the live load, so the joints "
-        f"carry any multiple of the live load, as {counted(v['steps'], 'step')} of the load history "
-        f"{verb(v['steps'], 'prove')}"
+        f"carry any multiple of the live load (proven by {counted(v['steps'], 'step')} of the load history)"
     ),
     Code.NOT_COMPUTED: lambda v: (
         f"no load history was computed, because its computation takes long for {_joints_or_points(v)}: use "

@@ -80,8 +80,8 @@ def _worst_joint(stability: Stability) -> str:
     joint = pairs({"pairs": [[worst.first, worst.second]]})
     distance, share = numeral(worst.distance, ".4g"), numeral(100 * worst.margin, ".3g")
     where = (
-        f"{joint}: the resultant acts at a distance of {distance} from the edge of the joint: {share} % of "
-        "the distance from the edge to the middle"
+        f"{joint}: the resultant acts at a distance of {distance} from the edge of the joint, which is "
+        f"{share} % of the distance from the edge to the middle"
     )
     if worst.margin <= _NEGLIGIBLE_RESERVE:
         where = f"{joint}: the resultant acts at the edge of the joint"

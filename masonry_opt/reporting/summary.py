@@ -199,7 +199,7 @@ def _vector(parts: Iterable[float]) -> str:
 
 
 def of_fills(assembly: Assembly) -> Iterator[str]:
-    """Yield a description of each fill: the edges that it touches, its weight, load spread and pressure."""
+    """Describe each fill in a line: the edges that it touches, its weight, load spread and pressure."""
     scene, movable = assembly.scene, set(assembly.movable.tolist())
     for number, fill in enumerate(scene.fills):
         pieces = [piece for piece in assembly.filled_pieces if piece.fill == number]
@@ -314,7 +314,7 @@ def _technical(result: Outcome) -> dict[str, str]:
 
 
 def log_sentences(result: Outcome) -> Iterator[str]:
-    """Yield a sentence for each step of the method, with its duration and the load factor after the step."""
+    """Describe each step of the method in a sentence, with its duration and the load factor after it."""
     for entry in result.solution.log:
         known = "no load factor yet"
         if entry.load_factor is not None:

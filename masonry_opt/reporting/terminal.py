@@ -129,7 +129,7 @@ def print_warnings(sentences: Iterable[str]) -> None:
 
 @contextmanager
 def changing_line(console: Console, line: str) -> Iterator[Callable[[str], None]]:
-    """Show a line with the elapsed time, and yield a function that changes the text of the line.
+    """Show a line with the elapsed time within a context, which provides a function to change the text.
 
     On a terminal the line is removed at the end. Elsewhere, as in a file or a pipe, the present text is
     written as a line of its own every ten seconds.

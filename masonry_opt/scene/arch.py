@@ -120,7 +120,7 @@ class ArchRing(AnyGenerator):
         yield from self._wrong_skewbacks()
 
     def _wrong_skewbacks(self) -> Iterator[str]:
-        """Yield an error message if skewbacks of the given width do not fit the feet of the arch."""
+        """Generate an error message if skewbacks of the given width do not fit the feet of the arch."""
         if self.skewbacks is None:
             return
         for angle, turn in self._ends:
@@ -173,7 +173,7 @@ class ArchRing(AnyGenerator):
         return [(first, -onwards), (last, onwards)]
 
     def _stones(self) -> Iterator[Stone]:
-        """Yield the voussoirs ``v1``, ``v2``, ..., then the skewbacks, then the abutments."""
+        """Generate the voussoirs ``v1``, ``v2``, ..., then the skewbacks, then the abutments."""
         shapes = self._voussoirs()
         for number, shape in enumerate(shapes, start=1):
             yield shape._replace(name=f"v{number}")
@@ -213,7 +213,7 @@ class ArchRing(AnyGenerator):
         return built
 
     def _wedge(self, begin: float, end: float) -> Stone:
-        """Return a voussoir between two radial joints, given by their directions in radians.
+        """Return a wedge-shaped voussoir between two radial joints with given directions, in radians.
 
         The points of the voussoir are relative to the centre of the arch.
         """
@@ -235,7 +235,7 @@ class ArchRing(AnyGenerator):
         return Stone("", corners, area, polar(centroid, middle), back, area / drawn_area)
 
     def _half_key(self, begin: float) -> Stone:
-        """Return the voussoir of a pointed arch that lies to the left of the vertical joint at the crown.
+        """Return the left half of a pointed arch's key: the voussoir left of the vertical joint at the crown.
 
         The points of the voussoir are relative to the centre of the arc.
         """

@@ -132,7 +132,7 @@ class Record(BaseModel, metaclass=_RecordType):
         return self
 
     def _mistakes(self) -> Iterator[str]:
-        """Yield an error message for each violated rule that involves several keys."""
+        """Generate an error message for each violated rule that involves several keys."""
         yield from ()
 
     def replace(self, **changes: Any) -> Self:

@@ -115,7 +115,7 @@ def _solid(block: Block, shapes: Geometry, index: int, thickness: float, depth: 
 
 
 def _rings(block: Block, shapes: Geometry, index: int) -> list[list[Point]]:
-    """Return the corners of a block's convex pieces, counter-clockwise, in the scene's coordinates."""
+    """Return the rings of a block's convex pieces: corners in the scene's coordinates, counter-clockwise."""
     polygon, origin = shapes.polygons[index], shapes.origin
     whole = [shapely.get_coordinates(polygon)[:-1]]
     pieces = whole if shapes.convex[index] else convex_pieces(polygon, shapes.tolerance)

@@ -205,7 +205,7 @@ def cut(
 
 
 def every(length: float, start: float, end: float) -> list[float]:
-    """Return positions of joints from ``start`` up to ``end``, at intervals of ``length``."""
+    """Return positions of joints from ``start`` up to ``end``, one at every ``length``."""
     return [
         start + number * length
         for number in range(math.floor((end - start) / length + _STONE_LENGTH_TOLERANCE) + 1)

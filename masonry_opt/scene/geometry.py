@@ -126,14 +126,14 @@ class Extents(ABC):
     @property
     @abstractmethod
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the corners of all blocks, and for each corner the index of its block (ascending).
+        """Return the corners of all blocks, block by block, and the index of each corner's block.
 
         The corners have shape (corners, 2) or (corners, 3).
         """
 
     @abstractmethod
     def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the convex hull of its block, shape (points,).
+        """Return how far each point is outside the convex hull of its block, shape (points,).
 
         ``blocks`` has the index of the block for each point.
         """
@@ -148,7 +148,7 @@ class Extents(ABC):
 
     @abstractmethod
     def thickness(self) -> np.ndarray:
-        """Return the least width of each block, shape (blocks,).
+        """Return the thickness of each block, which is its least width, shape (blocks,).
 
         The least width is the smallest distance between two parallel lines (in space: planes) that enclose
         the block and are parallel to one of its sides.
@@ -156,7 +156,7 @@ class Extents(ABC):
 
     @abstractmethod
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Yield each pair of blocks that overlap by more than the contact tolerance.
+        """Iterate over the pairs of blocks that overlap by more than the contact tolerance.
 
         The results are the index of the pair in ``pairs``, in ascending order, and the region in which its
         blocks overlap.
@@ -164,13 +164,13 @@ class Extents(ABC):
 
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the smallest and the largest coordinates of each block, shape (blocks, dim) each."""
+        """Return the bounding box of each block: smallest and largest coordinates, (blocks, dim) each."""
         points, block = self.corners
         return bounds(block, points, len(self.size))
 
     @property
     def width(self) -> np.ndarray:
-        """Return the square root of each block's area (in space: the cube root of its volume).
+        """Return the width of each block: the square root of its area (in space: cube root of its volume).
 
         The shape is (blocks,).
         """
@@ -178,7 +178,7 @@ class Extents(ABC):
 
     @property
     def reach(self) -> np.ndarray:
-        """Return the largest gap at each block that is probably an error of the drawing, shape (blocks,)."""
+        """Return, for each block, the largest gap that is probably a drawing error, shape (blocks,)."""
         return np.maximum(_NEAR_TOLERANCES * self.contact_tolerance, NEAR_MISS * self.width)
 
 
@@ -193,11 +193,11 @@ class Geometry(Extents):
 
     @property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the corners of all polygons, and for each corner the index of its block (ascending)."""
+        """Return the corners of all polygons, block by block, and the index of each corner's block."""
         return shapely.get_coordinates(self.polygons, return_index=True)
 
     def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the convex hull of its block, shape (points,)."""
+        """Return how far each point is outside the convex hull of its block, shape (points,)."""
         hulls = shapely.convex_hull(self.polygons[blocks])
         return shapely.distance(hulls, shapely.points(points))
 
@@ -212,11 +212,11 @@ class Geometry(Extents):
         return int(distance.argmin()), float(distance.min())
 
     def thickness(self) -> np.ndarray:
-        """Return the least width of each block, shape (blocks,)."""
+        """Return the thickness of each block, which is its least width, shape (blocks,)."""
         return np.array([_least_width(polygon) for polygon in self.polygons])
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Yield the indices of pairs of blocks that overlap, and the region in which each pair overlaps."""
+        """Iterate over the pairs of blocks that overlap: index of the pair, and region of the overlap."""
         common = shapely.intersection(self.polygons[pairs[:, 0]], self.polygons[pairs[:, 1]])
         area, perimeter = shapely.area(common), shapely.length(common)
         # `mean` is the area divided by half the perimeter. The width of a convex piece lies between `mean`
@@ -234,9 +234,9 @@ class Geometry(Extents):
 
     @cached_property
     def edges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return both ends of each edge, shape (edges, 2) each, and the index of its block (ascending).
+        """Return both ends of each edge, shape (edges, 2) each, and the index of each edge's block.
 
-        The block lies to the left of an edge.
+        The edges are in the order of the blocks. The block is to the left of its edges.
         """
         parts, block = shapely.get_parts(self.polygons, return_index=True)
         tail, tip, part = sides_of(parts)
@@ -289,7 +289,7 @@ def geometry(scene: Scene) -> Geometry:
 def _built_up(
     scene: Scene, block: Block, index: int, origin: np.ndarray, tolerance: float
 ) -> shapely.Geometry:
-    """Return the polygon or multipolygon of a block with several parts or with holes."""
+    """Build up a block of several parts or with holes; return its polygon or multipolygon."""
 
     def ring(points: list[tuple[float, float]], what: str) -> shapely.Polygon:
         polygon = shapely.Polygon(np.array(points) - origin)
@@ -385,8 +385,10 @@ class Profile:
     x: np.ndarray  #: abscissae of both ends of each piece, shape (pieces, 2)
     y: np.ndarray  #: heights of the edge at both ends of each piece, shape (pieces, 2); NaN without an edge
     line: np.ndarray  #: heights of the line at the ends of each piece, shape (pieces, 2)
-    edge: np.ndarray  #: index of the edge, shape (pieces,); -1 if there is no edge
-    block: np.ndarray  #: index of the edge's block in the scene, shape (pieces,); -1 without an edge
+    #: Index of the edge to which each piece belongs, shape (pieces,); -1 if there is no edge.
+    edge: np.ndarray
+    #: Index of the block to which the edge of each piece belongs, shape (pieces,); -1 without an edge.
+    block: np.ndarray
 
     @property
     def depth(self) -> np.ndarray:

@@ -97,7 +97,7 @@ def _unit(vector: np.ndarray) -> np.ndarray:
 
 
 def inconsistencies(scene: SceneKeys) -> Iterator[str]:
-    """Yield an error message for each inconsistency of a scene, with the most important first.
+    """Generate an error message for each inconsistency of a scene, with the most important first.
 
     Later checks assume that earlier checks pass, so only the first message is reliable.
     """
@@ -134,7 +134,7 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
 
 
 def _without_support(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
-    """Yield an error message if the scene has no fixed block, and no tie or prop ends at the ground.
+    """Generate an error message if the scene has no fixed block, and no tie or prop ends at the ground.
 
     A tie or prop that ends at "ground" ends at the block of this name if the scene has such a block.
     """
@@ -147,7 +147,7 @@ def _without_support(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[st
 
 
 def _wrong_dimension(scene: SceneKeys) -> Iterator[str]:
-    """Yield an error message for each key or block that does not fit the dimension of the scene."""
+    """Generate an error message for each key or block that does not fit the dimension of the scene."""
     first = scene.blocks[0]
     for block in scene.blocks:
         if block.dimension != scene.dimension:
@@ -172,7 +172,7 @@ def _wrong_dimension(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_load_dimension(scene: SceneKeys) -> Iterator[str]:
-    """Yield an error message for each load whose vectors do not fit the dimension of the scene."""
+    """Generate an error message for each load whose vectors do not fit the dimension of the scene."""
     for number, load in enumerate(scene.loads, start=1):
         where = f"load no. {number} on block '{load.block}'"
         for key in ("live", "dead", "at"):
@@ -185,7 +185,7 @@ def _wrong_load_dimension(scene: SceneKeys) -> Iterator[str]:
 
 
 def of_plane_alone(scene: SceneKeys) -> Iterator[str]:
-    """Yield an error message for each key of a scene in space that only plane scenes may have.
+    """Generate an error message for each key of a scene in space that only plane scenes may have.
 
     The key ``thickness`` is not checked.
     """
@@ -203,7 +203,7 @@ def of_plane_alone(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_exceptions(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
-    """Yield an error message for each mistake in the joint properties of two named blocks."""
+    """Generate an error message for each mistake in an exception: the joint properties of two blocks."""
     pairs: set[frozenset[str]] = set()
     for exception in scene.exceptions:
         where, pair = f"joint between {list(exception.between)}", frozenset(exception.between)
@@ -222,7 +222,7 @@ def _wrong_exceptions(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[s
 
 
 def _wrong_loads(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
-    """Yield an error message for each mistake in the loads on blocks."""
+    """Generate an error message for each mistake in the loads on blocks."""
     weighed: set[str] = set()
     for number, load in enumerate(scene.loads, start=1):
         if load.block not in fixed:
@@ -239,7 +239,7 @@ def _wrong_loads(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
 
 
 def _wrong_fills(scene: SceneKeys) -> Iterator[str]:
-    """Yield an error message for each mistake in the fills."""
+    """Generate an error message for each mistake in the fills."""
     if scene.fills and (scene.gravity[0] != 0 or scene.gravity[1] > 0):
         yield "a 'fill' needs gravity that points straight down: set 'gravity' to [0, -1]"
     roads = [fill.road for fill in scene.fills]
@@ -250,7 +250,7 @@ def _wrong_fills(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_struts(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
-    """Yield an error message for each mistake in the ends of ties and props."""
+    """Generate an error message for each mistake in the ends of ties and props."""
     for number, strut in (*enumerate(scene.ties, start=1), *enumerate(scene.props, start=1)):
         where = f"{type(strut).__name__.lower()} no. {number} between {list(strut.between)}"
         for name in strut.between:
@@ -264,7 +264,7 @@ def _wrong_struts(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
 
 
 def _not_tilting(scene: SceneKeys) -> Iterator[str]:
-    """Yield a clause of an error message for each load or joint property that a tilted scene must not have.
+    """Generate a clause of an error message for each load or property that a tilted scene must not have.
 
     If the ground is tilted by θ, the weights are cos θ (W + tan θ W'), where W' are the weights W rotated by
     90°. Therefore λ = tan θ if all other forces are proportional to cos θ too. Forces that do not tilt are
@@ -291,7 +291,7 @@ def _not_tilting(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
-    """Yield an error message for each mistake in the load cases and the earthquake of a scene."""
+    """Generate an error message for each mistake in the load cases and the earthquake of a scene."""
     groups = {load.group for load in scene.loads} | {load.group for load in scene.edge_loads}
     known = [*GROUPS, *sorted(name for name in groups if name is not None)]
     names: set[str] = set()
@@ -314,7 +314,7 @@ def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
 
 
 def _wrong_groups(scene: SceneKeys, case: LoadCase, known: list[str]) -> Iterator[str]:
-    """Yield an error message for each load group that a load case names but the scene does not have."""
+    """Generate an error message for each load group that a load case names but the scene does not have."""
     for key in ("dead", "live"):
         unknown = [group for group in getattr(case, key) if group not in known]
         if unknown:
@@ -325,7 +325,7 @@ def _wrong_groups(scene: SceneKeys, case: LoadCase, known: list[str]) -> Iterato
 
 
 def _wrong_earthquakes(scene: SceneKeys) -> Iterator[str]:
-    """Yield an error message for each wrong direction of an earthquake, in the scene or a load case."""
+    """Generate an error message for each wrong direction of an earthquake, in the scene or a load case."""
     earthquakes = [("'earthquake'", scene.earthquake)]
     for number, case in enumerate(scene.load_cases, start=1):
         earthquakes.append((f"load_case no. {number} ('{case.name}'): 'earthquake'", case.earthquake))
@@ -345,7 +345,7 @@ def wrong_direction(scene: SceneKeys, quake: Earthquake) -> str | None:
 
 
 def _live_loads(scene: SceneKeys) -> Iterator[str]:
-    """Yield the names of the live loads other than an earthquake."""
+    """Iterate over the names of the live loads other than an earthquake."""
     for block in scene.blocks:
         if any(any(getattr(block, key, ())) for key in ("live", "live_per_weight", "live_moment")):
             yield f"block '{block.name}'"

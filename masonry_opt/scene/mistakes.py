@@ -226,7 +226,7 @@ def _one_line(text: str) -> str:
 
 
 def _dotted(loc: list[Any]) -> str:
-    """Return the path of a key, such as ``blocks[2].name``."""
+    """Return the path of a key with dots between its parts, such as ``blocks[2].name``."""
     parts = [f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc]
     return _one_line("".join(parts).removeprefix("."))
 

@@ -48,7 +48,7 @@ def without_slivers(polygons: np.ndarray, width: float) -> np.ndarray:
 
 
 def _offset(polygons: np.ndarray, by: float) -> np.ndarray:
-    """Return the polygons with their outlines moved outwards by a distance."""
+    """Return the polygons with their outlines offset (moved outwards) by a distance."""
     return shapely.buffer(polygons, by, join_style="mitre", mitre_limit=_MITRE_LIMIT)
 
 
@@ -130,7 +130,7 @@ def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarra
 
 
 def _rotated(ring: list[int], corner: int) -> list[int]:
-    """Return the corners of a ring in order, starting at a given corner."""
+    """Return the corners of a ring in order, rotated cyclically to start at a given corner."""
     at = ring.index(corner)
     return ring[at:] + ring[:at]
 

@@ -244,11 +244,11 @@ class Fill(Record):
             x = x[(x >= max(line[0, 0], road[0, 0])) & (x <= min(line[-1, 0], road[-1, 0]))]
             if not len(x):
                 yield (
-                    "'backing': its 'line' and the 'road' have no x coordinate in common: "
+                    "the 'line' of 'backing' and the 'road' have no x coordinate in common: "
                     "give both lines in the same coordinates"
                 )
             if (np.interp(x, *line.T) > np.interp(x, *road.T)).any():
-                yield "'backing': its 'line' rises above the 'road': lower the line, or end it below the road"
+                yield "the 'line' of 'backing' rises above the 'road': lower it, or end it below the road"
 
     @property
     def zones(self) -> "tuple[Fill, ...]":

@@ -46,32 +46,32 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
 
 
 def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    """Return the sum of the rows of ``values`` for each owner, shape (count, columns).
+    """Return, for each owner, the sum of its rows of ``values``, shape (count, columns).
 
-    ``values`` has shape (rows, columns). ``owner`` has the index of the owner of each row, less than
-    ``count``.
+    ``values`` has shape (rows, columns). ``owner`` has, for each row, the index of the owner to which the row
+    belongs, less than ``count``.
     """
     return np.column_stack([np.bincount(owner, column, count) for column in values.T])
 
 
 def bounds(owner: np.ndarray, values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the column minima and maxima of ``values`` for each owner, shape (count, columns) each.
+    """Return, for each owner, minima and maxima of its rows of ``values``, shape (count, columns) each.
 
-    ``values`` has shape (rows, columns). ``owner`` has the index of the owner of each row, in ascending
-    order. Each owner has at least one row.
+    ``values`` has shape (rows, columns). ``owner`` has, for each row, the index of the owner to which the row
+    belongs, in ascending order. Each owner has at least one row.
     """
     first = np.searchsorted(owner, np.arange(count))
     return np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
 
 
 def first_alike(rows: np.ndarray) -> np.ndarray:
-    """Return, for each row, the index of the first equal row."""
+    """Return, for each row, the index of the first row that is equal to it."""
     _, first, group = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     return first[group.reshape(-1)]
 
 
 def linked(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the index of the connected component of each node of a graph, shape (nodes,).
+    """Return, for each node of a graph, the index of its connected component, shape (nodes,).
 
     The graph has ``count`` nodes. Its edges connect each node of ``one`` to the node at the same place of
     ``other``.
@@ -111,9 +111,10 @@ def ranges(first: np.ndarray, count: np.ndarray) -> np.ndarray:
 
 
 def following(count: np.ndarray) -> np.ndarray:
-    """Return, for each index in a set of rings, the next index in the same ring.
+    """Return, for each entry of several rings, the index of the following entry of the same ring.
 
-    The rings have the sizes ``count``. Their indices are numbered consecutively over all rings.
+    The rings have the sizes ``count``, and their entries are numbered consecutively over all rings. The entry
+    that follows the last entry of a ring is its first entry.
     """
     ends = np.cumsum(count)
     after = np.arange(1, count.sum() + 1)
@@ -143,7 +144,7 @@ def combine(
 
 
 def chunks(sizes: np.ndarray) -> Iterator[slice]:
-    """Yield slices of ``sizes``, a list of combination counts.
+    """Divide ``sizes``, a list of numbers of combinations, into successive slices.
 
     Each slice has at most about ``_CHUNK_SIZE`` combinations, which fit into memory.
     """

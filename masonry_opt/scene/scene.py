@@ -205,7 +205,7 @@ class Scene(SceneKeys):
         return self.earthquake if self._load_case is None else self._load_case.earthquake
 
     def shaken(self, quake: Earthquake) -> Self:
-        """Return the scene with an earthquake instead of all other live loads.
+        """Return the scene shaken by an earthquake, which replaces all other live loads.
 
         The dead loads remain those of its load case. The result has no reference values, because reference
         values are load factors of other live loads. Raises CaseError if the direction of the earthquake is
@@ -258,7 +258,7 @@ class Scene(SceneKeys):
 
     @property
     def shaking(self) -> np.ndarray | None:
-        """Return the force of the earthquake per unit weight, shape (2,) or (3,).
+        """Return the force with which the earthquake shakes each unit of weight, shape (2,) or (3,).
 
         The result is None if there is no earthquake.
         """

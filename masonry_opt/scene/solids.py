@@ -220,7 +220,7 @@ def prism(front: Sequence[Sequence[float]], back: Sequence[Sequence[float]]) -> 
 
 
 def _wrong_faces(shape: Part | Solid) -> Iterator[str]:
-    """Yield an error message for each mistake in the faces or the box of a solid."""
+    """Generate an error message for each mistake in the faces or the box of a solid."""
     if shape.vertices is not None and shape.faces is None:
         yield (
             "a solid with 'vertices' needs 'faces': list the corner indices of each face in order along its "

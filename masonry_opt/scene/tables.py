@@ -179,12 +179,12 @@ def _number(text: str) -> float:
 
 
 def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Convert the pairs of keys and values of a JSON object to a dictionary.
+    """Convert the key–value pairs of a JSON object to a dictionary, if no key is repeated.
 
-    Raises ValueError if a key is given twice, because the parser would silently use the last one.
+    Raises ValueError if a key occurs twice, because the parser would silently use its last value.
     """
     for key in repeated(key for key, _ in pairs):
-        raise ValueError(f"key '{key}' is given twice in one object")
+        raise ValueError(f"key '{key}' occurs twice in one object")
     return dict(pairs)
 
 

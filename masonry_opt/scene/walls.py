@@ -288,7 +288,7 @@ def _built(
 
 
 def _wrong_lengths(course: str, lengths: list[float]) -> Iterator[str]:
-    """Yield an error message for each mistake in the lengths of a course."""
+    """Generate an error message for each mistake in the lengths of a course."""
     if any(length == 0 for length in lengths):
         yield f"{course} has a length of 0: use a positive length for a block, or a negative length for a gap"
     if all(length < 0 for length in lengths):

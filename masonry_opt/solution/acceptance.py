@@ -92,9 +92,10 @@ MOST_ENERGY = 1e-3
 #: verified. The answer must also satisfy ``LIMITS``.
 BORNE_OUT = 1e-3
 
-#: Largest residual of an inequality in a proof that no load factor exists, relative to the sum of the loads
-#: or to the work of the loads. With this value, a proof covers forces and motions up to 1e8 times the sum or
-#: the work.
+#: Largest residual of an inequality in a proof that no load factor exists. Residuals of forces are relative
+#: to the sum of the live loads, residuals of motions to the energy that the motion gains. With this value, a
+#: proof excludes all states except those whose forces or motions are about 1e8 times as large as the forces
+#: or motions of the loads.
 PROOF = 1e-8
 
 #: Largest relative difference between λ and its lower bound at which λ counts as proven to be the least load

@@ -121,7 +121,7 @@ def unbalanced_shares(problem: Problem, unbalanced: np.ndarray, acting: np.ndarr
 
 
 def violation_shares(problem: Problem, z: np.ndarray, acting: np.ndarray) -> np.ndarray:
-    """Return the relative violation of each yield condition, shape (yield conditions,).
+    """Return the relative violation of each yield condition, shape (faces,).
 
     The violation is −z; a negative entry means that the condition is satisfied. A violation in a joint is
     divided by the largest force on the joint's less loaded block. The violation of a force limit is divided
@@ -133,7 +133,7 @@ def violation_shares(problem: Problem, z: np.ndarray, acting: np.ndarray) -> np.
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FinalState:
-    """Joint forces and block velocities at the end of a method; each is None if unknown."""
+    """Joint forces and block velocities with which a method ended; each is None if unknown."""
 
     q: np.ndarray | None = None  #: joint forces, shape (3c,)
     d: np.ndarray | None = None  #: block velocities, shape (3b,)
@@ -219,12 +219,12 @@ def certified(
 
 
 class Existence(StrEnum):
-    """Statements about the existence of a collapse load factor λ ≥ 0 with the joints' own flow rule."""
+    """Statements about the existence of a load factor λ ≥ 0 if the flow rule has the joints' dilatancy."""
 
     NO_MECHANISM = "no load factor exists: the live load does no positive work in any mechanism"
     #: In every mechanism, the joints that move cannot all be at yield at the same time.
     NO_STATE = "no load factor exists: no mechanism is compatible with a state of equilibrium"
-    UNBOUNDED = "undecided: some forces carry any multiple of the live load, but a mechanism exists"
+    UNBOUNDED = "undecided: every multiple of the live load can be carried, but a mechanism exists"
     UNDECIDED = (
         "undecided: a mechanism exists, and no forces were found that carry every multiple of the live load"
     )
@@ -237,7 +237,7 @@ class Existence(StrEnum):
 
 @dataclass(frozen=True)
 class InfeasibilityCertificate:
-    """Proof that no load factor exists, or forces that carry any multiple of the live load.
+    """Proof that no load factor exists, or forces that show how every multiple of the live load is carried.
 
     Both have residuals, which are computed from the matrices alone.
 

@@ -54,7 +54,7 @@ def median_unit_weight(assembly: Assembly) -> float:
 
 
 def unusual_stresses(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about strengths and cohesions that seem to have another unit than the weights."""
+    """Generate warnings about strengths and cohesions that seem to have another unit than the weights."""
     low, high = (corners[assembly.movable] for corners in assembly.geometry.boxes)
     extent = float((high.max(axis=0) - low.min(axis=0)).max())
     weight = median_unit_weight(assembly) * extent

@@ -137,9 +137,9 @@ def curve_frame(assembly: Assembly, history: LoadHistory) -> "pd.DataFrame":
 
 
 def _known(assembly: Assembly, solution: Solution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the joint forces, joint motions and block velocities of a solution.
+    """Return the known joint forces, joint motions and block velocities of a solution, otherwise NaN.
 
-    The shapes are (3c + t,), (3c + t,) and (3b,). Unknown values are NaN.
+    The shapes are (3c + t,), (3c + t,) and (3b,).
     """
     B = assembly.problem.B
     no_forces, no_motion = (np.full(count, np.nan) for count in B.T.shape)

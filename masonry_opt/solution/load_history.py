@@ -22,7 +22,8 @@ class LoadStep:
     displacement: float
     is_jump: bool  #: True if the step is a jump: the blocks came to rest after a damped motion
     sliding: np.ndarray  #: True for contacts that are pressed and at their friction limit, shape (c,)
-    #: True for contacts without normal force; in the plane, for joints with an open end, shape (c,).
+    #: Mask of open contacts, shape (c,). In space, contacts without normal force are open; in the plane,
+    #: joints that are open at one end or both.
     open: np.ndarray
     d: np.ndarray  #: displacements of the blocks from equilibrium under the dead load, shape (3b,)
     #: Forces of the c contacts and the t limited forces, in the problem's order, shape (3c + t,).

@@ -138,7 +138,7 @@ def velocities(assembly: Assembly, d: np.ndarray, block: np.ndarray, at: np.ndar
 
 
 def relative_rotation(assembly: Assembly, d: np.ndarray) -> np.ndarray:
-    """Return the rotation of the first block of each joint relative to the second, shape (joints, 3)."""
+    """Return, for each joint, the rotation of its first block relative to its second, shape (joints, 3)."""
     rotations, joints = _rotations(assembly, d), assembly.joints
     relative: np.ndarray = rotations[joints.first] - rotations[joints.second]
     return relative
@@ -165,7 +165,7 @@ def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 
 def weightless(problem: Problem, load_factor: float, d: np.ndarray) -> bool:
-    """Return True if λ is negative and all blocks that move in the mechanism have zero net load.
+    """Return True if λ is negative and the blocks that move are weightless, with zero net load.
 
     The mechanism ``d`` consists of block velocities, shape (3b,). A live load parallel to a block's weight
     cancels the weight at some negative load factor. Then the block can move regardless of its joints, so the

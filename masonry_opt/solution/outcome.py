@@ -412,12 +412,12 @@ class Outcome:
 
     @property
     def lowest(self) -> float | None:
-        """Load factor of the lowest exact Coulomb collapse state found; None if no exact state was found."""
+        """Lowest load factor of all exact Coulomb collapse states found; None if no exact state was found."""
         return self.load_factor if self.exact else None
 
     @cached_property
     def exact(self) -> bool:
-        """True if the answer is an exact Coulomb state under the joints' own flow rule."""
+        """True if the answer is an exact Coulomb state, whose flow rule has the joints' dilatancy."""
         return self.solution.is_exact(self.assembly.problem)
 
     @property

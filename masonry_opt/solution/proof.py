@@ -39,8 +39,8 @@ class StaticConflict:
     """
 
     conditions: np.ndarray  #: indices of the conditions, shape (n,)
-    d: np.ndarray  #: multipliers of equilibrium, shape (3b,)
-    p: np.ndarray  #: multipliers of the yield conditions, shape (faces,)
+    d: np.ndarray  #: multiplier of each equation of equilibrium, shape (3b,)
+    p: np.ndarray  #: multiplier of each yield condition, shape (faces,)
 
     __repr__ = brief
 
@@ -60,7 +60,7 @@ class KinematicConflict:
     """
 
     conditions: np.ndarray  #: indices of the conditions, shape (n,)
-    q: np.ndarray  #: multipliers of compatibility, shape (3c + t,)
+    q: np.ndarray  #: multiplier of each equation of compatibility, shape (3c + t,)
     load_factor: float  #: multiplier of the live load's work
     weight: float  #: multiplier of the energy balance, zero or more
 
@@ -84,8 +84,8 @@ class EnergyBound:
 
     condition: int  #: index of the joint's sliding condition
     value: float  #: lower bound of (μ − tan ψ) n, a force
-    d: np.ndarray  #: multipliers of equilibrium, shape (3b,)
-    p: np.ndarray  #: multipliers of the yield conditions, shape (faces,)
+    d: np.ndarray  #: multiplier of each equation of equilibrium, shape (3b,)
+    p: np.ndarray  #: multiplier of each yield condition, shape (faces,)
 
     __repr__ = brief
 

@@ -70,7 +70,7 @@ class Code(StrEnum):
     # the largest multiplier that is known to be too small; ``hangs``, True if at least one falling block has
     # no joint that supports it from below.
     FRICTION_WOULD_HOLD = "friction would hold"
-    # The scene would be stable if no joint could crush. This reason has no values.
+    # The scene would be stable if no joint could crush. The message needs no values.
     STRENGTH_WOULD_HOLD = "strength would hold"
     # Solvers could not decide if the scene is stable. Values: ``word``, status of the last solver; ``ratio``,
     # largest divided by smallest dead load of a block.
@@ -86,17 +86,17 @@ class Code(StrEnum):
     SOLVER_STOPPED = "solver stopped"
     # A solver did not reach its tolerance. Value: ``word``, status of the solver.
     STOPPED_SHORT = "stopped short"
-    # Dilatancy of sliding joints locks the blocks in associative flow. This reason has no values.
+    # Dilatancy of sliding joints locks the blocks in associative flow. The message needs no values.
     DILATANCY_LOCKS = "dilatancy locks"
-    # The live load does no positive work in any mechanism, so it cannot cause collapse. This reason has
-    # no values.
+    # The live load does no positive work in any mechanism, so it cannot cause collapse. The message needs no
+    # values.
     NO_MECHANISM = "no mechanism"
     # It is proven that no collapse state exists. Values: ``static_cuts``, the number of sets of yield
     # conditions that cannot all be at yield in one state; ``kinematic_cuts``, the number of sets of yield
     # conditions of which at least one must yield if the live load does work.
     NO_COLLAPSE = "no collapse"
-    # It is proven that some forces within the friction limits carry any multiple of the live load. This
-    # reason has no values.
+    # It is proven that every multiple of the live load can be carried within the friction limits. The message
+    # needs no values.
     CARRIES_ANY = "carries any"
     # Self-stress in some joints carries the live load. Value: ``pairs``, the two blocks of each such joint.
     CLAMPED = "clamped"
@@ -120,7 +120,7 @@ class Code(StrEnum):
     # ``by``, the difference of the two load factors. All codes from here to LEAST_BORNE_OUT belong to the
     # loop of linear programs.
     ABOVE_ASSOCIATIVE = "above associative"
-    # The associative answer already satisfies the joints' own flow rule, so the loop stops. This reason has
+    # The associative answer already satisfies the joints' own flow rule, so the loop stops. The message needs
     # no values.
     FLOW_RULE_IDLE = "flow rule idle"
     # λ still changes at the last iteration of the loop. Values: ``count``, the number of sub-problems;
@@ -161,7 +161,7 @@ class Code(StrEnum):
     # In the load history, the live load grows without limit, beyond λ of the answer. Value: ``carried``, the
     # largest load factor of the load history.
     CARRIES_MORE = "carries more"
-    # There is no load history, because the dilatancy falls with stress. This reason has no values.
+    # There is no load history, because the dilatancy falls with stress. The message needs no values.
     DILATANCY_FALLS = "dilatancy falls"
     # The scene is too large for a load history. Value: ``joints`` (in space ``contacts``), the number of
     # joints (in space, of contact points).

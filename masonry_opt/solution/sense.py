@@ -98,7 +98,7 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
 
 
 def _joints(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about unusual friction or dilatancy of joints.
+    """Generate warnings about unusual friction or dilatancy of joints.
 
     One warning is about the defaults of the scene. A second warning names all joints with an unusual property
     of their own, and has the values of the first named joint.
@@ -128,7 +128,7 @@ def _idle_supports(assembly: Assembly) -> list[Reason]:
 
 
 def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
-    """Return a warning about friction forces at supports that are due to self-stress alone."""
+    """Return a warning about joints in which only clamping by self-stress permits friction forces."""
     infeasibility = solution.infeasibility if solution and solution.load_factor is None else None
     clamped = assembly.joints_of(np.array(infeasibility.clamped if infeasibility else (), dtype=int))
     joints = assembly.joints
@@ -170,7 +170,7 @@ def _gaps_of(assembly: Assembly, code: Code, gaps: Gaps) -> list[Reason]:
 
 
 def _blocks(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about blocks that meet at corners, and about solids with inconsistent faces.
+    """Generate warnings about blocks that meet at corners, and about solids with inconsistent faces.
 
     The vertices of such a solid are clockwise in some of its faces and counter-clockwise in others.
     """
@@ -209,7 +209,7 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
 
 
 def _loads(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about edge loads that extend beyond edges, and about axles that are left out."""
+    """Generate warnings about edge loads that extend beyond edges, and about axles that are left out."""
     scene = assembly.scene
     for number, length in enumerate(assembly.bare_edge_loads, start=1):
         if length > assembly.geometry.tolerance:
@@ -253,7 +253,7 @@ def _far_away(assembly: Assembly) -> list[Reason]:
 
 
 def _acting_outside(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about forces that act outside the convex hulls of their blocks.
+    """Generate warnings about forces that act outside the convex hulls of their blocks.
 
     Forces at a block's own ``weight_at`` are not checked: the centroid of a curved stone may be outside of
     its straight edges. Points of loads refer to the blocks at rest, also if supports have settled.
@@ -312,7 +312,7 @@ def _weights(assembly: Assembly) -> list[Reason]:
 
 
 def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about unit weights of fills and backings that seem to have a wrong unit.
+    """Generate warnings about unit weights of fills and backings that seem to have a wrong unit.
 
     Fills and backings are compared with the blocks, or with each other if all blocks are weightless.
     """
@@ -335,7 +335,7 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _strengths(assembly: Assembly) -> Iterator[Reason]:
-    """Yield warnings about strengths and prestresses of ties and props that seem to have a wrong unit."""
+    """Generate warnings about strengths and prestresses of ties and props that seem to have a wrong unit."""
     problem = assembly.problem
     weight = weights(assembly.scene, assembly.geometry, assembly.movable)
     if not weight.any():

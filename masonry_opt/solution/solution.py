@@ -83,12 +83,12 @@ class Solution:
 
     @property
     def q(self) -> np.ndarray | None:
-        """Joint forces at the end of the method, shape (3c,); None if unknown."""
+        """Joint forces of the state in which the method ended, shape (3c,); None if unknown."""
         return self.found.q
 
     @property
     def d(self) -> np.ndarray | None:
-        """Block velocities at the end of the method, shape (3b,); None if unknown."""
+        """Block velocities of the state in which the method ended, shape (3b,); None if unknown."""
         return self.found.d
 
     @property
@@ -161,7 +161,7 @@ class Solution:
         return is_unbounded or self.proven_none
 
     def is_exact(self, problem: Problem) -> bool:
-        """Return True if the answer is an exact Coulomb state under the joints' own flow rule.
+        """Return True if the answer is an exact Coulomb state, whose flow rule has the joints' dilatancy.
 
         In space friction is limited by the cone.
         """

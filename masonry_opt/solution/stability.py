@@ -126,7 +126,7 @@ def worst_joint(assembly: Assembly, q: np.ndarray) -> WorstJoint | None:
 
 
 def _least_normal_forces(assembly: Assembly, total: np.ndarray) -> np.ndarray:
-    """Return the normal force of each joint above which the joint counts as pressed, shape (joints,).
+    """Return, for each joint, the normal force above which it counts as pressed, shape (joints,).
 
     ``total`` are the normal forces of the joints.
     """
@@ -137,9 +137,10 @@ def _least_normal_forces(assembly: Assembly, total: np.ndarray) -> np.ndarray:
 
 
 def _in_plane(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndarray:
-    """Return the distance of each resultant from the nearer end of its joint, absolute and as a margin.
+    """Return the distance of each resultant from the nearer end of its joint, as a length and as a ratio.
 
-    The shape is (2, k) for the k joints ``pressed``; ``n`` are the normal forces at the contact points.
+    The ratio falls from 1 in the middle of the joint to 0 at its ends. The shape is (2, k) for the k joints
+    ``pressed``; ``n`` are the normal forces at the contact points.
     """
     first, second = n[assembly.joints.first_point[pressed]], n[assembly.joints.last_point[pressed]]
     share = np.minimum(first, second) / (first + second)
@@ -147,11 +148,11 @@ def _in_plane(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndar
 
 
 def _in_space(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndarray:
-    """Return the distance of each resultant from the nearest edge of its joint, absolute and as a margin.
+    """Return the distance of each resultant from the nearest edge of its joint, as a length and as a ratio.
 
-    The shape is (2, k) for the k joints ``pressed``; ``n`` are the normal forces at the contact points. The
-    edges are those of the convex hulls of the points. From the middle to each edge, the margin falls from 1
-    to 0.
+    The ratio falls from 1 in the middle of the joint to 0 at each edge. The edges are the sides of the convex
+    hull of the contact points. The shape is (2, k) for the k joints ``pressed``; ``n`` are the normal forces
+    at the contact points.
     """
     joints, measured = assembly.joints, []
     for joint in pressed.tolist():

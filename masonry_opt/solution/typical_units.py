@@ -31,7 +31,7 @@ def typical_unit(unit_weight: float) -> str:
 
 
 def in_other_unit(unit_weights: np.ndarray, other: float) -> np.ndarray:
-    """Return True for each unit weight that probably has a different unit than the unit weight ``other``.
+    """Return a mask of the unit weights that probably have a different unit than the unit weight ``other``.
 
     All entries are False if ``other`` is not a typical value in any unit.
     """

@@ -33,14 +33,14 @@ _NAMED_TURN = 1e-3
 #: answers of interior-point solvers.
 _SHARE_OF_FRICTION_LIMIT = 0.999
 
-#: Largest number of joints that a block may have for its joints to be compared with each other. Blocks with
-#: more joints, such as wide blocks under many others, are left out. A larger value needs more memory; a
-#: smaller value misses more wedges.
+#: Largest number of joints of a block whose joints are compared with each other. Blocks with more joints,
+#: such as wide blocks under many others, are left out. A larger value needs more memory; a smaller value
+#: misses more wedges.
 _MOST_JOINTS_COMPARED = 300
 
 
 def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
-    """Yield warnings about sliding joints that are nearly parallel or were aligned to be parallel."""
+    """Generate warnings about wedges: blocks whose sliding joints are nearly parallel or were aligned."""
     able = _slides_without_lifting(assembly)
     joints = assembly.joints
     turned = np.where(able, joints.turn, 0.0)
@@ -68,7 +68,7 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
 
 
 def _slides_without_lifting(assembly: Assembly) -> np.ndarray:
-    """Return True for each joint that can slide and has a dilatancy smaller than its friction."""
+    """Return a mask of the joints that can slide and have a dilatancy smaller than their friction."""
     problem = assembly.problem
     able = np.zeros(problem.joints, dtype=bool)
     able[problem.sliding] = problem.dilatancy < problem.friction
@@ -76,7 +76,7 @@ def _slides_without_lifting(assembly: Assembly) -> np.ndarray:
 
 
 def _at_friction_limit(assembly: Assembly, solution: Solution) -> np.ndarray:
-    """Return True for each joint that is pressed and whose shear is at the friction limit."""
+    """Return a mask of the joints that are pressed and whose shear is at the friction limit."""
     problem = assembly.problem
     limited = np.zeros(problem.joints, dtype=bool)
     if solution.q is not None:

@@ -176,7 +176,7 @@ class HighsSession:
         self._highs.changeColsBounds(len(columns), columns, np.full(len(columns), low), high)
 
     def set_room(self, constraint: Any, room: np.ndarray) -> None:
-        """Set the distance between the lower and upper bound of each row of a constraint.
+        """Set the room of each row of a constraint: the distance between its lower and upper bound.
 
         The upper bounds do not change.
         """
@@ -253,33 +253,33 @@ class HighsSession:
         return verdict
 
     def values(self, variable: Any) -> np.ndarray:
-        """Return the values of a variable at the last optimum."""
+        """Return the values of a variable at the optimum that the most recent run found."""
         return self.point()[self.columns(variable)]
 
     def point(self) -> np.ndarray:
-        """Return the values of all columns after the last run, shape (columns,); empty if HiGHS has none."""
+        """Return the values of all columns after the latest run, shape (columns,); empty without values."""
         return np.array(self._highs.getSolution().col_value)
 
     def duals(self, constraint: Any) -> np.ndarray:
-        """Return the dual values of a constraint at the last optimum.
+        """Return the dual values of a constraint at the optimum that the most recent run found.
 
         A dual value is the change of the cost per unit of the bound.
         """
         return self.multipliers()[self.rows(constraint)]
 
     def multipliers(self) -> np.ndarray:
-        """Return the dual values of all rows after the last run, shape (rows,); empty if HiGHS has none."""
+        """Return the dual values of all rows after the latest run, shape (rows,); empty if HiGHS has none."""
         return np.array(self._highs.getSolution().row_dual)
 
     def least(self) -> tuple[float, np.ndarray]:
-        """Compute a rigorous lower bound of the cost from the dual values of the last run.
+        """Compute a rigorous lower bound of the cost from the dual values of the most recent run.
 
         See :meth:`LinearProgram.least`.
         """
         return self._present_program().least(self.multipliers())
 
     def contradiction(self) -> tuple[float, np.ndarray]:
-        """Compute from a dual ray a bound that can prove the last program infeasible.
+        """Compute from a dual ray a bound that can prove the present program infeasible.
 
         The results ``value`` and ``short``, shape (columns,), satisfy ``short·|x| ≥ value`` for every
         feasible x. A value of 0 proves nothing.
@@ -291,7 +291,7 @@ class HighsSession:
         return replace(self._present_program(), cost=no_cost).least(np.array(ray))
 
     def dual_ray(self) -> np.ndarray | None:
-        """Return a dual ray, which proves the last program infeasible, or None if HiGHS has no ray.
+        """Return a dual ray, which proves the present program infeasible, or None if HiGHS has no ray.
 
         The ray has shape (rows,).
 

@@ -58,7 +58,7 @@ class PyomoEngine:
         return LpSize(lp.num_row_, lp.num_col_, len(lp.a_matrix_.value_))
 
     def solve(self) -> Solved:
-        """Solve the program with the current parameters, starting from the last basis if there is one.
+        """Solve the program with the current parameters, from the basis of the previous solve, if any.
 
         Raises TimeLimitReached if the time limit of the analysis has passed.
         """

@@ -197,7 +197,7 @@ def find_solver(language: str, name: str | None, tolerance: float = SOLVER_TOLER
 
 
 def rougher(solver: Solver, tolerance: float) -> Solver:
-    """Return a solver whose tolerance is the larger of a given tolerance and the solver's own tolerance."""
+    """Return a rougher solver, with a given tolerance or its own tolerance, whichever is larger."""
     return find_solver(solver.language, solver.name, max(tolerance, solver.tolerance))
 
 

@@ -85,7 +85,7 @@ class _Standing:
 
     model: CvxpyStanding
     engine: CvxpyEngine
-    #: Joint forces that carried the dead load in the last stable scene, shape (3c,).
+    #: Joint forces, shape (3c,), that carried the dead load in the most recent stable scene.
     forces: np.ndarray | None = None
 
     def again_for(self, problem: Problem, effort: Effort) -> "_Standing":
@@ -101,7 +101,7 @@ class _Standing:
 def falling_mechanism(
     problem: Problem, solver: Solver, effort: Effort, kept: ProgramCache | None = None
 ) -> np.ndarray | None:
-    """Return velocities of a fall under the dead load, shape (3b,), or None if the scene is stable.
+    """Return velocities, shape (3b,), of a fall under the dead load, or None if the scene is stable.
 
     See :func:`mechanism_or_forces`.
     """
@@ -160,7 +160,7 @@ def _drives(problem: Problem, d: np.ndarray) -> bool:
 
 
 def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.ndarray:
-    """Return the velocities with which the blocks of an unstable scene begin to fall, shape (3b,).
+    """Return the velocities, shape (3b,), with which the blocks of an unstable scene begin to fall.
 
     ``falling`` is the mechanism of largest power, which may lift blocks off corners about which they rotate
     in reality. It is returned if the solver fails.
@@ -168,8 +168,8 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
     problem = assembly.problem
     low, high = assembly.geometry.boxes
     square = np.pad((high - low)[assembly.movable] ** 2, ((0, 0), (0, 1)))[:, :3]
-    # Sum of the squares of the two extents of each bounding box perpendicular to each axis of rotation, from
-    # which the radius of gyration follows. In the plane the axis is z.
+    # For each bounding box and each axis of rotation, add the squares of the two extents perpendicular to the
+    # axis. The radius of gyration follows from this sum. In the plane the axis is z.
     across = (square.sum(axis=1)[:, None] - square)[:, problem.layout.dimension - problem.layout.rows :]
     gyration = np.sqrt(across / 12) / problem.length_unit
     inertia = float(problem.force_sizes(problem.dead) @ problem.by_block(falling**2).sum(axis=1))
@@ -247,7 +247,7 @@ def locking_joints(
 def _carrying_live_load(
     problem: Problem, slope: np.ndarray, solver: Solver, effort: Effort
 ) -> np.ndarray | None:
-    """Return joint forces that carry the live load alone, shape (3c,), or None if there are no such forces.
+    """Return joint forces, shape (3c,), that carry the live load alone, or None if none exist.
 
     ``slope`` is the slope of the shear limits, shape (k,).
     """
@@ -271,7 +271,7 @@ def _of_live_load(problem: Problem, slope: np.ndarray) -> Problem:
 
 
 def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> np.ndarray | None:
-    """Return a motion that the dead load drives, shape (3b,), or None if joint forces carry the dead load.
+    """Return a motion, shape (3b,), that the dead load drives, or None if joint forces carry the dead load.
 
     See :func:`_decide`.
     """
@@ -409,7 +409,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
-    """Return the movable blocks among ``blocks`` that no chain of joints supports from below.
+    """Return the blocks among ``blocks`` that hang: no chain of joints supports them from below.
 
     A chain connects a block with a support through joints, each of which supports the next block. A joint
     supports a block if its normal force acts against the block's dead load.

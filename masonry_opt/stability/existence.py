@@ -117,7 +117,7 @@ class Cuts:
         self.static, self.kinematic = self._count[_RESTING], self._count[_MOVING]
 
     def _refute(self, choice: np.ndarray) -> None:
-        """Prove that no Coulomb state is compatible with a choice of moving and resting faces.
+        """Prove that no Coulomb state agrees with ``choice``, which states which faces move or rest.
 
         Raises _Undecided if the proof fails.
         """
@@ -131,7 +131,7 @@ class Cuts:
             branch = self._branch(choice)
 
     def _branch(self, choice: np.ndarray) -> int | None:
-        """Return the face on which to branch next, or None if no Coulomb state is compatible with the choice.
+        """Return the face on which to branch next, or None if no Coulomb state agrees with ``choice``.
 
         All values that the cuts imply are first added to ``choice``. Raises _Undecided if the open faces can
         move and be at yield in one state.

@@ -98,7 +98,7 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
         self._engine.close()
 
     def map(self, tasks: Iterable[tuple[Any, Task]]) -> Iterator[tuple[Any, TaskEnd]]:
-        """Run named tasks, and yield the name and the outcome of each task as soon as it ends.
+        """Run named tasks, and generate the name and the outcome of each task as soon as it ends.
 
         Tasks are taken from the iterable as workers become free. An error that the iterable raises is raised
         here after all earlier tasks have ended. A task whose worker died is repeated, and runs at most

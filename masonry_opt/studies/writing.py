@@ -73,7 +73,7 @@ class Journal:
                 self._keep(json.loads(line))
             except (ValueError, KeyError, TypeError):
                 sentence = (
-                    f"{self.path}: line {number} is damaged: the run of this line is repeated; delete the "
+                    f"{self.path}: line {number} is damaged, so the run of this line is repeated: delete the "
                     "line to stop this warning"
                 )
                 where = {"path": str(self.path), "line": number}

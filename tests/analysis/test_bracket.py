@@ -159,6 +159,7 @@ def test_every_program_is_told_and_begins_where_the_last_ended():
     assert (np.diff(bounds) > 0).all()
 
 
+@pytest.mark.slow
 def test_no_bound_exceeds_a_known_state():
     """The bound of "global" does not exceed the default's load factor, computed independently, to 1e-9."""
     scene = random_scene("stack", 1)
@@ -176,6 +177,7 @@ def rough_start(monkeypatch):
     monkeypatch.setattr(bracket, "coulomb", lambda _: loop.solution)
 
 
+@pytest.mark.slow
 def test_a_start_that_is_not_exact_is_replaced_by_the_state_of_a_program(rough_start):
     """A start that is not exact must neither become the answer nor exclude the exact state."""
     least = mo.load(WEDGES).reference["coulomb"].value

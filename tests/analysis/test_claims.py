@@ -12,6 +12,7 @@ TWO_STATES = Path(__file__).parent / "low_states" / "wall_13_joints.toml"
 LOWER = 16.4710
 
 
+@pytest.mark.slow
 def test_the_least_is_claimed_with_a_proof():
     result = mo.solve(TWO_STATES)
     assert result.load_factor == pytest.approx(LOWER, rel=1e-5)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from contact_dynamics import QUICK, collapse_load_of
 from loads.settling_programs import exact_load_factors, reactions
 from scenes import values_of
 from second_program import bounds, random_of_any_kind
@@ -82,6 +83,11 @@ def test_a_pier_that_settles_below_zero():
     assert found.least.associative == pytest.approx(reactions(scene, ["p1"], found.direction)[0], abs=1e-7)
     assert found.least.answered_by == "incremental"
     assert found.least.associative < found.least.reaction < found.at_rest
+    # Contact dynamics holds the pier as rigidly across its direction. If the pier could give way as a joint
+    # does, the reaction would be 10 % larger.
+    result = found.least.result
+    dynamics = collapse_load_of(result.assembly, 1.5 * result.incremental, QUICK)
+    assert result.incremental == pytest.approx(dynamics, rel=1e-2)
     # The pier is released in one direction and carries its reaction, so the scene is in equilibrium at λ = 0.
     problem = found.least.result.assembly.problem
     assert np.abs(problem.unbalanced(0.0, problem.settled)).max() < 1e-9

@@ -123,6 +123,7 @@ def codes(result):
     return [reason.code for reason in result.reasons]
 
 
+@pytest.mark.slow
 def test_a_wall_ends_in_an_exact_state_near_the_loops_own_load_factor():
     result, raw = (solved(WALLS[4], "nonassociative", **how) for how in ({}, {"finish": False}))
     left = result.certificate

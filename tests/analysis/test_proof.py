@@ -149,6 +149,7 @@ def test_dilatancy_and_cohesion_are_proven(properties):
     assert check(assemble(scene).problem, proof).holds
 
 
+@pytest.mark.slow
 def test_ties_are_proven():
     """On a wall with a rod and props, the proof's search ends at the default's load factor, to 1e-6."""
     scene = held("wall", 1_480_103, space=False)

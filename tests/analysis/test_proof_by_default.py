@@ -163,6 +163,7 @@ def test_a_proof_that_is_interrupted_goes_on_with_its_clauses():
     assert mo.check_proof(STONES, in_turns.proof).holds
 
 
+@pytest.mark.slow
 def test_a_proof_for_another_load_factor_is_not_attached():
     """A proof is attached only to the solution from whose load factor its search started."""
     solution = solved(STONES).solution

@@ -93,7 +93,7 @@ CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
     ),
     "senses that are none": (
         lambda proof: replace(proof, senses=np.array([[0, 1]])),
-        "not the two senses of sliding of one joint",
+        "do not belong to the two opposite sliding directions of one joint",
     ),
     "multipliers that are no numbers": (
         lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": one.d * np.nan}),
@@ -198,6 +198,7 @@ def test_another_solver_finds_the_exported_clauses_unsatisfiable(proven):
         assert solver.solve() is False
 
 
+@pytest.mark.slow
 def test_the_least_state_violates_only_clauses_that_need_the_bound(proven):
     """Each clause that the least state violates is no contradiction at the load factor of this state.
 

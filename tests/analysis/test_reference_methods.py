@@ -17,6 +17,7 @@ TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 EXACT = 1e-8
 
 
+@pytest.mark.slow
 def test_a_search_is_exact_stationary_not_above_the_loop_and_the_lowest_known():
     path = WALLS[0]
     loop, searched = solved(path, "nonassociative"), solved(path, "coulomb", search=0.5)
@@ -28,6 +29,7 @@ def test_a_search_is_exact_stationary_not_above_the_loop_and_the_lowest_known():
     assert searched.load_factor <= solved(path, "static").load_factor
 
 
+@pytest.mark.slow
 def test_a_search_from_a_result_handed_in_counts_only_its_own_solves():
     loop = solved(WALLS[0], "nonassociative")
     searched = mo.solve(WALLS[0], "coulomb", start=loop)

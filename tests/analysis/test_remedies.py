@@ -14,6 +14,7 @@ WALL_2, WALL_3, WALL_6 = WALLS[1], WALLS[2], WALLS[5]
 SWINGING = {"alpha": 0.0, "alpha_min": 0.0, "beta": 1.0}
 
 
+@pytest.mark.slow
 def test_slope_alone_is_tried_if_asked_for():
     result = solved(STEPPED(CASES), "nonassociative", solver="highs-ipm", remedies="slope")
     assert result.status is Status.NO_STATE

@@ -137,6 +137,7 @@ def test_joints_askew_by_rounding_leave_the_incremental_load_factor(as_drawn):
     assert askew.incremental == pytest.approx(exact.incremental, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_joints_askew_by_rounding_leave_a_load_that_falls(as_drawn):
     """Two copies with joints as drawn have the same incremental load factor, to 1e-3.
 

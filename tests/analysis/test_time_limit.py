@@ -6,7 +6,7 @@ import time
 import warnings
 
 import pytest
-from scenes import block_on_floor, small_wall
+from scenes import CASES, block_on_floor, run_command, small_wall
 from unit.test_house import ROOT
 
 import masonry_opt as mo
@@ -194,3 +194,17 @@ def test_a_bracket_has_no_answer_if_no_state_is_known_by_then(monkeypatch):
     assert result.time_limit_reached
     assert result.load_factor is None
     assert "the time limit of 1 s ended the analysis" in result.message
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("directions",), ("settle", "--support", "support", "--direction", "0,-1"), ("capacity",)],
+    ids=lambda arguments: arguments[0],
+)
+def test_a_study_that_the_limit_ends_has_exit_code_1(arguments, monkeypatch, capsys):
+    command, *options = arguments
+    case = CASES / "gilbert" / "two_blocks.toml"
+    code, printed, errors = run_command(monkeypatch, capsys, command, case, *options, "--time-limit", "1e-6")
+    assert code == 1
+    assert "two_blocks.toml" in printed + errors
+    assert "time limit" in printed + errors

@@ -14,6 +14,7 @@ from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, REASON_NAMED, W
 from masonry_opt.studies.compare.runs import content_of, find_scenes
 
 
+@pytest.mark.slow
 def test_the_atlas_is_written_scene_by_scene_with_its_answers(tmp_path):
     expected = write_atlas(tmp_path, CASES)
     found = {scene.content: expected[scene.path] for scene in find_scenes(expected)}

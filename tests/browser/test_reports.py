@@ -115,6 +115,7 @@ def test_charts_are_drawn_whole(browser, charts_page, width):
     assert [line for line in chromium.get_log("browser") if line["level"] == "SEVERE"] == []
 
 
+@pytest.mark.slow
 def test_nothing_of_a_report_moves_sideways(browser, tmp_path, width):
     mo.report(mo.solve(block_on_floor(), "static"), tmp_path / "report.html")
     chromium = browser(width)

@@ -143,6 +143,7 @@ def test_a_folder_of_something_else_is_refused(tmp_path, runs_by):
         run(tmp_path, runs_by)
 
 
+@pytest.mark.slow
 def test_the_page_works_offline_and_escapes_what_cases_say(tmp_path, runs_by):
     evil = "<script>alert(1)</script><img src=x onerror=alert(2)>"
     case = tmp_path / "a<b>" / "c<i>.toml"

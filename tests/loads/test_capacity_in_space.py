@@ -29,6 +29,7 @@ def courses() -> mo.Scene:
     return mo.Scene(joints=mo.JointDefaults(friction=0.8), blocks=blocks)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scene", [block_on_floor(0.6, 3.0, friction=3.0), courses()], ids=["block", "courses"]
 )
@@ -193,6 +194,7 @@ def test_the_command_and_pictures(command, tmp_path):
     assert picture.stat().st_size > 1000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("live", "up", "friction"), [((1, 0, 0), 0.22, 1.5), ((1, 0, 0), 0.22, 20.0), ((1, 0, -0.3), -0.1, 20.0)]
 )

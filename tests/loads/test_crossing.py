@@ -138,6 +138,7 @@ def test_axles_beyond_the_road_do_not_count():
     assert found.at[1] == pytest.approx(-0.9, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_each_load_case_has_the_road_of_its_own_settlement(monkeypatch):
     """Each load case has a road that follows its own settlement.
 
@@ -335,6 +336,7 @@ def test_bridge_with_fill_against_a_sweep(method):
         assert found.bound >= (1 - 2e-3) * found.load_factor
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load_factor", [0.0, 0.5])
 def test_a_load_factor_below_its_bound_is_no_longer_hidden(load_factor):
     """A load factor below its bound contradicts the bound: a warning says so, and no bound is given.

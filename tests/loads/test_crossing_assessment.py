@@ -37,6 +37,7 @@ def test_loads_at_collapse_contain_the_factor_of_the_load_case():
     assert "1.5 of the load case" in found.facts()["at collapse"]
 
 
+@pytest.mark.slow
 def test_loads_at_collapse_of_a_uniform_load():
     """A load of 8 per unit length over a length of 0.5 turns the slab at λ · 8 · 0.5 · 0.25 = 0.5 W."""
     group = axles(uniform=[mo.UniformLoad(load=8.0, start=0.0, end=0.5)])
@@ -89,6 +90,7 @@ def test_what_a_required_load_factor_is_compared_with():
     assert "required" not in crossed().facts()
 
 
+@pytest.mark.slow
 def test_a_scene_that_falls_fails_and_one_that_carries_any_load_passes():
     off = OVERHANG.replace(blocks={"slab": {"weight_at": (0.6, 0.5)}})
     fallen = mo.crossing(off, axles(3.0), method="static", required_factor=1.0)

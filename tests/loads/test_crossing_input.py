@@ -138,6 +138,7 @@ def test_load_cases_that_were_not_crossed_are_named(tmp_path):
         assert "Load case 'alone'" not in unchecked
 
 
+@pytest.mark.slow
 def test_an_undecided_load_case_is_named_and_not_hidden():
     """A position with an undecided load case is reported once.
 

@@ -243,6 +243,7 @@ def test_the_command_prints_the_answer_and_ends_with_exit_code_1(slow_positions,
     assert answer["load_factor"] >= 4.0 - 1e-6
 
 
+@pytest.mark.slow
 def test_a_report_of_a_stopped_crossing_ends_with_exit_code_1(slow_positions, command, tmp_path):
     """The report is written with the worst position so far."""
     mo.save(LOADED, tmp_path / "overhang.toml")

@@ -67,6 +67,7 @@ def test_the_mass_that_takes_part_and_the_oscillator():
     assert other.displacement == pytest.approx(upper.displacement * 10 / 12)
 
 
+@pytest.mark.slow
 def test_the_check_of_2018_of_a_rocking_block():
     """The check of a rocking block by NTC 2018 agrees with C8.7.1.2.1.6 to C8.7.1.2.1.8.
 
@@ -109,6 +110,7 @@ def test_the_demand_of_2018_is_the_largest_of_all_shorter_periods():
     assert of_2008.demand_displacement < expected
 
 
+@pytest.mark.slow
 def test_masses_at_rest_do_not_take_part():
     """A block that does not move takes no part: e* is 1, as for the overturning block alone.
 
@@ -149,6 +151,7 @@ def test_accelerations_of_earthquakes_from_all_sides():
     assert activation(mo.solve(block_on_floor(friction=3.0), "static")) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("part", [{"coefficient": 0.15}, {"vertical": 0.3}])
 def test_an_earthquake_of_a_part_of_the_weights_is_not_checked(part):
     """An earthquake whose forces are not the weights of the masses is refused: M* and a*_0 would be wrong."""
@@ -158,6 +161,7 @@ def test_an_earthquake_of_a_part_of_the_weights_is_not_checked(part):
         curve.check(SPECTRUM)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("live", [(0.1, 0.0), (1.0, 0.1), (3.0, 0.0)])
 def test_a_live_load_that_is_not_the_weight_is_not_checked(live):
     curve = mo.capacity(mo.solve(block_on_floor(friction=3.0, live=live), "static"))
@@ -171,6 +175,7 @@ def test_a_curve_is_of_a_result(given):
         mo.capacity(given)
 
 
+@pytest.mark.slow
 def test_wrong_spectra_and_values_are_refused():
     curve = rocking()
     for spectrum in ("none", [(0, 1)], [(0, 1), (0, 2)], [(0.1, 1), (4, 2)], [(0, 1), (4, -2)]):
@@ -186,6 +191,7 @@ def test_wrong_spectra_and_values_are_refused():
             curve.check(SPECTRUM, **{name: value})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "words", "known"),
     [

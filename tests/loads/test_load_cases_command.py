@@ -21,6 +21,7 @@ def path(tmp_path):
     return tmp_path / "case.toml"
 
 
+@pytest.mark.slow
 def test_all_are_solved_and_the_least_governs(command, path):
     answer = command.json("solve", path, "--method", "static")
     assert answer["case"] == str(path)

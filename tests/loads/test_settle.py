@@ -176,6 +176,7 @@ def rafters() -> mo.Scene:
     return mo.Scene(joints=mo.JointDefaults(friction=2.0), blocks=blocks)
 
 
+@pytest.mark.slow
 @IN_BOTH
 def test_openings_of_three_hinges(tmp_path, in_space):
     """The openings of a frame with three hinges agree with geometry by hand.
@@ -229,6 +230,7 @@ def wedged(*floor: mo.Block) -> mo.Scene:
     )
 
 
+@pytest.mark.slow
 def test_a_reaction_without_limit_is_said_to_be_so():
     found = mo.settle(wedged(block("floor", 0, 1, -1, 0, fixed=True)), "R", RIGHT)
     assert found.least.associative == pytest.approx(0.0, abs=1e-6)

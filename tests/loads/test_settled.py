@@ -196,6 +196,7 @@ def test_load_cases_settle_each_under_its_own_dead_loads():
     assert found == pytest.approx([single, single / 2], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_earthquakes_after_a_settlement(command, tmp_path):
     """The beam slides on joints inclined by 1/400: at tan(φ + 1/400) to the left, and at tan(φ − 1/400) to
     the right."""

@@ -45,6 +45,7 @@ def test_a_beam_settles_on_piers_that_crush(strength):
     assert mo.solve(after, "static").load_factor is not None
 
 
+@pytest.mark.slow
 def test_a_great_strength_is_as_good_as_an_unlimited_one():
     expected = settled_scene(beam(), SINKS).settled.poses
     after = settled_scene(beam().replace(strength=1e7), SINKS)
@@ -117,6 +118,7 @@ def test_a_road_keeps_its_height_above_a_beam_that_turns():
     assert height == pytest.approx(2 + 1 / math.cos(turn), abs=1e-6)
 
 
+@pytest.mark.slow
 def test_loads_are_drawn_and_followed_where_they_act_after_the_settlement():
     """A load on the top of a block is drawn on the block after its floor has risen, and its displacement
     is unchanged."""

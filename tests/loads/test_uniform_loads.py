@@ -70,6 +70,7 @@ def test_directions_of_a_group_with_uniform_loads():
     assert mo.Axles(name="train", set="LM71", uniform=train).directions == ("right",)
 
 
+@pytest.mark.slow
 def test_both_directions_are_mirrors():
     """On a symmetric slab, an axle with a strip behind it has the same least load factor in both
     directions."""

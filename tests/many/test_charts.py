@@ -58,6 +58,7 @@ def test_points_are_marked_by_mechanism():
     assert points[["at", "λ"]].to_numpy() == pytest.approx(swept[[NAME, "load_factor"]].to_numpy())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("statuses", [1, 4])
 def test_runs_without_a_load_factor_stand_below_all_values(statuses):
     swept = frame(["sliding"] * 6, [0.1, 0.4] + [np.nan] * 4)
@@ -121,6 +122,7 @@ def test_what_would_press_the_others_together_is_left_off_the_axis(kind):
     assert np.flatnonzero(off_axis(values)).tolist() == off
 
 
+@pytest.mark.slow
 def test_a_value_off_the_axis_stands_at_its_head():
     swept = frame(["sliding"] * 6, [0.2, 0.3, 25.0, 0.25, np.nan, 0.4])
     drawing = against(swept)
@@ -142,6 +144,7 @@ def test_a_value_above_the_scale_of_a_map_is_told():
     assert "last colour" not in heat_map(swept.drop(2), "a", "b").notes
 
 
+@pytest.mark.slow
 def test_the_incremental_load_factor_is_dashed():
     swept = frame(["sliding"] * 3, [0.2, 0.3, np.nan]).assign(incremental=[0.25, 0.4, 0.6])
     (line, *_) = (of for of in layers(against(swept)) if "strokeDash" in of[2]["mark"])
@@ -151,6 +154,7 @@ def test_the_incremental_load_factor_is_dashed():
     assert "dashes" not in against(swept.assign(incremental=swept["load_factor"])).notes
 
 
+@pytest.mark.slow
 def test_the_least_is_ringed_and_all_of_a_plateau():
     for values, least in (([0.3, 0.2, 0.25], [0.2]), ([0.2, 0.3, 0.2 + 1e-12], [0.1, 0.3]), ([0.2] * 3, [])):
         points, *_ = marks(against(frame(["sliding"] * 3, values)))
@@ -171,6 +175,7 @@ def test_a_map_is_drawn_of_finite_values_alone(friction):
     assert len(drawings(swept.assign(b=swept[NAME]), [*names, "b"])) == 3
 
 
+@pytest.mark.slow
 def test_ticks_are_labelled_with_the_load_factors_they_stand_at():
     """Labels of ticks have enough digits: rounded to one digit, 0.32 and 0.28 would both read 0.3."""
     drawing = against(frame(["sliding"] * 6, [0.28, 0.4, 0.5, 0.6, 0.66, 0.71]))

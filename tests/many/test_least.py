@@ -73,6 +73,7 @@ def test_a_margin_is_not_passed_off_as_a_load_factor():
     assert [reason.code for reason in found.fails.result.reasons] == [Code.FALLS]
 
 
+@pytest.mark.slow
 def test_a_load_is_not_carried_because_a_run_ended_as_unlimited():
     """A run that ends as "locked" does not show that a load is carried.
 
@@ -110,6 +111,7 @@ def test_the_incremental_load_factor_is_told_where_asked_for():
     assert history["incremental"].tolist() == pytest.approx(history["load_factor"].tolist(), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_load_factor_that_jumps_is_named():
     found = mo.least(
         lambda t: wide(1.0 if t < 0.37 else 2.0), 0, 1, load=0.3, method="static", samples=2, tolerance=1e-3
@@ -133,6 +135,7 @@ def test_falling_by_itself_is_a_jump_only_where_a_load_was_carried_at_once():
     assert not back.jump
 
 
+@pytest.mark.slow
 def test_a_hole_is_told():
     """The load is carried for t from 0.65 on, and in an interval below, which is reported as a
     contradiction."""
@@ -185,6 +188,7 @@ def test_smooth_joints_have_no_margin():
     assert found.value == pytest.approx(math.tan(math.radians(10)), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_scene_without_room_stands():
     """Rounding errors do not make a scene with a margin of zero unstable.
 

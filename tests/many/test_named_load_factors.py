@@ -64,6 +64,7 @@ def test_a_crossing(no_proof, method, name):
     assert facts["certainty"].startswith("upper bound") == (method == "static")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "name"), [("coulomb", "least, proven"), ("static", "associative")])
 def test_a_capacity_curve(method, name):
     facts = mo.capacity(mo.solve(block_on_floor(), method)).facts()

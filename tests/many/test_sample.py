@@ -85,6 +85,7 @@ def test_of_a_block_that_slides_both_loads_are_the_friction():
     assert str(found).count("; incremental the same") == 4
 
 
+@pytest.mark.slow
 def test_incremental_load_factors_stand_beside_the_lowest_found():
     """Incremental load factors have quantiles, correlations and charts next to those of the lowest found.
 
@@ -181,6 +182,7 @@ def test_a_status_is_no_proof_that_any_load_is_carried(method, options, undecide
     assert [row["probability"], row["upper"]] == pytest.approx(known, nan_ok=True)
 
 
+@pytest.mark.slow
 def test_all_kinds_of_samples_are_drawn():
     for values in ([1.0], [2.0] * 5, [np.nan] * 3):
         found = sampled(values)

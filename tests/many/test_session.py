@@ -85,6 +85,7 @@ def test_every_property_of_joints_may_change(method):
         assert session.solve(scene).load_factor == pytest.approx(alone.load_factor, abs=1e-8), law
 
 
+@pytest.mark.slow
 def test_other_blocks_and_loads_are_assembled_anew():
     session = prepare("static", keeps=True)
     for width, friction in itertools.product((1.0, 0.6), (0.6, 0.4)):

@@ -203,6 +203,7 @@ def test_a_damaged_line_of_a_journal_is_named_and_its_run_made_again(tmp_path, c
     same(pd.read_csv(out / "runs.csv"), before)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("limit", "load_factor"), [(5.0, 9.0), (50.0, 0.2)])
 def test_a_run_that_the_time_limit_ended_is_repeated_with_a_longer_limit(tmp_path, limit, load_factor):
     """The journal says that a limit of 5 s ended the run with λ = 9. With more time λ = μ = 0.2."""

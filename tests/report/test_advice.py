@@ -70,6 +70,7 @@ def least(command, path, ends, *more, code=2):
     return command.refused(*asked, code=code) if code else command(*asked)
 
 
+@pytest.mark.slow
 def test_where_a_scene_stands_at_every_value_a_load_factor_shows_the_least(command, tmp_path):
     """A smaller value is advised only if a scene exists for it: a friction cannot be negative."""
     mo.save(two_blocks(), tmp_path / "case.toml")

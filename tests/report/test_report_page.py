@@ -102,6 +102,7 @@ def test_every_answer_says_what_was_not_checked_and_needs_no_network(answer_and_
     assert all(source.startswith("data:") for source in page.sources)
 
 
+@pytest.mark.slow
 def test_numbers_are_those_of_the_result(answer_and_page):
     """The report of a block has λ, its one joint, the residuals and the sums of its loads."""
     result, page = answer_and_page("result")
@@ -145,6 +146,7 @@ TOLD = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "label", "column"), [(name, *told) for name, told in TOLD.items()])
 def test_reactions_states_and_directions(answer_and_page, name, label, column):
     answer, page = answer_and_page(name)

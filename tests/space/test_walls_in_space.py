@@ -44,6 +44,7 @@ def test_associative_load_factor_is_that_of_cones_declared_directly(reference):
     assert found.load_factor == pytest.approx(reference.associative, abs=near)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reference", corners(lambda wall: wall.blocks <= 20))
 def test_associative_load_factor_by_polygons_is_that_of_another_program(reference):
     """The associative load factor by polygons inside the cones is that of an independent program, to 2e-6.
@@ -79,6 +80,7 @@ def test_the_incremental_load_factor_is_that_of_contact_dynamics(reference):
         assert len(found.history) <= 80
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reference", corners(lambda wall: wall.blocks <= MOST))
 def test_default_is_exact_and_as_low_as_the_lowest_known(reference):
     """The default's state is exact, at most 1.10 times the lowest known one, and below the associative λ."""

@@ -61,6 +61,7 @@ def two_storeys(thickness, apart, friction=0.4):
     return on_table(*lower, across, *upper, friction=friction)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("thickness", [0.0005, 0.002, 0.02])
 def test_a_tent_of_two_cards_needs_the_friction_of_its_feet(thickness):
     """The least friction is that of ``least_of_tent``, by hand; for thin cards it is tan 25° / 2 = 0.2332."""

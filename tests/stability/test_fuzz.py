@@ -4,6 +4,7 @@ import json
 import random
 import tomllib
 
+import pytest
 import tomli_w
 from scenes import CASES
 from unit.scene.test_case_files import WRITTEN
@@ -140,12 +141,14 @@ def outcomes(mutants, folder):
             raise
 
 
+@pytest.mark.slow
 def test_seeds_are_valid(tmp_path):
     for text in SEEDS:
         (tmp_path / "case.toml").write_text(text)
         assert outcome(tmp_path / "case.toml") == "loads"
 
 
+@pytest.mark.slow
 def test_mutated_case_files_end_in_a_message(tmp_path):
     made = ((seed, mutant(random.Random(seed))) for seed in range(40))
     told = list(outcomes(made, tmp_path))

@@ -81,6 +81,7 @@ def told(read, path):
     return bool(message)
 
 
+@pytest.mark.slow
 def test_broken_dxf_ends_with_a_message(drawings, tmp_path):
     rng = random.Random(7)
     path = tmp_path / "broken.dxf"
@@ -93,6 +94,7 @@ def test_broken_dxf_ends_with_a_message(drawings, tmp_path):
     assert 50 < messages < 100
 
 
+@pytest.mark.slow
 def test_broken_compas_data_ends_with_a_message(tmp_path):
     rng = random.Random(7)
 

@@ -98,6 +98,7 @@ def test_seeds_are_valid(tmp_path):
         assert told_of(tmp_path / "case.toml") == ""
 
 
+@pytest.mark.slow
 def test_mutated_solids_end_in_a_message_or_a_true_number(tmp_path):
     """Warnings of NumPy are raised as errors, so that they fail the test."""
     told, path = [], tmp_path / "case.json"
@@ -119,6 +120,7 @@ def test_mutated_solids_end_in_a_message_or_a_true_number(tmp_path):
     assert len({message.split(": ", 1)[-1][:40] for message in told}) > 10
 
 
+@pytest.mark.slow
 def test_anything_in_place_of_keys_and_values_ends_in_a_message(tmp_path):
     made = ((seed, mutant(random.Random(seed), SEEDS)) for seed in range(25))
     assert len(list(outcomes(made, tmp_path))) == 25

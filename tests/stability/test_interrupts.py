@@ -86,6 +86,7 @@ def test_ctrl_c_in_ipopt_ends_with_what_is_known():
     assert last.endswith("not the collapse load factor; no file was written")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("library", "words"),
     [

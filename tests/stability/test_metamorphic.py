@@ -50,6 +50,7 @@ SAME_WAY = 1e-8
 DESCENDED = 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SAME)
 def test_the_default_is_unmoved(name):
     """The default's exact state is the same on a small wall.

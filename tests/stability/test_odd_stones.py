@@ -26,6 +26,7 @@ def test_scenes_have_what_they_are_for():
     assert 5 <= sum(len(assembly.problem.crushing) > 0 for assembly in assemblies) < 12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_the_default_is_exact_or_says_why_there_is_none(seed):
     result = mo.solve(odd_scene(seed))

@@ -54,6 +54,7 @@ def no_more(one: mo.Result, other: mo.Result) -> None:
         assert (other.load_factor or 0.0) <= one.load_factor + RANDOM
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "seed"), SCENES)
 def test_theorems_of_associative_flow(kind, seed):
     scene = random_scene(kind, seed)

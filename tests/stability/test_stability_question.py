@@ -60,6 +60,7 @@ def test_a_stack_of_bricks_is_stable_with_every_method(method):
     assert stability.worst_joint.distance == pytest.approx(0.215 / 2, rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("degrees", "size", "weight", "mirrored"),
     [(20, 1, 2, False), (28, 1e-3, 5e4, True), (5, 300, 1e-3, False)],
@@ -99,6 +100,7 @@ def test_an_overhanging_brick_names_the_worst_joint():
     assert stability.geometric_margin == pytest.approx(0.25, abs=BISECTED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["coulomb", "static"])
 def test_an_arch_fits_its_least_thickness(method):
     """The geometric margin of an arch agrees with its least thickness.
@@ -114,6 +116,7 @@ def test_an_arch_fits_its_least_thickness(method):
     assert "one of many sets of forces" in result.message
 
 
+@pytest.mark.slow
 def test_the_least_friction_is_a_factor_if_joints_differ():
     """On slopes of 20° and 10°, the first joint needs tan 20° of its 0.5, and the second less of its 0.4."""
     first, second = ramp(math.radians(20), 0.5), ramp(math.radians(10), 0.5)
@@ -136,6 +139,7 @@ def solid(name, low, high, turned=0.0, **keys):
     return mo.Solid(name=name, vertices=corners, faces=faces, **keys)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["coulomb", "static"])
 def test_a_brick_in_space_overhangs_in_two_directions(method):
     """The margins of a brick that overhangs in two directions agree with hand calculation.
@@ -153,6 +157,7 @@ def test_a_brick_in_space_overhangs_in_two_directions(method):
     assert result.stability.geometric_margin == pytest.approx(4 / 7, abs=BISECTED)
 
 
+@pytest.mark.slow
 def test_a_solid_on_a_slope_needs_the_tangent():
     """The least friction of a solid, with the cone of friction, is tan 25°, as in the plane."""
     angle = math.radians(25)
@@ -196,6 +201,7 @@ def test_without_any_load_the_message_says_what_to_give():
         mo.solve(scene)
 
 
+@pytest.mark.slow
 def test_studies_that_need_a_live_load_say_so(tmp_path):
     scene = ramp(0.1)
     mo.save(scene, tmp_path / "ramp.toml")
@@ -250,6 +256,7 @@ def test_commands_answer_with_status_and_exit_code(case, name, code, status):
     assert "load factor" not in page.split("<h2>What was checked")[0]
 
 
+@pytest.mark.slow
 def test_pages_pictures_and_json_have_the_reserves(case):
     result = mo.solve("ramp.toml")
     for kind in ("mechanism", "thrust", "utilisation"):
@@ -264,6 +271,7 @@ def test_pages_pictures_and_json_have_the_reserves(case):
     assert stability["least_friction"] == pytest.approx(math.tan(math.radians(20)), rel=BISECTED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "options", [("--plot-kind", "mechanism"), ("--mechanism", "incremental"), ("--plot-kind", "curve")]
 )

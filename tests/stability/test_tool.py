@@ -237,6 +237,7 @@ def test_odd_files_end_in_a_short_message(name, command, tmp_path):
     assert all(letter == "\n" or letter.isprintable() for letter in told)
 
 
+@pytest.mark.slow
 def test_repeated_key_among_many_is_found_at_once(tmp_path):
     keys = ", ".join(f'"k{number}": 0' for number in range(300_000))
     with pytest.raises(CaseError, match="'z'"):
@@ -251,6 +252,7 @@ def test_file_of_fifty_megabytes(tmp_path):
         mo.load(path)
 
 
+@pytest.mark.slow
 def test_blocks_on_one_another_are_refused_before_all_pairs_are_made():
     block = mo.Block(name="0", vertices=[(0, 0), (1, 0), (1, 1)], weight=1)
     base = mo.Block(name="base", vertices=[(0, -1), (1, -1), (1, 0), (0, 0)], fixed=True)

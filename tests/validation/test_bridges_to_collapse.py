@@ -206,6 +206,7 @@ def test_worst_position_of_a_line_load():
     assert -abs(crossed.position) / stated.span == pytest.approx(places[worst], abs=0.01)
 
 
+@pytest.mark.slow
 def test_prestwood_hinges_as_in_the_test():
     """Page reports a mechanism of four hinges."""
     result = solved(read("page/prestwood"))
@@ -214,6 +215,7 @@ def test_prestwood_hinges_as_in_the_test():
     assert result.exact
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BRIDGES)
 def test_numbers_of_the_guide(name):
     """The numbers of the guide are rounded to three digits."""

@@ -324,6 +324,7 @@ def test_a_buttress_overturns_or_slides(friction, expected):
         assert result.load_factor == pytest.approx(expected, rel=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.3, 0.45])
 def test_two_stones_that_lean_on_each_other_spread(friction):
     """λ of two leaning stones agrees with moments by hand.
@@ -341,6 +342,7 @@ def test_two_stones_that_lean_on_each_other_spread(friction):
         assert found == pytest.approx(expected, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_more_friction_than_slope_locks_what_dilates():
     """Joints whose dilatancy exceeds the slope of their motion are locked with associative flow.
 

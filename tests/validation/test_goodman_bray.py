@@ -139,6 +139,7 @@ def test_the_textbook_gives_an_exact_coulomb_state(path):
     )
 
 
+@pytest.mark.slow
 def test_less_friction_needs_more_than_the_textbooks_bolt():
     """Method "coulomb" finds an exact state that needs a larger bolt than the textbook's.
 

@@ -67,6 +67,7 @@ def test_voussoirs_come_to_milankovitchs_thickness_from_below():
     assert ratios[-1] == pytest.approx(known, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_long_arch_has_a_margin_next_to_its_least_thickness():
     """The margin changes its sign at the least thickness, although the thrust is some 250 voussoir
     weights."""

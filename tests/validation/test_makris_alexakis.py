@@ -75,6 +75,7 @@ def test_the_closed_form_is_the_published_thickness():
     assert least_thickness() == pytest.approx(0.1095, abs=5e-5)
 
 
+@pytest.mark.slow
 def test_many_cuts_begin_to_stand_at_the_closed_form():
     """An arch with 401 cuts becomes stable at the closed form, to 5e-4.
 

@@ -103,6 +103,7 @@ def test_the_diamond_of_five_falls():
         assert solved(diamond(5), method).status is mo.Status.UNSTABLE
 
 
+@pytest.mark.slow
 def test_friction_holds_the_diamond_of_five():
     """With friction, the diamond of five is stable from rest, and carries as much as with associative flow.
 

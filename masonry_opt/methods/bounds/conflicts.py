@@ -107,7 +107,7 @@ class Theory(ABC):
 
     @abstractmethod
     def _needed(self, ray: np.ndarray, rounding: float) -> np.ndarray:
-        """Return True for each yield condition that the proof by row multipliers needs, shape (faces,).
+        """Return a mask of the yield conditions that the proof by row multipliers needs, shape (faces,).
 
         Multipliers up to ``rounding`` times the largest multiplier count as zero.
         """
@@ -161,12 +161,12 @@ class Statics(Theory):
         self._session.set_bounds("load_factor", 0.0, highest)
 
     def slacks(self) -> np.ndarray:
-        """Return the slack of each face at the last optimum, divided by max(1, μ), shape (faces,)."""
+        """Return the slack of each face at the present optimum, divided by max(1, μ), shape (faces,)."""
         z = self._problem.slacks(self._session.values("q"))
         return np.maximum(z, 0.0) / self._problem.steep
 
     def point(self) -> tuple[float, np.ndarray]:
-        """Return the load factor and the forces, shape (3c + t,), of the last optimum, in scaled units."""
+        """Return the load factor and the forces, shape (3c + t,), at the present optimum, in scaled units."""
         return float(self._session.values("load_factor")[0]), self._session.values("q")
 
     def least(self, moving: np.ndarray) -> tuple[float, np.ndarray] | None:
@@ -298,7 +298,7 @@ class Kinematics(Theory):
         self._session.set_upper_bound_of_row("energy", highest * self._problem.live_norm)
 
     def motion(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the rates, shape (faces,), and the velocities, shape (3b,), at the last optimum."""
+        """Return the rates, shape (faces,), and the velocities, shape (3b,), at the present optimum."""
         return np.maximum(self._session.values("p"), 0.0), self._session.values("d")
 
     def _restrict(self, conditions: np.ndarray) -> None:

@@ -15,7 +15,7 @@ from masonry_opt.solution.thresholds import ZERO, is_lower
 
 
 def refusal(problem: Problem) -> str:
-    """Return the reason why no proof is possible for a problem, or "" if a proof is possible."""
+    """Return the reason to refuse a search for a proof of a problem, or "" if a proof is possible."""
     if problem.layout.round:
         return "proofs exist only for scenes in the plane, because in space friction is a cone"
     if problem.dilatancy_depends_on_stress:
@@ -49,7 +49,7 @@ class LeastProof:
 
     @property
     def is_open(self) -> bool:
-        """True if the search may still end with a proof."""
+        """True if the search is still open, so that it may end with a proof."""
         return self.proof is None and not self.why
 
     @property
@@ -94,7 +94,7 @@ class LeastProof:
 
 
 def _start(known: Answer | None, upper: float | None, settings: ProofSettings) -> float | None:
-    """Return the upper limit of the searched load factors, or None if no upper bound is known."""
+    """Return the upper end of the range of load factors to search, or None if no bound is known."""
     if known is not None:
         return known.load_factor
     if upper is None:

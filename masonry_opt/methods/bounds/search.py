@@ -55,7 +55,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._effort.uses("cadical", "clauses")
         self._statics = Statics(self._scaled, self._effort, settings)
         self.known = known  #: lowest load factor of all known exact states
-        self.best: Answer | None = None  #: lowest exact state that this search has found
+        self.best: Answer | None = None  #: exact state with the lowest λ that this search has found
         self.highest = bound_below(known, settings)  #: load factor up to which the proof excludes states
         self.conflicts: list[Conflict] = []
         self.energy_bounds: list[EnergyBound] = []
@@ -69,8 +69,10 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._trail: list[int] = []  # yield conditions in the order of their assignment
         self._levels: list[int] = []  # length of the trail at each decision
         self._clause: list[int] | None = None  # learned clause, not yet passed to the SAT solver
-        self._slacks: np.ndarray | None = None  # slacks of the last feasible forces, divided by max(1, μ)
-        # Rates and velocities of the last feasible mechanism.
+        # Slack of each yield condition under the latest feasible forces, divided by max(1, μ), shape
+        # (faces,).
+        self._slacks: np.ndarray | None = None
+        # Rates, shape (faces,), and velocities, shape (3b,), of the latest feasible mechanism.
         self._motion: tuple[np.ndarray, np.ndarray] | None = None
         self._decisions, self._examined = 0, False
         self._stopped: BaseException | None = None
@@ -159,7 +161,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._clause = None
 
     def propagate(self) -> list[int]:
-        """Examine the partial assignment. Return an empty list, because no values are propagated."""
+        """Try to refute the partial assignment. Return an empty list, because no value is assigned."""
         self._guarded(self._examine)
         return []
 
@@ -168,7 +170,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return []
 
     def check_model(self, model: list[int]) -> bool:
-        """Examine a complete assignment, and return True if no conflict excludes it. True ends the search."""
+        """Try to refute a complete assignment. If this fails, return True, which ends the search."""
         values = np.sign(np.array(model[: self._problem.faces]))
         self._values[:] = values
         self._examined = False
@@ -197,7 +199,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return condition + 1 if energy[condition] > 0 else 0
 
     def _guarded(self, action: Callable[[], None]) -> None:
-        """Run an action. If it raises an exception, store the exception and end the search.
+        """Run an action guarded against exceptions: an exception is stored and ends the search.
 
         Exceptions cannot pass through the SAT solver. An empty clause ends it, and ``run`` then raises the
         stored exception.
@@ -210,7 +212,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
             self._stopped, self._clause = error, []
 
     def _examine(self) -> None:
-        """Try to refute the present assignment, or to find an exact state with a lower load factor."""
+        """Try to refute the present assignment. If this fails, look for an exact state with a lower λ."""
         self._examined = True
         while True:
             if time.perf_counter() >= self._ends or self.programs >= self._most_programs:
@@ -257,7 +259,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return True
 
     def _learn(self, theory: Theory, refutations: list[Refutation]) -> None:
-        """Store the conflict and the clause of the last confirmed refutation.
+        """Store the conflict that the last of the confirmed refutations proves, and its clause.
 
         A refutation is confirmed if a check with the matrices shows that it proves a conflict. Nothing is
         stored if no refutation is confirmed.
@@ -289,11 +291,11 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return True
 
     def _lowest_nearby(self, rates: np.ndarray, d: np.ndarray) -> Answer | None:
-        """Return the exact state of lowest λ near the last forces and the given mechanism, or None.
+        """Return the exact state with the lowest λ near the present forces and a mechanism, or None.
 
-        Three sets of forces are examined: the last forces, the forces of least λ for which the moving faces
-        of the mechanism are at yield, and the forces that the search for exact states finds from there. The
-        result is None if no state has a lower λ than the lowest known state.
+        Three sets of forces are tested: the present forces of the program, the forces with the least λ at
+        which the moving faces of the mechanism are at yield, and the forces that the search for exact states
+        finds near these. The result is None if no state has a lower λ than all known states.
         """
         points = [self._statics.point()]
         least = self._statics.least(rates > self._settings.zero)
@@ -313,10 +315,10 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return one.load_factor >= -ZERO and is_lower(one.load_factor, self.known) and one.exact
 
     def _energy(self) -> np.ndarray:
-        """Return the least energy that each face dissipates per unit of its rate, shape (faces,).
+        """Return a lower bound of the energy that each yield condition dissipates per unit rate.
 
-        The energies are in scaled units. If a sliding condition cannot be at yield, a conflict that consists
-        of this condition alone is stored.
+        The bounds have shape (faces,) and are in scaled units. If a sliding condition cannot be at yield, a
+        conflict that consists of this condition alone is stored.
         """
         problem = self._problem
         energy = problem.face_cohesion.copy()

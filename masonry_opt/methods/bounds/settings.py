@@ -90,18 +90,19 @@ class ProofBudget(Settings):
     #: Time limit of the proof in seconds. Searches reach it only if linear programs are very slow.
     seconds: float = 30.0
 
-    #: Upper end of the searched load factors, relative to the last load factor of the load history. The value
-    #: is used if neither an exact state nor the associative load factor is known. With a smaller value the
-    #: search may miss states. With a very large value, rounding errors leave more searches undecided.
+    #: Upper end of the range of load factors to search, relative to the last load factor of the load history.
+    #: The value is used if neither an exact state nor the associative load factor is known. With a smaller
+    #: value the search may miss states. With a very large value, rounding errors leave more searches
+    #: undecided.
     load_range: float = 10.0
 
-    #: Number of linear programs of the first period of search and of the first period of proof. With option
-    #: ``search``, such periods alternate, and the number doubles after each period of proof. With a smaller
-    #: number a proof may be found earlier, but more work is repeated.
+    #: Number of linear programs in the first period of search, and also in the first period of proof. With
+    #: option ``search``, periods of search and of proof alternate, and the number doubles after each period
+    #: of proof. With a smaller number a proof may be found earlier, but more work is repeated.
     first_turn: int = 1000
 
     def covers(self, problem: Problem) -> bool:
-        """Return True if method "coulomb" can try a proof for a problem.
+        """Return True if the budget covers a problem, so that method "coulomb" can try a proof.
 
         Some scenes get a proof only with option ``search``, see :meth:`tries_by_default`. No proof is needed
         if equilibrium alone fixes all forces, or if the flow rule is associative. No proof is tried for
@@ -129,7 +130,7 @@ class ProofBudget(Settings):
         return self.programs if self.is_full_for(problem) else int(self.share * solved)
 
     def range_end(self, associative: float | None, history: LoadHistory | None) -> float | None:
-        """Return the upper end of the searched load factors if no exact state is known.
+        """Return the upper end of the range of load factors to search if no exact state is known.
 
         This is the associative load factor, which no state exceeds. Without it, forces within friction may
         carry any multiple of the live load, and the range ends at a multiple of the last load factor of the

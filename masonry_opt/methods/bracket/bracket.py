@@ -27,11 +27,11 @@ from masonry_opt.solution.stopped import without_answer
 from masonry_opt.solvers.registry import MATRICES, find_solver
 
 #: Number of joints above which the lower and the upper end of the bracket seldom become equal. On scenes with
-#: more joints, the method first searches for lower states. A lower state lowers the upper end of the bracket,
-#: and with it the limits of the forces.
+#: more joints, the method first searches for states with a lower λ. Such a state lowers the upper end of the
+#: bracket, and with it the limits of the forces.
 _MANY_JOINTS = 60
 
-#: Fraction of the time limit that the search for lower states may use on scenes with many joints.
+#: Fraction of the time limit that the search for states with a lower λ may use on scenes with many joints.
 _SEARCHING = 0.05
 
 
@@ -98,7 +98,7 @@ def global_search(task: Task) -> Solution:
 
 
 def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
-    """Return the lowest state that the default method finds before the time limit of method "global".
+    """Return the state of lowest λ that the default method finds before the time limit of "global".
 
     ``search`` is the time of an additional search in seconds, or None. At the time limit the lowest state so
     far is returned, or a solution without an answer if no state is known.

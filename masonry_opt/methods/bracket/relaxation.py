@@ -94,10 +94,12 @@ class StateBounds:
     """Upper bounds of the forces and the rates of all collapse states whose λ is in a given interval."""
 
     lowest: float  #: lower end of the interval of λ
-    normal: np.ndarray  #: largest normal force of each joint, shape (c,)
-    #: Largest magnitudes of x₂, x₃ and z₀ (s in joints that cannot slide) of each joint, shape (3c,).
+    normal: np.ndarray  #: upper bound of the normal force of each joint, shape (c,)
+    #: Upper bounds of the three force variables of each joint, shape (3c,): the edge forces x₂ and x₃ and the
+    #: slack z₀ of sliding, see :class:`.EdgeFactors`. In joints that cannot slide, the bound of the shear s
+    #: replaces the bound of z₀.
     forces: np.ndarray
-    rates: float  #: largest sum of all slips and edge openings
+    rates: float  #: upper bound of the sum of all slips and edge openings
     #: True if statics imply the limits of the forces. If False, some limits are assumed, and a bound is valid
     #: only for states whose forces are within the limits.
     forces_derived: bool
@@ -233,7 +235,7 @@ def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
 
 
 def velocities_by_rates(problem: Problem) -> np.ndarray:
-    """Return the matrix M with d = M p for all admissible velocities and rates, shape (3b, faces)."""
+    """Return the matrix M, shape (3b, faces), for which d = M p for all admissible velocities and rates."""
     return np.asarray(np.linalg.pinv(problem.B.T.toarray()) @ problem.D(problem.dilatancy).toarray())
 
 
@@ -303,7 +305,7 @@ def relaxed(
 
 
 def _largest_per_rate(model: PyomoProducts, shortfall: np.ndarray) -> float:
-    """Return the reduction of the lower bound by infeasible multipliers, per unit of the sum of all rates.
+    """Return by how much infeasible multipliers reduce the lower bound, per unit of the sum of all rates.
 
     ``shortfall`` has the infeasibility of the reduced costs per unit of each rate and of each velocity, shape
     (rates + velocities,). The velocities follow from the rates.
@@ -388,7 +390,7 @@ class Rising:
     def programs(
         self, ends: float = inf, began: float = 0.0
     ) -> Iterator[tuple[BoundStep, LpSize, list[np.ndarray]]]:
-        """Solve larger and larger programs, and yield the record, size and joint forces of each program.
+        """Solve larger and larger programs; generate the record, the size and the joint forces of each.
 
         The sequence ends when the bracket is closed, or when the time is over. The forces, each of shape
         (3c,), may lead to states with a lower λ than the lowest known state.
@@ -430,8 +432,8 @@ def a_little_above(best: float) -> float:
 def assumed_rates(problem: Problem, d: np.ndarray | None) -> float:
     """Return the assumed limit of the sum of slips and edge openings if kinematics set no limit.
 
-    The limit is a multiple of the sum in the lowest state, whose velocities d have shape (3b,), and has a
-    minimum. ``d`` is None if no state is known.
+    The limit is a multiple of the sum in the state with the lowest λ, whose velocities d have shape (3b,),
+    and has a minimum. ``d`` is None if no state is known.
     """
     return max(_LEAST_RATES, _OVER_KNOWN * (0.0 if d is None else sum_of_rates(problem, d)))
 

@@ -157,7 +157,7 @@ def _run_step(step: CoulombStep, run: CoulombRun) -> None:
 
 
 def _search_on(task: Task, first: Solution, options: CoulombOptions) -> Solution:
-    """Search for exact states with a lower λ than the first solution has, and return the lowest state.
+    """Search for exact states with a lower λ than a solution has; return the state with the lowest λ.
 
     The log of the returned solution has an additional entry for the search.
     """
@@ -170,7 +170,7 @@ def _search_on(task: Task, first: Solution, options: CoulombOptions) -> Solution
 
 
 def _solution(run: CoulombRun) -> Solution:
-    """Return the solution of the step that ended the run, or the lowest state if no step ended it."""
+    """Return the solution of the step that ended the run, or else the state with the lowest λ."""
     if run.ended is not None:
         return run.ended
     solution = run.recorded(Status.CONVERGED)

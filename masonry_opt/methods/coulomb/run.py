@@ -68,7 +68,7 @@ class CoulombRun:
 
     @property
     def is_over(self) -> bool:
-        """True if a step or the time limit has ended the run."""
+        """True if the run is over, because a step or the time limit has ended it."""
         return self.ended is not None or self.stopped is not None
 
     @property
@@ -120,7 +120,7 @@ class CoulombRun:
         return 0 if self.incremental is None else len(self.states.met.load_factors)
 
     def recorded(self, status: Status) -> Solution:
-        """Return the lowest state as a solution, with the number of starts and the number of states found."""
+        """Return the state with the lowest λ as a solution, with the numbers of starts and of states."""
         answer = self.states.answer
         assert answer is not None
         solution = replace(self.known, found=answer, status=status, reasons=())
@@ -257,7 +257,8 @@ def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> li
         return []
     last = len(history.steps) - 1
     numbers = dict.fromkeys(int(share * last) for share in shares)
-    # Skip the first step, which has no live load, and the last step, which was already used as a start.
+    # Skip the first load step, which has no live load, and the last load step, which was already used as a
+    # start.
     return [history.steps[number].forces for number in numbers if 0 < number < last]
 
 

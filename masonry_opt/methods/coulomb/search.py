@@ -61,7 +61,7 @@ class LowerState:
 
 @dataclass(frozen=True)
 class SearchLimits:
-    """End conditions and random seed of a search for lower exact states.
+    """End conditions and random seed of a search for exact states with a lower load factor.
 
     Attributes
     ----------
@@ -140,7 +140,7 @@ def _search_on(search: Search, lowest: "_Lowest", limits: SearchLimits, budget: 
 
 
 class _Lowest:
-    """Record of the lowest state so far, and of earlier states that were the lowest when they were found."""
+    """Record of the state with the lowest λ so far, and of earlier states that were the lowest when found."""
 
     def __init__(self, task: Task, finder: StateFinder) -> None:
         self._task, self._finder, self._began = task, finder, time.perf_counter()
@@ -169,7 +169,7 @@ class _Lowest:
     def prove(self, programs: int) -> None:
         """Try to prove that no state has a lower λ. Solve up to ``programs`` linear programs for the proof.
 
-        A lower state that the attempt finds is stored.
+        A state with a lower λ that the attempt finds is stored.
         """
         if self.state is None or not self.state.exact:
             return
@@ -193,12 +193,12 @@ class _Lowest:
         if not is_meaningful(analysis_of(self._task), state.load_factor, state.d):
             return False
         self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
-        # A start may lead to the lowest state again. The finder may then return the object that is already
-        # stored.
+        # A start may lead again to the state with the lowest λ. The finder may then return the object that is
+        # already stored.
         return state is not self.state and lower_of(self.state, state) is state
 
     def _keep(self, origin: str, state: ExactState) -> None:
-        """Store a state as the lowest state, and add it to the history."""
+        """Keep a state as the state with the lowest λ, and add it to the history."""
         self.state = state
         counts = self.met.candidates, self._task.effort.lp_solves, time.perf_counter() - self._began
         self.history.append(LowerState(state.load_factor, origin, *counts))
@@ -207,7 +207,7 @@ class _Lowest:
 
 
 def _without_state(first: Solution, missed: Code) -> Solution:
-    """Return the first solution with the reason why the search found no exact state."""
+    """Add to a solution the reason why the search that began from it found no exact state."""
     reasons = (
         replace(said, values=said.values | {"searched": True}) if said.code is Code.UNDECIDED else said
         for said in first.reasons
@@ -216,13 +216,13 @@ def _without_state(first: Solution, missed: Code) -> Solution:
 
 
 def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder, searched: bool) -> Solution:
-    """Return the lowest state as a solution. If no state was found, return the first solution."""
+    """Return the state with the lowest λ as a solution, or ``first`` with a reason if none was found."""
     best = lowest.state
     if best is None:
         return _without_state(first, lowest.missed)
     has_same_law = first.found.forms == best.answer.forms
-    # The search starts near the answer of the first solution, but may end at a higher load factor. An exact
-    # answer of the first solution is therefore compared with the best state of the search.
+    # The search starts near the answer of ``first``, but may end at a higher load factor. If the answer of
+    # ``first`` is exact, it is therefore compared with the best state of the search.
     kept = first.answer if has_same_law and first.kind is Kind.EXACT else None
     answer = lower_of(best.answer, kept) or best.answer
     is_kept = answer is kept

@@ -120,12 +120,12 @@ class ExactFrom:
 
 @dataclass(frozen=True)
 class FurtherStarts:
-    """Step that looks for lower states from further starts, on small plane scenes and on scenes in space."""
+    """Step that looks for states with a lower λ from further starts, on small scenes or in space."""
 
     name: str = "further starts"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if the scene is small or in space, and the run seeks lower states that may exist."""
+        """Return True if the scene is small or in space, and the run seeks states with a lower λ."""
         problem = run.problem
         if run.incremental is None or not run.seeks_lower:
             return False
@@ -149,17 +149,17 @@ class FurtherStarts:
 class LeastProven:
     """Step that tries to prove, on small plane scenes, that no state has a lower load factor.
 
-    The search for the proof may find a lower state. On scenes with few joints, and on single arches, the
-    proof comes before the further starts, because fewer starts are needed after a proof. The full budget of
-    linear programs suffices for most of these scenes. On other scenes the proof follows the further starts,
-    and its budget is a fraction of the programs that were solved before.
+    The search for the proof may find a state with a lower λ. On scenes with few joints, and on single arches,
+    the proof comes before the further starts, because fewer starts are needed after a proof. The full budget
+    of linear programs suffices for most of these scenes. On other scenes the proof follows the further
+    starts, and its budget is a fraction of the programs that were solved before.
     """
 
     full_budget: bool
     name: str = "proof of the least"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if the run seeks lower states, and the scene has the budget of this step.
+        """Return True if the run seeks states with a lower λ, and the scene has the budget of this step.
 
         The budget of a scene and of a step is either full or reduced.
         """
@@ -168,7 +168,7 @@ class LeastProven:
         return self.full_budget == run.budget.is_full_for(run.problem)
 
     def run(self, run: CoulombRun) -> None:
-        """Search for lower states until a proof excludes them or the budget is used up."""
+        """Search for states with a lower λ until a proof excludes them or the budget is used up."""
         # The import is local, because importing the SAT solver takes 30 ms.
         from masonry_opt.methods.bounds.least import LeastProof
 
@@ -179,7 +179,7 @@ class LeastProven:
         try:
             search.run(run.budget.seconds, run.budget.programs_for(run.problem, run.programs))
         finally:
-            # Store a lower state even if the time limit has stopped the search.
+            # Store a state with a lower λ even if the time limit has stopped the search.
             if search.best is not None and search.best is not known:
                 run.states.lower_to(search.best)
         if search.best is not None:

@@ -65,7 +65,7 @@ class ExactPrograms:
     def __init__(
         self, scaled: Scaled, solvers: Iterable[Solver], effort: Effort, purpose: str, nearly: bool
     ) -> None:
-        """Store the arguments. If ``nearly`` is True, accept nearly optimal points of the last solver."""
+        """Store the arguments. If ``nearly`` is True, the solver tried last may be nearly optimal."""
         self._problem, self._solvers = scaled.problem, tuple(solvers)
         self._effort, self._purpose, self._nearly = effort, purpose, nearly
         self._slope = self._problem.dilatancy

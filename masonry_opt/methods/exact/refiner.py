@@ -37,6 +37,11 @@ if TYPE_CHECKING:
 #: Key in a result's ``solvers`` for the two linear programs that compute an exact state.
 _REFINEMENT_PURPOSE = "refinement"
 
+#: Largest residual of a dual ray with which HiGHS may report the program of forces as infeasible. This is the
+#: default of HiGHS. With a smaller value many infeasible programs end as undecided, after two long runs. With
+#: a larger value states of nearly parallel joints may be missed.
+_RAY_RESIDUAL = 1e-9
+
 
 @dataclass(frozen=True)
 class ExactState:
@@ -50,8 +55,7 @@ class ExactState:
     #: Dual variable of the condition z = 0 of each moving face, shape (faces,). The larger the dual variable
     #: is, the more λ would decrease without this condition.
     strength: np.ndarray
-    #: Load factor of a lower state that was reached from this state and has λ ≤ 0; infinite if no such state
-    #: is known.
+    #: Load factor λ ≤ 0 of a state that was reached from this state; infinite if no such state is known.
     below: float = inf
 
     @property
@@ -112,9 +116,9 @@ class StateFinder(ABC):
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self.problem, self.effort = problem, effort
         self.deadline = inf  #: value of ``time.perf_counter`` at which the search must end
-        #: Number of programs, since the last step to a lower state, that the solver neither solved nor proved
-        #: infeasible. If the number is not zero, a lower state may have been missed. None if the finder does
-        #: not count these programs.
+        #: Number of programs, since the last decrease of λ, that the solver neither solved nor proved
+        #: infeasible. If the number is not zero, a state with a lower λ may have been missed. None if the
+        #: finder does not count these programs.
         self.undecided: int | None = None
         self.size: LpSize | None = None  #: size of the linear program of forces; None if unknown
 
@@ -148,12 +152,13 @@ class Refiner(StateFinder):
         self._statics = HighsSession(
             forces, effort, _REFINEMENT_PURPOSE, small_matrix_value=SMALLEST_COEFFICIENT
         )
+        self._statics.accept_rays_up_to(_RAY_RESIDUAL)
         self.size = forces.size
         self._kinematics = HighsSession(motion, effort, _REFINEMENT_PURPOSE)
         self.undecided = 0
-        #: Results of earlier searches for lower states. A key identifies the state from which a search began.
-        #: Results are reused, because many starts lead to the same few states. A result is not stored if the
-        #: solver left programs undecided.
+        #: Results of earlier searches for states with a lower λ. A key identifies the state from which a
+        #: search began. Results are reused, because many starts lead to the same few states. A result is not
+        #: stored if the solver left programs undecided.
         self._ends: dict[tuple[str, bytes], ExactState | None] = {}
 
     def mechanism(
@@ -238,11 +243,11 @@ class Refiner(StateFinder):
         return None
 
     def _lower(self, state: ExactState) -> ExactState | None:
-        """Return a state with a lower λ than the given state, or None if no lower state is found.
+        """Return a state with a lower λ than the given state, or None if no such state is found.
 
         The new mechanism moves only faces at yield. It moves the faces that keep λ from decreasing as little
-        as possible, each weighted by its dual variable. If this leads to no lower state, or if only blocks
-        without a load move, the mechanism with the least energy for the forces of the state is tried.
+        as possible, each weighted by its dual variable. If this does not lower λ, or if only blocks without a
+        load move, the mechanism with the least energy for the forces of the state is tried.
         """
         self.undecided = 0
         if state.strength.any():

@@ -1,4 +1,4 @@
-"""Search for lower exact states, alternately from random starts and near the lowest state."""
+"""Search for exact states with a lower λ, alternately from random starts and near the best state so far."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
@@ -115,7 +115,7 @@ class Search:
         return state
 
     def until_in_vain(self, lowest: ExactState | None, starts: int) -> Iterator[ExactState | None]:
-        """Yield states from further starts. End after ``starts`` successive starts without a lower state."""
+        """Generate states from further starts, until ``starts`` successive starts do not lower λ."""
         in_vain = 0
         for _, state in self.endless(lowest, 0):
             yield state
@@ -127,10 +127,10 @@ class Search:
     def fixed_number(
         self, lowest: ExactState | None, forces: Iterable[np.ndarray]
     ) -> Iterator[ExactState | None]:
-        """Yield states from further starts. The number of starts depends only on the scene.
+        """Generate states from further starts. The number of starts depends only on the scene.
 
         The first starts are the given forces, each of shape (3c + t,). On scenes with many contacts one more
-        start follows, from the forces of the lowest state. On other scenes random starts follow.
+        start follows, from the forces of the state with the lowest λ. On other scenes random starts follow.
         """
         for q in forces:
             state = self.start(q)
@@ -147,8 +147,8 @@ class Search:
     def _starts_with_weaker_ties(self) -> dict[str, "_Start"]:
         """Starts from random forces in which ties may use only a fraction of their strength.
 
-        If a scene has ties or other limited forces, these starts come first, because lower states may exist
-        in which a tie does not yield.
+        If a scene has ties or other limited forces, these starts come first, because states with a lower λ
+        may exist in which a tie does not yield.
         """
         return {
             f"ties at {share:g} of their strength": partial(Search.random_forces, strength_share=share)
@@ -156,10 +156,10 @@ class Search:
         }
 
     def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
-        """Yield an endless sequence of starts: the kind of each start, and the state that was found from it.
+        """Generate starts without end: the kind of each start, and the state that was found from it.
 
         Random numbers depend only on the seed and on the number of the random start. In space a start from
-        the forces of the lowest state comes first, and again after each lower state is found: another
+        the forces of the state with the lowest λ comes first, and again whenever λ is lowered: another
         mechanism that is possible under these forces may lead to a lower load factor.
         """
         kinds: tuple[str, ...] = _KINDS_IN_SPACE if self.problem.layout.round else _KINDS_IN_PLANE
@@ -186,7 +186,7 @@ class Search:
 
         If no positive load factor is known, the largest load factor that statics permit is used. Ties, props
         and other forces with two limits use at most ``strength_share`` of their strength, because a tie that
-        does not yield may permit a lower state.
+        does not yield may permit a state with a lower λ.
         """
         known = self._largest_load_factor if best is None or best.load_factor <= ZERO else best.load_factor
         if known is None:
@@ -267,7 +267,7 @@ def lower_of(one: _L | None, other: _L | None) -> _L | None:
     return other if is_lower(other.load_factor, one.load_factor) else one
 
 
-_LOWEST = "lowest state"  #: Kind of start: the forces of the state with the lowest λ so far.
+_LOWEST = "lowest state"  #: Kind of start: the forces of the state with the lowest λ found so far.
 _RANDOM_FORCES = "random forces"  #: Kind of start: random forces in equilibrium.
 _STRESS = "self-stress"  #: Kind of start: forces of a load history with a random preload.
 _FIXED = "fixed point"  #: Kind of start: forces from a fixed-point iteration over costs of normal forces.
@@ -287,9 +287,9 @@ _START_FUNCTIONS: dict[str, _Start] = {
 
 #: Kinds of starts in the plane, in the order in which the search repeats them. Compared with a load history,
 #: random forces and neighbours take a tenth of the time, and fixed points take a third. Starts from fixed
-#: points lead to lower states of slopes that slide as a whole.
+#: points lead to states with a lower λ on slopes that slide as a whole.
 _KINDS_IN_PLANE = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
 #: Kinds of starts in space, in the order in which the search repeats them. Starts from random forces find
-#: lower states in less time than starts from load histories ("self-stress").
+#: states with a lower λ in less time than starts from load histories ("self-stress").
 _KINDS_IN_SPACE = (_RANDOM_FORCES, _RANDOM_FORCES, _STRESS, _RANDOM_FORCES)

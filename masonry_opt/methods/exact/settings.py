@@ -22,12 +22,12 @@ class SearchSettings(Settings):
     #: to each other.
     yielding_shares: tuple[float, float] = (0.02, 0.3)
 
-    #: Number of successive starts without a lower state after which the default method ends its search on
-    #: small scenes in the plane. With more starts the search takes proportionally longer, and rarer states
-    #: are found.
+    #: Number of successive starts that do not lower λ after which the default method ends its search on small
+    #: scenes in the plane. With more starts the search takes proportionally longer, and rarer states are
+    #: found.
     starts_in_vain: int = 100
 
-    #: Number of successive starts without a lower state after which the search ends if λ is proven to be the
+    #: Number of successive starts that do not lower λ after which the search ends if λ is proven to be the
     #: least. These starts look only for negative load factors, which the proof does not cover. With more
     #: starts the search takes proportionally longer.
     starts_after_proof: int = 20
@@ -38,20 +38,21 @@ class SearchSettings(Settings):
     steps_in_space: tuple[float, ...] = zero_or_more((0.9, 0.5))
 
     #: Number of random starts of the search in space, after the starts from load steps. With more starts,
-    #: lower states are found more often, and the search takes proportionally longer.
+    #: states with a lower λ are found more often, and the search takes proportionally longer.
     starts_in_space: int = zero_or_more(6)
 
     #: Largest number of contact points of a scene in space on which the search uses random starts. On scenes
     #: with more contact points, random starts would take longer than all other steps, so the search uses a
-    #: single start, from the forces of the lowest state.
+    #: single start, from the forces of the state with the lowest λ.
     most_contacts: int = zero_or_more(250)
 
     #: Largest number of joints of a plane scene whose linear programs are solved by the simplex method. On
     #: larger scenes interior-point methods are faster.
     simplex_up_to: int = zero_or_more(500)
 
-    #: Fraction of the active yield conditions that a start near the lowest state releases. At least one
-    #: condition is released. With a larger fraction the starts lead to a larger number of different states.
+    #: Fraction of the active yield conditions that a start near the state with the lowest λ releases. At
+    #: least one condition is released. With a larger fraction the starts lead to a larger number of different
+    #: states.
     released_share: float = zero_or_more(0.02)
 
     #: Fractions of the strength of ties and other limited forces that may be used in the first starts: one

@@ -69,8 +69,8 @@ class IncrementalResult:
     #: Unbalanced forces under the load factor ``carried``, divided by the norm of the live load, shape (3b,).
     #: The forces are small enough to count as equilibrium. None if the scene is unstable.
     unbalanced: np.ndarray | None = None
-    #: Largest excess of ``carried`` over the load factor of an exact state that is attributed to unbalanced
-    #: forces. The excess is less than the accuracy of the load history.
+    #: Largest excess of ``carried`` over the load factor of an exact state that unbalanced forces are assumed
+    #: to explain. The excess is less than the accuracy of the load history.
     most_excess: float = 0.0
 
     @property
@@ -265,7 +265,7 @@ class _LoadRaising:
         return not self.slow or self.not_carried < inf
 
     def _reach(self, load_factor: float) -> bool:
-        """Solve for equilibrium under a larger load by Newton's method. Return True if it converges."""
+        """Try to reach equilibrium under a larger load by Newton's method. Return True if it converges."""
         predictor = (load_factor - self.carried) * self.rate
         found = self.solver.find_equilibrium(self.reached.state, self._load(load_factor), predictor)
         if found is None:
@@ -300,7 +300,7 @@ class _LoadRaising:
 
     @property
     def _most_excess(self) -> float:
-        """Largest excess of ``carried`` over an exact state's λ that is attributed to unbalanced forces.
+        """Largest excess of ``carried`` over an exact state's λ that unbalanced forces may explain.
 
         It is half the distance between an exact state and the load that is tested above it, so that this load
         is larger than ``carried``.
@@ -308,7 +308,7 @@ class _LoadRaising:
         return self.settings.tolerance / 4 * self._size_of(self.carried)
 
     def _size_of(self, load_factor: float) -> float:
-        """Return a load factor, or a positive minimum, as the reference for relative differences."""
+        """Return the size of a load factor, or a positive minimum, as reference for relative differences."""
         return max(load_factor, self.settings.smallest_increment * self.unit)
 
     def _choose_increment(self) -> float:
@@ -360,7 +360,7 @@ class _LoadRaising:
         return larger - load_factor <= self.settings.tolerance * self._size_of(larger)
 
     def _beside(self, state: Answer) -> tuple[float, float]:
-        """Return two load factors, slightly below and slightly above the load factor of an exact state."""
+        """Return two load factors beside that of an exact state: slightly below and slightly above it."""
         apart = self.settings.tolerance / 2 * self._size_of(state.load_factor)
         return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
 

@@ -29,10 +29,13 @@ class _FarState:
     """State of the blocks after a motion so large that contacts deform no further, but only slip or open."""
 
     load_factor: float
-    trial: np.ndarray  #: elastic trial forces after the motion, without the accumulated slip, shape (3, m)
-    forces: np.ndarray  #: forces of the contacts, shape (3, m)
-    d: np.ndarray  #: displacements of the blocks, shape (3b,)
-    mechanism: np.ndarray  #: y, shape (3b,)
+    #: Elastic trial forces after the motion, shape (3, m). Slip that has accumulated before the motion causes
+    #: no elastic force.
+    trial: np.ndarray
+    forces: np.ndarray  #: contact forces after the motion, shape (3, m)
+    d: np.ndarray  #: displacements of the blocks after the motion, shape (3b,)
+    #: Direction in which the blocks continue to move, shape (3b,).
+    mechanism: np.ndarray
 
 
 def solve_collapse_state(solver: EquilibriumSolver, collapse: Collapse, load_factor: float) -> Answer | None:
@@ -74,9 +77,9 @@ def find_collapse_state(
 def _solve_far_along(
     solver: EquilibriumSolver, trial: np.ndarray, motion: np.ndarray, load_factor: float
 ) -> _FarState | None:
-    """Return the state after a displacement of size ``far`` in the direction of a motion, shape (3b,).
+    """Return the state after the blocks have moved by the distance ``far`` in the direction of a motion.
 
-    None is returned if Newton's method fails.
+    The motion has shape (3b,). None is returned if Newton's method fails.
     """
     problem = solver.problem
     if solver.moves_no_joint(motion):

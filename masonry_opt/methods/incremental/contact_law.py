@@ -41,6 +41,9 @@ def mean_force_and_compliance(
     Under the mean force a joint of mean length (in space: mean area) closes by one unit. The stiffness is
     proportional to the length or area. As is typical of stone, it is half as large in shear as in the normal
     direction. The mean force is computed from the least-squares solution of equilibrium under the dead load.
+
+    Forces without limits hold a support that settles. A support moves only as prescribed, so these forces are
+    stiffer than a tie by the factor 1 / ``tolerance``, and their deformation is negligible.
     """
     settings = settings or IncrementalSettings()
     c, t, points = problem.joints, problem.matrices.limited, problem.layout.points
@@ -56,7 +59,9 @@ def mean_force_and_compliance(
     extent = np.append(problem.matrices.extent, np.ones(t))
     normal = extent.mean() / extent / mean_force
     shear = np.tile(2 / points * normal[:c], 3 - points)
-    return mean_force, np.concatenate([np.tile(normal[:c], points), shear, normal[c:] / 2])
+    holds = np.isinf(problem.lowest) & np.isinf(problem.highest)
+    limited = normal[c:] / 2 * np.where(holds, settings.tolerance, 1.0)
+    return mean_force, np.concatenate([np.tile(normal[:c], points), shear, limited])
 
 
 @dataclass(frozen=True)
@@ -67,8 +72,8 @@ class Response:
     #: row.
     forces: np.ndarray
     tangent: np.ndarray  #: derivative of ``forces`` with respect to the trial forces, shape (3, 3, m)
-    #: Elastic trial forces, without the accumulated slip, with which the next load step or time step starts,
-    #: shape (3, m).
+    #: Trial forces with which the next load step or time step starts, shape (3, m). Slip that has accumulated
+    #: before causes no elastic force.
     remembered: np.ndarray
     sliding: np.ndarray  #: True for each closed joint at its friction limit, shape (c,)
     open: np.ndarray  #: True for each joint without normal force, shape (c,)
@@ -143,7 +148,7 @@ class ContactLaw:
         remembered[2, limited] = np.where(slack, free, forces[2, limited])
 
     def _yield(self, free: np.ndarray) -> np.ndarray:
-        """Return True for each limited force that yields under its trial force, shape (t,).
+        """Return a mask of the limited forces that yield under their trial forces, shape (t,).
 
         A rod with a limit of zero does not yield at this limit, because it only becomes slack.
         """
@@ -264,7 +269,10 @@ class StrengthPolygon:
         return PolygonSides(np.concatenate([upper, upper[-2:0:-1, ::-1]]))
 
     def project(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the admissible normal forces, shape (2, l), nearest to trial forces, and the derivatives."""
+        """Return the admissible normal forces nearest to the trial forces, and their derivatives.
+
+        The forces have shape (2, l). The derivatives with respect to the trial forces have shape (2, 2, l).
+        """
         points, sides = trial / self._crushing_force, self._sides
         distances = sides.distances(points)
         outside = np.flatnonzero(distances.max(axis=0) > 0)
@@ -288,7 +296,7 @@ class PolygonSides:
         self._outward = np.stack([self._along[:, 1], -self._along[:, 0]], axis=1)
 
     def distances(self, points: np.ndarray) -> np.ndarray:
-        """Return signed distances of points, shape (2, l), from the lines of all sides, shape (corners, l).
+        """Return signed distances, shape (corners, l), of points, shape (2, l), from the lines of all sides.
 
         Distances are positive outside the polygon.
         """
@@ -297,8 +305,9 @@ class PolygonSides:
         return distances
 
     def project(self, points: np.ndarray, distances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the points of the polygon nearest to outside points, shape (2, l), and their derivatives.
+        """Return the points of the polygon nearest to points outside it, and their derivatives.
 
+        The points have shape (2, l). The derivatives with respect to the points outside have shape (2, 2, l).
         ``distances`` are the distances of the points from the lines of the sides.
         """
         place = self._along @ points - (self._along * self._corners).sum(axis=1)[:, None]

@@ -40,7 +40,9 @@ from masonry_opt.problem.problem import Problem
 class BlockState:
     """State of the blocks in a load history: trial forces of the contacts, and block displacements."""
 
-    trial: np.ndarray  #: elastic trial forces of the contacts, without their accumulated slip, shape (3, m)
+    #: Elastic trial forces of the contacts, shape (3, m). Slip that has accumulated before causes no elastic
+    #: force.
+    trial: np.ndarray
     d: np.ndarray  #: displacements, shape (3b,)
 
 
@@ -58,7 +60,7 @@ class Collapse:
     """Motion that counts as collapse, because contacts do not stop it within the displacement ``far``."""
 
     state: BlockState  #: state of the blocks during the motion
-    motion: np.ndarray  #: displacement of the last step of the motion, shape (3b,)
+    motion: np.ndarray  #: displacements of the blocks in the last time step of the motion, shape (3b,)
 
 
 @dataclass(frozen=True)
@@ -285,7 +287,7 @@ class EquilibriumSolver:
         return self._evaluate(start.state, load, damping, step.displacement + x)
 
     def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
-        """Halve a time step until the tangent predicts the forces well. Return the step and its fraction.
+        """Shorten a time step until the tangent predicts its forces well. Return the step and its fraction.
 
         The tangent predicts that the unbalanced forces change linearly to those that the damping balances.
         """

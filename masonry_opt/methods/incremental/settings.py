@@ -16,8 +16,9 @@ class IncrementalSettings(Settings):
     #: Largest width of the range of possible collapse loads, relative to the load factor, if the range
     #: contains no exact state. If an exact state is found, loads at half this distance below and above it are
     #: tested. The first load increment after a damped motion also has this size. The increment doubles with
-    #: each consecutive damped motion, up to ``smallest_increment``. With a smaller value the search takes
-    #: more steps. With a larger value the range is wider, and the exact state may be missed.
+    #: each consecutive damped motion, up to ``smallest_increment``. Forces that hold a settling support are
+    #: stiffer than a tie by the inverse of this value. With a smaller value the search takes more steps. With
+    #: a larger value the range is wider, and the exact state may be missed.
     tolerance: float = 1e-3
     #: Change of the contact forces in one load increment, relative to their mean. With a smaller value there
     #: are more increments. With a larger value, contacts that slip back and forth may lead to a different
@@ -83,10 +84,11 @@ class IncrementalSettings(Settings):
     #: blocks). With a smaller value rounding errors affect the result. With a larger value joints near their
     #: friction limit slide too early.
     rounding: float = 1e-9
-    #: Stiffness that is added to the diagonal of matrices, and smallest damping, both relative to the elastic
-    #: stiffness. The value is also added, relative to the diagonal, to the matrix that determines the mean
-    #: contact force. With a smaller value matrices of free blocks are nearly singular. With a larger value
-    #: mechanisms are less exact.
+    #: Regularisation of stiffness matrices, relative to the elastic stiffness. The matrices include the
+    #: elastic stiffness times this value, as if there always were a small damping, and their diagonals are
+    #: increased by this fraction of the largest stiffness. The diagonal of the matrix that determines the
+    #: mean contact force is increased by the same fraction of itself. With a smaller value matrices of free
+    #: blocks are nearly singular. With a larger value mechanisms are less exact.
     regularisation: float = 1e-14
     #: Largest half-bandwidth of stiffness matrices that are factorised as banded matrices. Matrices with a
     #: larger half-bandwidth are factorised as general sparse matrices. The value affects only the time.

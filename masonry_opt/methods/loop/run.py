@@ -248,7 +248,7 @@ class Run:
 
 
 def obeys_own_flow(problem: Problem, state: State) -> bool:
-    """Return True if an associative state also obeys the joints' own flow rule.
+    """Return True if an associative state also obeys the flow rule with the joints' own dilatancy.
 
     This is so if sliding dissipates no energy, neither by cohesion nor by friction that exceeds dilatancy.
     Without dead load and cohesion λ is zero under any flow rule, and True is returned.
@@ -261,16 +261,16 @@ def obeys_own_flow(problem: Problem, state: State) -> bool:
 
 
 def diverges(load_factors: Sequence[float]) -> bool:
-    """Return True if the load factor grows without bound.
+    """Return True if the loop diverges: its load factor grows without bound.
 
     The load factor counts as unbounded if it more than doubles several times in a row, or if it rises
     steadily to many times its first value. See the constants of this module.
     """
 
     def has_risen(rise: float, times: int) -> bool:
-        """Return True if each of the last values exceeds its predecessor by the relative ``rise``.
+        """Return True if λ has risen by more than the fraction ``rise`` in ``times`` successive sub-problems.
 
-        All values must be positive.
+        All load factors must be positive.
         """
         last = np.array(load_factors[-times - 1 :])
         return len(last) > times and last[0] > 0 and bool((last[1:] > (1 + rise) * last[:-1]).all())
@@ -281,7 +281,7 @@ def diverges(load_factors: Sequence[float]) -> bool:
 
 
 def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
-    """Return the number of sub-problems per cycle if the loop repeats itself, otherwise 0.
+    """Return the period of the loop in sub-problems if it repeats itself in cycles, otherwise 0.
 
     In a cycle the load factors repeat twice, the normal forces repeat once, and the range of λ hardly
     shrinks. ``normal`` are the normal forces of the last sub-problems, up to ``LONGEST_PERIOD`` + 1 of them.

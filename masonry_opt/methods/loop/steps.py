@@ -34,7 +34,8 @@ class SubProblem:
     state: State  #: the optimum
     limits: ShearLimits  #: the shear limits of the program
     alpha: float  #: slope α of the shear limits; NaN for the first sub-problem, whose limits have no α
-    small_cohesion: np.ndarray  #: small cohesion c⁰ in the shear limits of the program, shape (k,)
+    #: Small cohesion c⁰ of each joint that can slide, in the limits of the program, shape (k,).
+    small_cohesion: np.ndarray
     stands_still: bool  #: True if the relative change of λ is below option ``tol`` (step 3)
 
 
@@ -45,9 +46,10 @@ class LimitUpdate:
     problem: Problem  #: the problem of the loop
     last: SubProblem  #: the last sub-problem that was solved
     alpha: float  #: α of the next sub-problem
-    small_cohesion: np.ndarray  #: small cohesion c⁰ of the next sub-problem, shape (k,)
-    #: Weighted mean of the normal forces of the last two sub-problems, with weight β for the last,
-    #: shape (c,). At this mean, the next shear limits equal Coulomb's limits.
+    #: Small cohesion c⁰ of each joint that can slide, in the next sub-problem, shape (k,).
+    small_cohesion: np.ndarray
+    #: Weighted mean of the normal force of each joint in the last two sub-problems, shape (c,). The later
+    #: sub-problem has the weight β. At this mean, the next shear limits equal Coulomb's limits.
     about: np.ndarray
 
     def limits(self) -> ShearLimits:
@@ -70,7 +72,7 @@ class LimitUpdate:
 def sub_problems(
     problem: Problem, driver: Driver, parameters: LoopParameters
 ) -> Iterator[SubProblem | Solved]:
-    """Solve the sub-problems of the loop by steps 1 to 5 of the paper's section 4.2, and yield them.
+    """Generate the sub-problems of the loop with their solutions, by steps 1 to 5 of the paper's section 4.2.
 
     The caller decides when to stop (step 3). If a sub-problem has no optimum, the solver's result is yielded
     in its place, and the loop ends. Only the shear limits of the driver's model are changed. Step 6 is

@@ -196,7 +196,7 @@ def _moved_groups(drawn: DrawnContacts, planes: ContactPlanes, groups: list[Grou
 def _parallel_planes(
     drawn: DrawnContacts, settings: AlignmentSettings, planes: ContactPlanes
 ) -> Iterator[np.ndarray]:
-    """Yield groups of planes that belong to different joints and are parallel within the drawing's accuracy.
+    """Generate groups of planes of different joints that are parallel within the drawing's accuracy.
 
     The most accurate plane that is not yet in a group, the leader, begins a new group. A plane can belong to
     the group if blocks and joints connect its joint to the leader's joint, and if these joints are parallel
@@ -334,7 +334,7 @@ def _component_of(joint: int, joints: np.ndarray, ends: np.ndarray) -> np.ndarra
 
 
 def _square_pairs(groups: list[Group], planes: ContactPlanes) -> list[list[int]]:
-    """Return, for each group of planes, the groups perpendicular to it within the drawing's accuracy.
+    """Return, for each group of planes, the groups that are square to it within the drawing's accuracy.
 
     Two groups are compared if they have planes of a common joint.
     """
@@ -354,7 +354,7 @@ def _square_pairs(groups: list[Group], planes: ContactPlanes) -> list[list[int]]
 
 
 def _make_square(groups: list[Group], pairs: list[list[int]]) -> None:
-    """Rotate each group of planes so that it is perpendicular to the groups paired with it.
+    """Rotate each group of planes so that it is square (perpendicular) to the groups paired with it.
 
     Groups with more accurate directions come first, and are not rotated again.
     """
@@ -393,9 +393,9 @@ def _group_values(values: np.ndarray, tolerance: float) -> np.ndarray:
         while len(remaining):
             low = np.searchsorted(rising[remaining], rising[remaining] - tolerance, "left")
             high = np.searchsorted(rising[remaining], rising[remaining] + tolerance, "right")
-            # The leader is the value with the most other values within the tolerance. If several values have
-            # the same number of neighbours, choose the value whose neighbours are closest together. The order
-            # of the values then has no effect.
+            # The leader is the value that has the largest number of other values within the tolerance. If
+            # several values have the same number of neighbours, choose the value whose neighbours are closest
+            # together. The order of the values then has no effect.
             leader = np.lexsort((rising[remaining][high - 1] - rising[remaining][low], low - high))[0]
             taken = np.arange(low[leader], high[leader])
             number[remaining[taken]] = groups
@@ -433,7 +433,7 @@ def _meeting_points(
 
 
 def _fitted(directions: np.ndarray, accuracy: np.ndarray, scatter: np.ndarray | float = 0.0) -> np.ndarray:
-    """Return the least-squares mean direction of unit vectors, regardless of their signs.
+    """Fit a direction to unit vectors, regardless of their signs, by least squares; return the direction.
 
     A vector is weighted by the inverse square of its accuracy. ``scatter``, shape (dim, dim), is the scatter
     matrix of points, in units of the tolerance, on planes to which the direction should be normal.
@@ -463,7 +463,7 @@ def _off_axis(vector: list[float], other: list[float]) -> float:
 
 
 def _off_axes(directions: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the sine of the deviation of :func:`_off_axis` for each pair of unit vectors, shape (rows,)."""
+    """Return the result of :func:`_off_axis` for each pair of unit vectors, shape (rows,)."""
     return np.minimum(np.abs((directions * other).sum(axis=1)), _across(directions, other))
 
 

@@ -72,8 +72,9 @@ class FacingEdges(sides.Facing):
         faces_other = (one * other).sum(axis=1) > 0
         pair, i, j, along = pair[faces_other], i[faces_other], j[faces_other], (one + other)[faces_other]
         along /= np.hypot(*along.T)[:, None]
-        # Each end of the shared segment is the projection of a corner of one of the two edges. The abscissae
-        # x of the corners are measured along the bisector.
+        # ``lines`` has the ends of both edges, each edge in the direction of the bisector. At each end of the
+        # shared segment, one of the two edges ends. The abscissae x of the edges' ends are measured along the
+        # bisector.
         lines = np.array([[tail[i], tip[i]], [tip[j], tail[j]]])
         x = ((lines - tail[i]) * along).sum(axis=-1)
         x_ends = np.array([np.maximum(*x[:, 0]), np.minimum(*x[:, 1])])
@@ -107,7 +108,7 @@ class FacingEdges(sides.Facing):
 
     @property
     def breadth(self) -> np.ndarray:
-        """Return the length of each segment, shape (n,)."""
+        """Return the breadth of each segment, which is its length, shape (n,)."""
         return self.extent
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -192,7 +193,7 @@ def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
-    """Yield simplified chains of consecutive segments; each chain belongs to one pair of blocks.
+    """Generate simplified chains of consecutive segments; each chain belongs to one pair of blocks.
 
     Two segments are consecutive if the second segment begins within two tolerances of the end of the first
     segment. For curved edges across a gap, the tolerance is at least a tenth of the gap.
@@ -252,7 +253,7 @@ class PlaneCorners(sides.BlockCorners):
         return [self._on_edges(pairs, -1.0), self._on_edges(pairs[:, ::-1], 1.0)]
 
     def meetings(self, pairs: np.ndarray) -> Meetings:
-        """Return the places at which corners of two blocks coincide within the tolerance."""
+        """Return the meetings of two blocks: places at which their corners coincide within the tolerance."""
         tolerance = self.shapes.tolerance
         pair, i, j = near_items(self.shapes, pairs, tolerance, (self.corners, self.corners))
         near = np.hypot(*(self.point[j] - self.point[i]).T) <= tolerance
@@ -261,7 +262,7 @@ class PlaneCorners(sides.BlockCorners):
         return Meetings(pair, i, j, middle, middle)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts at coinciding corners of two blocks.
+        """Return the contacts at coinciding corners; most contacts bisect the angle between two sides.
 
         A contact is on the bisector of sides that face each other, or on the sides of a notch.
         """
@@ -290,7 +291,7 @@ class PlaneCorners(sides.BlockCorners):
         return Sectors(*(np.arctan2(side[:, 1], side[:, 0]) for side in self._sides(corner)))
 
     def _accuracy_of(self, corner: np.ndarray) -> np.ndarray:
-        """Return the uncertainty of the direction of the longer side at each corner, in radians."""
+        """Return how uncertain the direction of the longer side at each corner is, in radians."""
         return np.minimum(*(_accuracy(side, self.shapes.tolerance) for side in self._sides(corner)))
 
     def _on_edges(self, pairs: np.ndarray, sign: float) -> Touches:
@@ -318,5 +319,5 @@ def _accuracy(edges: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def _tangent(normal: np.ndarray) -> np.ndarray:
-    """Return vectors rotated clockwise by 90°, shape (rows, 2)."""
+    """Return the tangents to normals, which are the normals rotated clockwise by 90°, shape (rows, 2)."""
     return np.column_stack([normal[:, 1], -normal[:, 0]])

@@ -262,14 +262,14 @@ class SolidCorners(sides.BlockCorners):
         self.faces = Items(outer.block, *outer.boxes)
 
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
-        """Return the contacts of edges in faces, of corners on faces, and of crossing edges."""
+        """Return the contacts where edges touch faces, where corners touch faces, and where edges cross."""
         back = pairs[:, ::-1]
         edges = _edges_in_faces(self, pairs, 1).then(_edges_in_faces(self, back, -1))
         corners = _corners_on_faces(self, pairs, 1).then(_corners_on_faces(self, back, -1))
         return [edges, corners, _crossings(self, pairs)]
 
     def meetings(self, pairs: np.ndarray) -> Meetings:
-        """Return the lines along which edges of two blocks coincide within the tolerance."""
+        """Return the meetings of two blocks: lines along which their edges coincide within the tolerance."""
         tolerance = self.shapes.tolerance
         pair, i, j = near_items(self.shapes, pairs, tolerance, (self.edges, self.edges))
         origin, along, length = self.start[i], self.direction[i], lengths(self.end - self.start)[i]
@@ -282,9 +282,10 @@ class SolidCorners(sides.BlockCorners):
         return Meetings(pair, i, j, start, end).where(meets)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts at coinciding edges of two blocks.
+        """Return the contacts at coinciding edges; most contacts bisect the angle between two faces.
 
-        A contact is on the bisector of faces that face each other, or on the faces of a notch.
+        A contact is on the bisector of two faces that face each other. In a notch, contacts are on the faces
+        of the notch.
         """
         i, j = meetings.first, meetings.second
         along = self.direction[i]

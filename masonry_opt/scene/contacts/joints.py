@@ -57,11 +57,12 @@ class Joints:
     first: np.ndarray  #: index of the first block of each joint in the scene, shape (joints,)
     #: Index of the second block of each joint, larger than the index of the first block, shape (joints,).
     second: np.ndarray
-    normal: np.ndarray  #: unit normal, from the second into the first block, shape (joints, 2) or (joints, 3)
-    #: Unit vector perpendicular to the normal, shape (joints, 2) or (joints, 3). In the plane the vector is
-    #: the normal rotated clockwise by 90°. In space the vector is parallel to the longest side of a polygon,
-    #: or to the edge that touches. At a single point the vector is parallel to a side of the face, or to one
-    #: of the two crossing edges.
+    #: Unit normal of each joint, from the second into the first block, shape (joints, 2) or (joints, 3).
+    normal: np.ndarray
+    #: Unit vector perpendicular to each joint's normal, shape (joints, 2) or (joints, 3). In the plane the
+    #: vector is the normal rotated clockwise by 90°. In space the vector is parallel to the longest side of a
+    #: polygon, or to the edge that touches. At a single point the vector is parallel to a side of the face,
+    #: or to one of the two crossing edges.
     tangent: np.ndarray
     #: Uncertainty of each normal's direction in the drawing, in radians, shape (joints,).
     accuracy: np.ndarray
@@ -71,21 +72,22 @@ class Joints:
     #: in space for a contact along an edge or at a point.
     extent: np.ndarray
     middle: np.ndarray  #: midpoint (for a polygon: centroid) of each joint, shape (joints, 2) or (joints, 3)
-    #: Contact points, shape (points, 2) or (points, 3): the two ends of an edge, the corners of a polygon and
-    #: of its holes, or one point.
+    #: Contact points of all joints, shape (points, 2) or (points, 3): for each joint the two ends of an edge,
+    #: the corners of a polygon and of its holes, or one point.
     point: np.ndarray
     #: Index of the joint to which each contact point belongs, in ascending order, shape (points,).
     joint: np.ndarray
     #: Index of the outline ring to which each contact point belongs, in ascending order, shape (points,). The
     #: outer ring of a polygon precedes the rings of its holes.
     ring: np.ndarray
-    friction: np.ndarray  #: friction coefficient, ``inf`` if unlimited, shape (joints,)
-    cohesion: np.ndarray  #: cohesion per unit of joint length (in space: area), shape (joints,)
-    dilatancy: np.ndarray  #: dilatancy tan ψ, shape (joints,)
+    friction: np.ndarray  #: friction coefficient of each joint, ``inf`` if unlimited, shape (joints,)
+    cohesion: np.ndarray  #: cohesion of each joint per unit of its length (in space: area), shape (joints,)
+    dilatancy: np.ndarray  #: dilatancy tan ψ of each joint, shape (joints,)
     #: Mean normal stress up to which each joint has its full dilatancy, and mean normal stress above which
     #: the dilatancy is zero, shape (joints, 2); ``inf`` if dilatancy does not depend on stress.
     dilatancy_stress: np.ndarray
-    #: Compressive strength per unit of joint length (in space: area), ``inf`` if unlimited, shape (joints,).
+    #: Compressive strength of each joint per unit of its length (in space: area), ``inf`` if unlimited, shape
+    #: (joints,).
     strength: np.ndarray
     fixed_pairs: int  #: number of pairs of blocks that touch but have no joint because both are fixed
     gaps: Gaps  #: small gaps between blocks, with their largest widths
@@ -161,7 +163,7 @@ class Joints:
         return np.stack([self.normal, self.tangent, *across])
 
     def lines(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the sides of the outlines of all joints, and the index of the joint that has each side.
+        """Return the sides of all joint outlines, and the index of the joint to which each side belongs.
 
         The indices are in ascending order. In the plane, each joint is a side. Sides are pairs of ends, shape
         (lines, 2, 2) or (lines, 2, 3). A joint at a single point has one side with equal ends.
@@ -434,7 +436,7 @@ def _closing_of_overlaps(
 def refuse_floating(
     scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray], closes_gaps: Closing
 ) -> None:
-    """Raise CaseError if a block touches no other block or is not connected to a support or to the ground.
+    """Raise CaseError if a block floats: it touches no other block, or is not connected to a support.
 
     ``joined`` has the two blocks of each joint. ``closes_gaps`` is the option that closes the small gaps.
     """

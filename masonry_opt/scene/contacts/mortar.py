@@ -81,7 +81,7 @@ def find_bridge(
     supported: np.ndarray,
     near: Closing,
 ) -> Bridge | None:
-    """Return the smallest tolerance that connects floating blocks to supports, or None if none exists.
+    """Return the smallest tolerance that bridges gaps to floating blocks, or None if none exists.
 
     The tolerance is the width of the widest gap that must be closed, or of a wider gap that is mortar of the
     same masonry.
@@ -103,7 +103,7 @@ def find_bridge(
     ends = pairs[facing.pair]
 
     def floating(gap: float) -> np.ndarray:
-        """Return the blocks that remain without support when gaps up to a given width are closed."""
+        """Return the blocks that remain floating when gaps up to a given width are closed."""
         closed = ends[facing.most <= gap]
         group = linked(len(scene.blocks), *(np.append(a, b) for a, b in zip(joined, closed.T, strict=True)))
         return np.flatnonzero(~np.isin(group, group[supported]))
@@ -173,7 +173,7 @@ def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, ne
 
 
 def is_drawn_apart(scene: Scene, shapes: Extents) -> bool:
-    """Return True if the scene has a contact tolerance, or a tolerance as large as a mortar joint."""
+    """Return True if blocks are drawn apart: a contact tolerance or a mortar-sized tolerance is set."""
     return scene.contact_tolerance is not None or has_large_tolerance(scene, shapes)
 
 

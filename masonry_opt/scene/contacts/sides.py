@@ -122,20 +122,25 @@ class Facing(Rows, ABC):
 
     #: Index of the pair of blocks that share each segment or polygon, in ascending order, shape (n,).
     pair: np.ndarray
-    #: Largest distance between the two sides (in space: negative if they overlap), shape (n,).
+    #: Largest distance between the two sides that share each segment or polygon, shape (n,). In space, the
+    #: distance is negative if the sides overlap.
     most: np.ndarray
     extent: np.ndarray  #: length of each segment (in space: area of each polygon), shape (n,)
     #: Midpoint of each segment (in space: centroid of each polygon), shape (n, 2) or (n, 3).
     middle: np.ndarray
-    normal: np.ndarray  #: unit normal, pointing into the first block, shape (n, 2) or (n, 3)
+    #: Unit normal of each segment or polygon, pointing into the first block, shape (n, 2) or (n, 3).
+    normal: np.ndarray
     #: Uncertainty of each normal's direction in the drawing, in radians, shape (n,).
     accuracy: np.ndarray
-    angle: np.ndarray  #: angle in radians between the two sides, shape (n,)
-    shorter: np.ndarray  #: length of the shorter edge (in space: width of the narrower face), shape (n,)
+    #: Angle in radians between the two sides that share each segment or polygon, shape (n,).
+    angle: np.ndarray
+    #: Length of the shorter of the two edges that share each segment (in space: width of the narrower of the
+    #: two faces), shape (n,).
+    shorter: np.ndarray
 
     @property
     def width(self) -> np.ndarray:
-        """Return the length of each segment (in space: the square root of each area), shape (n,)."""
+        """Return the width of each segment (in space: square root of each polygon's area), shape (n,)."""
         width: np.ndarray = self.extent ** (1 / (self.middle.shape[1] - 1))
         return width
 
@@ -185,10 +190,11 @@ class Touches(Rows):
     start: np.ndarray
     #: End of each line of contact, equal to ``start`` for a point, shape (touches, 2) or (touches, 3).
     end: np.ndarray
-    normal: np.ndarray  #: unit normal, pointing into the first block, shape (touches, 2) or (touches, 3)
-    #: Unit vector perpendicular to the normal, shape (touches, 2) or (touches, 3). In the plane the vector is
-    #: the normal rotated clockwise by 90°. In space the vector is parallel to the edge, or to a side of the
-    #: face.
+    #: Unit normal of each contact, pointing into the first block, shape (touches, 2) or (touches, 3).
+    normal: np.ndarray
+    #: Unit vector perpendicular to each contact's normal, shape (touches, 2) or (touches, 3). In the plane
+    #: the vector is the normal rotated clockwise by 90°. In space the vector is parallel to the edge, or to a
+    #: side of the face.
     along: np.ndarray
     #: Uncertainty of each normal's direction in the drawing, in radians, shape (touches,).
     accuracy: np.ndarray
@@ -211,10 +217,12 @@ class Touches(Rows):
 class Meetings(Rows):
     """Places at which corners (in space: edges) of two blocks coincide."""
 
-    pair: np.ndarray  #: index of the pair of blocks, shape (meetings,)
-    first: np.ndarray  #: index of the corner (in space, edge) of the first block, shape (meetings,)
-    second: np.ndarray  #: index of the corner (in space, edge) of the second block, shape (meetings,)
-    #: Point halfway between the corners, or start of the common line, shape (meetings, 2) or (meetings, 3).
+    pair: np.ndarray  #: index of the pair of blocks that meet at each place, shape (meetings,)
+    first: np.ndarray  #: index of the first block's corner (in space: edge) at each place, shape (meetings,)
+    #: Index of the second block's corner (in space: edge) at each place, shape (meetings,).
+    second: np.ndarray
+    #: Point halfway between the two corners at each place (in space: start of the common line of the two
+    #: edges), shape (meetings, 2) or (meetings, 3).
     start: np.ndarray
     #: End of the common line, equal to ``start`` for a point, shape (meetings, 2) or (meetings, 3).
     end: np.ndarray
@@ -242,7 +250,7 @@ class BlockCorners(ABC):
 
     @abstractmethod
     def meetings(self, pairs: np.ndarray) -> "Meetings":
-        """Return the places at which corners (in space: edges) of two blocks coincide.
+        """Return the meetings of two blocks: places where their corners (in space: edges) coincide.
 
         ``Meetings.pair`` is the index of the row in ``pairs``.
         """

@@ -325,7 +325,7 @@ def _table(value: Any) -> dict[str, Any]:
 
 
 def _drawn(data: Any) -> Iterator[_DrawnBlock]:
-    """Yield the blocks of an assembly, a model or a list.
+    """Iterate over the blocks of an assembly, a model or a list.
 
     The assembly, model or list may be inside another object.
     """
@@ -356,14 +356,14 @@ def _drawn(data: Any) -> Iterator[_DrawnBlock]:
 
 
 def _drawn_in_list(items: list[Any]) -> Iterator[_DrawnBlock]:
-    """Yield the blocks of a list and of its nested lists, numbered from 0; the numbers are the keys."""
+    """Iterate over the blocks of a list and of its nested lists, with their numbers, from 0, as keys."""
     for number, item in enumerate(_flattened(items)):
         attributes = _table(_content(item)).get("attributes")
         yield number, item, _is_support(attributes), None
 
 
 def _drawn_in_model(model: dict[str, Any]) -> Iterator[_DrawnBlock]:
-    """Yield the elements of a block model, with their indices in the model as keys."""
+    """Iterate over the elements of a block model, with their indices in the model as keys."""
     if model.get("transformation"):
         raise ValueError("the whole model has a transformation: apply the transformation before export")
     elements = model["elements"]
@@ -373,7 +373,7 @@ def _drawn_in_model(model: dict[str, Any]) -> Iterator[_DrawnBlock]:
 
 
 def _drawn_in_assembly(table: dict[str, Any]) -> Iterator[_DrawnBlock]:
-    """Yield the blocks of an assembly that stores its blocks outside its graph."""
+    """Iterate over the blocks of an assembly that stores its blocks outside its graph."""
     assembly = _table(table.get("assembly"))
     nodes = _table(assembly.get("node", assembly.get("vertex")))
     for key, block in _sorted(table["blocks"]):
@@ -381,7 +381,7 @@ def _drawn_in_assembly(table: dict[str, Any]) -> Iterator[_DrawnBlock]:
 
 
 def _flattened(items: list[Any]) -> Iterator[Any]:
-    """Yield the blocks of a list and of its nested lists, such as courses.
+    """Iterate over the blocks of a list and of its nested lists, such as courses.
 
     A list of points is a polygon.
     """

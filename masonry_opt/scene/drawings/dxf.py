@@ -230,7 +230,7 @@ def _is_support(curve: Curve, drawing: DxfDrawing) -> bool:
 
 
 def _are_fixed(found: Sequence[Outline], drawing: DxfDrawing) -> list[bool]:
-    """Return True for each outline that is a support because of its layer or its lowest point."""
+    """Return, for each outline, True if its layer or its lowest point makes it a support."""
     below = -math.inf if drawing.fixed_below is None else drawing.fixed_below
     return [_is_support(shape.curve, drawing) or shape.polygon.bounds[1] <= below for shape in found]
 
@@ -381,7 +381,7 @@ def _blocks(
         for layer, reason in unread.items():
             if _has_word(layer, words):
                 raise ValueError(
-                    f"no block is a support: layer '{layer}' was not read ({reason}): "
+                    f"no block is a support, because layer '{layer}' was not read ({reason}): "
                     "show the layer in the drawing, or read it too"
                 )
         raise ValueError(

@@ -99,7 +99,7 @@ class _Gltf:
         return meshes
 
     def _nodes(self) -> Iterator[tuple[dict[str, Any], np.ndarray, str]]:
-        """Yield the nodes of the scene with their transformations and the names of their parent nodes."""
+        """Iterate over the nodes of the scene, with their transformations and their parents' names."""
         nodes = self.tree.get("nodes", [])
         scenes = self.tree.get("scenes", [])
         roots = scenes[self.tree.get("scene", 0)].get("nodes", []) if scenes else range(len(nodes))

@@ -95,7 +95,7 @@ class MeshSolid:
         return self.points[np.unique([corner for side in self.sides for corner in side.rings[0]])]
 
     def unclosed(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Return the ends of an edge at which the surface is not closed, or None if the surface is closed.
+        """Return an unclosed edge (its two ends), at which a face is missing; None if the surface is closed.
 
         At an edge of a closed surface, equal numbers of outlines run in both directions.
         """
@@ -212,7 +212,7 @@ def refuse_holes(mesh: Mesh, tolerance: float) -> None:
 
 
 def _nearby_edges(ends: np.ndarray, tolerance: float) -> Iterator[np.ndarray]:
-    """Yield, for each edge, the indices of the other edges whose bounding boxes are near.
+    """Generate, for each edge, the indices of the other edges whose bounding boxes are near.
 
     ``ends`` has shape (edges, 2, 3). The boxes are projected along the axis in which the mesh is least deep,
     and stored in a search tree, so that few candidates remain.
@@ -289,7 +289,7 @@ def used(name: str, points: np.ndarray, faces: list[list[int]], layers: str = ""
 def _through_inside(
     points: np.ndarray, edge: Edge, having: list[int], faces: list[list[int]]
 ) -> Iterator[list[int]]:
-    """Pair the faces at an edge that more than two faces share, and yield the pairs that bound one block.
+    """Pair the faces at an edge that more than two faces share; generate the pairs that bound one block.
 
     Each face is paired with the first face behind it that traverses the edge in the opposite direction.
     """
@@ -319,9 +319,10 @@ def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> lis
 
 
 def first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return, for each point, the index of the first point of its cluster.
+    """Return, for each point, the index of the first point that is near it, directly or through others.
 
-    A cluster is a set of points that are connected by distances within the tolerance.
+    Two points are near each other if a chain of points connects them whose successive distances are within
+    the tolerance.
     """
     # Import scipy.spatial only here, because the import takes 0.1 s and few scenes need it.
     from scipy.spatial import cKDTree

@@ -266,7 +266,7 @@ def _points(entity: Any, sagitta: float) -> list[Any]:
 
 
 def texts(entities: list[Any]) -> Iterator[tuple[str, float, float]]:
-    """Yield the texts among entities, each with the coordinates x and y of its insertion point."""
+    """Iterate over the texts among entities, with the coordinates x and y of their insertion points."""
     for entity in entities:
         match entity.dxftype():
             case "TEXT":
@@ -451,7 +451,7 @@ def net_cells(
 def _add_loose(
     joints: Sequence[Curve], lines: np.ndarray, loose: np.ndarray, tolerance: float, defects: Defects
 ) -> None:
-    """Add a defect for each joint line that ends inside a cell.
+    """Add a defect for each loose joint line, which ends inside a cell.
 
     The place of the defect is the middle of the longest piece inside a cell.
     """

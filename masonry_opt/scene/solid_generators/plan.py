@@ -98,11 +98,11 @@ class WallStretch(NamedTuple):
     wall: PlanWall  #: wall to which the stretch belongs
     along: int  #: direction of the stretch: 0 for x, 1 for y
     line: float  #: y of the axis if the stretch is along x, and x if the stretch is along y
-    #: Smaller of the coordinates of the two ends of the stretch along its axis. At a corner of two walls, the
-    #: stretch ends at the outer face of the other wall.
+    #: Coordinate along the axis at which the stretch begins, less than ``end``. At a corner of two walls, the
+    #: stretch begins at the outer face of the other wall.
     start: float
-    #: Larger of the coordinates of the two ends of the stretch along its axis. At a corner of two walls, the
-    #: stretch ends at the outer face of the other wall.
+    #: Coordinate along the axis at which the stretch ends. At a corner of two walls, the stretch ends at the
+    #: outer face of the other wall.
     end: float
     thickness: float  #: thickness of the wall
     courses: int  #: number of courses of the wall
@@ -124,7 +124,7 @@ class WallStretch(NamedTuple):
         return (self.faces, along) if self.along else (along, self.faces)
 
     def bays(self) -> Iterator[tuple[float, float, WallCrossing | None]]:
-        """Yield the start and end of each piece of the wall between two crossings.
+        """Generate the bays of the wall: start and end of each piece between two crossings.
 
         Each piece comes with the crossing before it, or None for the first piece.
         """
@@ -143,7 +143,7 @@ class WallStretch(NamedTuple):
         return any(low - nothing <= left and right <= high + nothing for low, high, _ in self.bays())
 
     def runs(self, course: int) -> list[_Run]:
-        """Return the start and end of each uninterrupted piece of a course.
+        """Return the runs of a course: start and end of each uninterrupted piece.
 
         Walls that pass through the stretch, openings and lintels interrupt the course.
         """
@@ -202,7 +202,7 @@ class Plan(SolidGenerator):
         yield from mistakes or self._slivers(stretches)
 
     def _wrong_axes(self) -> Iterator[str]:
-        """Yield an error message for each mistake in the names and axes of walls."""
+        """Generate an error message for each mistake in the names and axes of walls."""
         for name in repeated(wall.name for wall in self.walls):
             yield f"two walls are named '{name}': rename one of them"
         for wall in self.walls:
@@ -222,7 +222,7 @@ class Plan(SolidGenerator):
                 )
 
     def _wrong_openings(self, stretches: list[WallStretch]) -> Iterator[str]:
-        """Yield an error message for each opening that overlaps another opening or does not fit the wall."""
+        """Generate an error message for each opening that does not fit the wall or overlaps another one."""
         valid = {(stretch.wall.name, hole.number) for stretch in stretches for hole in stretch.holes}
         for wall in self.walls:
             top = wall.courses or self.courses
@@ -249,7 +249,7 @@ class Plan(SolidGenerator):
                     )
 
     def _slivers(self, stretches: list[WallStretch]) -> Iterator[str]:
-        """Yield an error message for each stretch with a piece shorter than a quarter of a block."""
+        """Generate an error message for each stretch with a sliver: a piece shorter than a quarter block."""
         for stretch in stretches:
             for course in range(stretch.courses):
                 pieces = [high - low for low, high in stretch.runs(course)]
@@ -263,7 +263,7 @@ class Plan(SolidGenerator):
 
     @property
     def _nothing(self) -> float:
-        """Return the largest length that counts as zero."""
+        """Return the largest length that counts as nothing, because rounding may cause it."""
         return _ZERO_LENGTH_TOLERANCE * self.block[0]
 
     @property
@@ -290,7 +290,7 @@ class Plan(SolidGenerator):
         return stretches
 
     def _holes(self, wall: PlanWall, origin: float, sign: float) -> Iterator[_Hole]:
-        """Yield the openings of a wall, with their positions along one of its stretches.
+        """Iterate over the openings of a wall, with their positions along one of its stretches.
 
         Distances along the wall's axis begin at ``origin``. They increase along the stretch if the sign is 1,
         and decrease if the sign is −1.
@@ -378,7 +378,7 @@ class Plan(SolidGenerator):
 
 
 def _overlaps(stretches: list[WallStretch]) -> Iterator[str]:
-    """Yield an error message for each pair of wall stretches that overlap and cannot be bonded."""
+    """Generate an error message for each pair of wall stretches that overlap and cannot be bonded."""
     near = _AXIS_TOLERANCE * _size(stretches)
     for one, other in combinations(stretches, 2):
         overlap = [min(a[1], b[1]) - max(a[0], b[0]) for a, b in zip(one.bounds, other.bounds, strict=True)]

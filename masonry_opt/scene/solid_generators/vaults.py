@@ -254,7 +254,7 @@ class Dome(SolidGenerator):
         """
         first = math.radians(self.springing)
         if self.oculus is None:
-            # The key spans half the angle of a ring on either side of the axis.
+            # The block ``key`` at the crown spans half the angle of a ring on either side of the axis.
             step = (math.pi / 2 - first) / (self.rings + 0.5)
         else:
             step = (math.acos(self.oculus / self._inner) - first) / self.rings

@@ -24,15 +24,15 @@ from masonry_opt.scene.scene import Scene
 #: the error. A message multiplies this distance by the ratio to recommend a tolerance.
 _ERROR_OVER_HEIGHT = 4.0
 
-#: Distance of a corner from the plane of its face, relative to the square root of the face's area, up to
-#: which the coordinates may be inexact. Up to this distance, the error message also suggests a tolerance. A
-#: larger value would suggest a tolerance for faces that are bent on purpose.
+#: Largest distance of a corner from the plane of its face that is probably caused by inexact coordinates,
+#: relative to the square root of the face's area. Up to this distance, the error message also suggests a
+#: tolerance. With a larger value, the message would suggest a tolerance for faces that are bent on purpose.
 _INEXACT = 0.02
 
 
 @dataclass(frozen=True)
 class Surfaces:
-    """Faces of all parts of all blocks of a scene.
+    """Faces of all blocks in a scene. A block may consist of several parts, each with its own faces.
 
     Blocks, parts, faces and corners are numbered consecutively over the whole scene. A *corner* is a vertex
     of one face, so a vertex of a cube has three corners.
@@ -139,8 +139,8 @@ class Frames(Rows):
     """Planes with coordinate axes."""
 
     base: np.ndarray  #: origin of the coordinate system of each plane, shape (frames, 3)
-    u: np.ndarray  #: unit vector of the first axis, shape (frames, 3)
-    v: np.ndarray  #: unit vector of the second axis, shape (frames, 3)
+    u: np.ndarray  #: unit vector of the first axis of each plane, shape (frames, 3)
+    v: np.ndarray  #: unit vector of the second axis of each plane, shape (frames, 3)
     normal: np.ndarray  #: unit normal u × v, shape (frames, 3)
 
     @classmethod
@@ -155,7 +155,7 @@ class Frames(Rows):
         return cls(base, u, np.cross(normal, u), normal)
 
     def down(self, points: np.ndarray, frame: np.ndarray) -> np.ndarray:
-        """Project points onto planes. Return the coordinates in the axes of the planes, shape (points, 2).
+        """Project points down onto planes; return their coordinates in the planes' axes, shape (points, 2).
 
         ``frame`` is the index of the frame of each point.
         """
@@ -181,7 +181,7 @@ class Frames(Rows):
 class OuterFaces(Rows):
     """Outer faces of all blocks, as plane polygons."""
 
-    block: np.ndarray  #: index of the block of each face, in ascending order, shape (faces,)
+    block: np.ndarray  #: index of the block to which each face belongs, in ascending order, shape (faces,)
     frame: Frames  #: plane and coordinate axes of each face; the normal points outwards
     #: Polygon of each face in the coordinates of the face's frame, counter-clockwise, with any holes, shape
     #: (faces,).
@@ -189,7 +189,7 @@ class OuterFaces(Rows):
 
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the smallest and the largest coordinates of each face, shape (faces, 3) each."""
+        """Return the bounding box of each face: smallest and largest coordinates, shape (faces, 3) each."""
         flat, face = shapely.get_coordinates(self.polygon, return_index=True)
         return bounds(face, self.frame.up(flat, face), len(self.block))
 
@@ -213,8 +213,9 @@ class FacePlanes:
     """Planes of faces. Faces of one block that lie within the tolerance of one plane share this plane."""
 
     frame: Frames  #: planes with coordinate axes
-    block: np.ndarray  #: index of the block of each plane, in ascending order, shape (planes,)
-    of_face: np.ndarray  #: index of the plane of each face, -1 for faces without area, shape (faces,)
+    block: np.ndarray  #: index of the block to which each plane belongs, in ascending order, shape (planes,)
+    #: Index of the plane that contains each face, -1 for faces without area, shape (faces,).
+    of_face: np.ndarray
     #: True if the normal of the face's plane points out of the face's part, shape (faces,).
     outwards: np.ndarray
 

@@ -30,13 +30,15 @@ class ConvexParts:
     The half-spaces are normal · x ≤ offset.
     """
 
-    block: np.ndarray  #: index of the block of each part, in ascending order, shape (parts,)
+    block: np.ndarray  #: index of the block to which each part belongs, in ascending order, shape (parts,)
     points: np.ndarray  #: coordinates of the corners of all parts, shape (points, 3)
-    of_point: np.ndarray  #: index of the part of each corner, in ascending order, shape (points,)
+    #: Index of the part to which each corner belongs, in ascending order, shape (points,).
+    of_point: np.ndarray
     normal: np.ndarray  #: unit normal of each half-space, pointing out of its part, shape (planes, 3)
     #: Distance of each half-space's plane from the origin along the normal, shape (planes,).
     offset: np.ndarray
-    of_plane: np.ndarray  #: index of the part of each half-space, in ascending order, shape (planes,)
+    #: Index of the part that each half-space bounds, in ascending order, shape (planes,).
+    of_plane: np.ndarray
 
     @classmethod
     def of(cls, surfaces: Surfaces, planes: FacePlanes) -> "ConvexParts":
@@ -53,26 +55,26 @@ class ConvexParts:
 
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the smallest and the largest coordinates of each part, shape (parts, 3) each."""
+        """Return the bounding box of each part: smallest and largest coordinates, shape (parts, 3) each."""
         return bounds(self.of_point, self.points, len(self.block))
 
     def beyond(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the least and largest heights of a part above planes of another part, for pairs of parts.
+        """Return how far corners of one part are beyond the planes of another part, for pairs of parts.
 
-        Heights have shape (pairs,).
+        The two results have shape (pairs,). A distance is positive for a corner outside the face plane.
 
         Parameters
         ----------
         one, other : ndarray, shape (pairs,)
-            Pairs of parts. Corners of ``other`` are compared with planes of ``one``.
+            Pairs of parts. Distances of the corners of ``other`` are measured from the planes of ``one``.
 
         Returns
         -------
         nearest : ndarray
-            Height of the lowest corner over a plane, at the plane with the largest value. If it is positive,
-            the plane separates the two parts.
+            Least distance of a corner from a plane, for the plane at which this distance is largest. If it is
+            positive, the plane separates the two parts.
         farthest : ndarray
-            Height of the highest corner over a plane, at the plane with the largest value.
+            Largest distance of a corner from a plane, for the plane at which this distance is largest.
         """
         parts = np.arange(len(self.block) + 1)
         first_plane, first_point = (np.searchsorted(part, parts) for part in (self.of_plane, self.of_point))
@@ -91,7 +93,7 @@ class ConvexParts:
 def overlapping(
     parts: ConvexParts, one: np.ndarray, other: np.ndarray, tolerance: float
 ) -> Iterator[tuple[int, Common]]:
-    """Yield the pairs of parts that overlap by more than the tolerance, with the overlapping regions.
+    """Iterate over the pairs of parts that overlap by more than the tolerance, with their overlaps.
 
     A pair is given by its index in ``one`` and ``other``. The indices are in ascending order.
     """
@@ -160,11 +162,11 @@ class Shapes(Extents):
 
     @property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the corners of all blocks, and the index of each corner's block, in ascending order."""
+        """Return the corners of all blocks, block by block, and the index of each corner's block."""
         return self.parts.points, self.parts.block[self.parts.of_point]
 
     def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the convex hull of its block, shape (points,)."""
+        """Return how far each point is outside the convex hull of its block, shape (points,)."""
         corners, owner = self.corners
         distances = [
             _distance_from_hull(corners[owner == block] - point)
@@ -195,8 +197,8 @@ class Shapes(Extents):
         for other in np.argsort(lower_bound).tolist():
             if lower_bound[other] >= gap:
                 break
-            # The distance of two convex parts is the distance of the origin from the convex hull of the
-            # differences of their corners.
+            # The distance between two convex parts equals the distance between the origin and the convex hull
+            # of all differences of their corners.
             distance = min(
                 _distance_from_hull((first[:, None] - second[None]).reshape(-1, 3))
                 for first, second in product(self._parts_of(block), self._parts_of(other))
@@ -211,7 +213,7 @@ class Shapes(Extents):
         return [self.parts.points[self.parts.of_point == part] for part in parts]
 
     def thickness(self) -> np.ndarray:
-        """Return the least width of each block, shape (blocks,).
+        """Return the thickness of each block, which is its least width, shape (blocks,).
 
         The least width of a block with several parts is the least width of its thickest part.
         """
@@ -229,7 +231,7 @@ class Shapes(Extents):
         return thickness
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """For each two parts that overlap, yield the index of their pair of blocks, and their overlap."""
+        """Iterate over the parts that overlap: index of their pair of blocks, and region of the overlap."""
         count = np.bincount(self.parts.block, minlength=len(self.size))
         first = np.cumsum(count) - count
         i, j = pairs.T

@@ -116,7 +116,7 @@ class _Convex:
         return _Convex(A, norm * self.cost, G, np.zeros(signed), cost, (speed, np.zeros(k), (first, second)))
 
     def inside(self, x: np.ndarray, interior: np.ndarray | None) -> float:
-        """Move x to a nearby feasible point, and return the bound of λ there; NaN if no point is found.
+        """Move x inside the feasible set, and return the bound of λ there; NaN if no point is found.
 
         The point is the projection of x on the equations, moved towards an interior point as far as the
         inequalities require.

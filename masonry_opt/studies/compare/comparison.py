@@ -208,7 +208,7 @@ class _JournalRuns:
     notes: list[str]  #: list to which notes on missing values are added
 
     def runs(self, scenes: Sequence[CaseScene], pairs: Sequence[Pair]) -> Iterator[dict[str, Any]]:
-        """Yield the rows of all runs. A run that takes long or fails is not repeated."""
+        """Generate a row of results for each run. A run that takes long or fails is not repeated."""
         # Times are comparable only for equal versions and processors, so both are part of the key of a run.
         made_by, limits = digest((versions(), machine()["processor"]))[:8], self.limits
         not_repeated: set[tuple[str, Pair]] = set()

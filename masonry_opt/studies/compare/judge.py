@@ -34,7 +34,7 @@ from masonry_opt.studies.writing import in_words, notebook_html
 _EXACT_KINDS = (Kind.NEARLY_COMPLEMENTARY, Kind.RELAXED, Kind.EXACT)
 
 ASSOCIATIVE = "associative"  #: Value of column "question" for load factors with associative flow.
-COULOMB = "Coulomb"  #: Value of column "question" for load factors with the joints' own flow rule.
+COULOMB = "Coulomb"  #: Value of column "question" for load factors whose flow rule has the joints' dilatancy.
 
 ANSWER = "answer"  #: Claim of a run that reports a load factor of the scene.
 #: Claims of a run about its scene: a load factor, or the reason why there is no load factor. A run that ends
@@ -142,7 +142,7 @@ def chart_name(question: str) -> str:
 
 
 def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown]) -> dict[str, BestKnown]:
-    """Return the lowest exact Coulomb states by scene name, from known states and from runs.
+    """Return, by scene name, the exact Coulomb state with the lowest λ, from known states and runs.
 
     In space only runs with the friction cone are used. The state of a nearly complementary run need not be a
     low one, so it is used only if the scene has a known state, or a state of another kind of run.

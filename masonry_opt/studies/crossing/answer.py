@@ -54,13 +54,13 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         return [*self.worst.warning_records, *self._unusual_axles(), *self._contradictions()]
 
     def _unusual_axles(self) -> Iterator[dict[str, Any]]:
-        """Yield warnings about axles if their loads and the weights seem to be in different units."""
+        """Generate warnings about axles if their loads and the weights seem to be in different units."""
         groups = {passage.axles.name: passage.axles for passage in (each.passage for each in self.passages)}
         if groups:
             yield from unusual_axles(self.passages[0].passage.assembly, groups.values())
 
     def _contradictions(self) -> Iterator[dict[str, Any]]:
-        """Yield a warning if λ at the worst position is less than its proven lower bound."""
+        """Generate a warning if λ at the worst position is less than its proven lower bound."""
         bounds = [trials.bound for trials in self.passages if trials.bound is not None]
         least = self.load_factor
         if least is None or not bounds:

@@ -414,7 +414,7 @@ def _passages(
 
 
 def _road(assembly: Assembly, group: Axles, line: list[Point]) -> Road:
-    """Return the road of a group of axles over the blocks of an assembly.
+    """Return the road on which a group of axles moves over the blocks of an assembly.
 
     ``line`` has the points of the road as drawn.
     """
@@ -445,7 +445,7 @@ def _groups(scene: Scene, axles: _AxlesArgument) -> list[Axles]:
 
 
 def _line(scene: Scene, group: Axles) -> list[Point]:
-    """Return the points of the road of a group of axles: its own road, or the road on the fills."""
+    """Return the points of the road on which a group of axles moves: its own road, or that of the fills."""
     if group.road is not None:
         return group.road
     points = [point for fill in sorted(scene.fills, key=lambda fill: fill.road[0]) for point in fill.road]

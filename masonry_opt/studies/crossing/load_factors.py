@@ -47,7 +47,7 @@ class CrossingLoadFactors:
 
     @property
     def least(self) -> PassageTrials | None:
-        """Answers of the passage with the least λ; None if the scene is not known to be stable."""
+        """Answers for the passage that has the least λ; None if the scene is not known to be stable."""
         return min(self.passages, key=lambda trials: trials.least, default=None)
 
     @property

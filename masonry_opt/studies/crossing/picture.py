@@ -30,7 +30,7 @@ def crossing_picture(answer: CrossingLoadFactors) -> Picture:
     """Return the picture of a crossing; see :meth:`~.answer.Crossing.plot`."""
     least, worst = answer.least, answer.worst
     if least is None:
-        raise OptionError(f"{worst.case}: {worst.status}: no axle was moved, so there is no picture")
+        raise OptionError(f"{worst.case} has no picture, because no axle was moved: {worst.status}")
     passage, heading = least.passage, str(worst.status)
     handles: list[Handle] = []
     with style():

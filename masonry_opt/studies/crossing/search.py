@@ -80,7 +80,7 @@ class Passage:
 
     @property
     def across(self) -> float:
-        """Fraction of the axle loads that the scene carries: thickness divided by effective width."""
+        """Fraction of axle loads that acts on the scene across its thickness: thickness / effective width."""
         return self.assembly.scene.thickness / self.axles.width if self.axles.width else 1.0
 
     @cached_property
@@ -98,7 +98,7 @@ class Passage:
 
     @property
     def _forward(self) -> float:
-        """Sign of the direction from the first axle to the axles behind: -1 if they travel to the right."""
+        """Sign with which distances behind the first axle count: -1 if the axles travel to the right."""
         return -1.0 if self.direction == "right" else 1.0
 
     def live(self, position: float) -> np.ndarray:

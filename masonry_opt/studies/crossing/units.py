@@ -15,9 +15,9 @@ from masonry_opt.studies.warning_codes import StudyCode, study_warning
 #: Required unit of the unit weights if a scene uses a common set of axles, because these sets are in kN and
 #: m.
 _UNIT_OF_SETS = "kN/m³"
-#: If the ratio of the loads of a group of axles to the sum of all dead loads exceeds this value, a warning
-#: says that their units probably differ. A larger value misses axles in N on heavy bridges with weights in
-#: kN. Small loads cause no warning, because they may be unit loads.
+#: Ratio of the axle loads of a group to the sum of all dead loads, above which a warning says that their
+#: units probably differ. A larger value misses axles in N on heavy bridges with weights in kN. Small loads
+#: cause no warning, because they may be unit loads.
 _LARGEST_RATIO = 1000.0
 
 
@@ -27,7 +27,7 @@ def _rounded(value: float) -> str:
 
 
 def unusual_axles(assembly: Assembly, groups: Iterable[Axles]) -> Iterator[dict[str, Any]]:
-    """Yield warnings about axles if their loads and the weights seem to be in different units.
+    """Generate warnings about axles if their loads and the weights seem to be in different units.
 
     Warnings have the form of JSON output.
     """

@@ -85,7 +85,7 @@ class Cases(StudyAnswer):
         return {"load_case": result.load_case, "live": str(result.assembly.scene.load_case)}
 
     def _further(self, result: Result) -> dict[str, Any]:
-        """Return the table columns that a subclass adds for a result. This class adds none."""
+        """Return further table columns for a result, which a subclass may add. This class adds none."""
         return {}
 
     @property
@@ -132,7 +132,7 @@ class Cases(StudyAnswer):
 
     @property
     def to_draw(self) -> Result:
-        """Result that pictures show: the result of the governing load case, or else the first result."""
+        """Result that pictures show: that of the governing load case, or else of the first load case."""
         return self.results[self.governing or next(iter(self.results))]
 
     @property
@@ -161,7 +161,7 @@ class Cases(StudyAnswer):
         governs = f"'{self.governing}' governs: {named_factor(drawn)}" if self.governing else "none governs"
         if self.left_out:
             names = ", ".join(map(repr, self.left_out))
-            governs += f"\nleft out: {names}, because axles move in these load cases: use 'crossing'"
+            governs += f"\nleft out: {names} (axles move in these load cases: use 'crossing')"
         return printable(f"{drawn.case}: {counted(len(self.results), self.what)}\n{governs}")
 
     def _with_table(self, results: Iterable[str]) -> str:
@@ -232,7 +232,7 @@ class Directions(Cases):
         return {name: getattr(result.assembly.scene.shaken_by, name) for name in ("direction", "vertical")}
 
     def _further(self, result: Result) -> dict[str, Any]:
-        """Return the columns with the accelerations that activate the mechanism of a result."""
+        """Return further table columns: the accelerations that activate the mechanism of a result."""
         activated = activation(result)
         if activated is None:
             return dict.fromkeys(_ACTIVATION_COLUMNS)

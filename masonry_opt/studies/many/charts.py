@@ -196,7 +196,7 @@ def _note_on_axles(frame: pd.DataFrame) -> list[str]:
 
 
 def off_axis(load_factors: ArrayLike) -> np.ndarray:
-    """Return True for each load factor that is so large that it is drawn beyond the axis, shape (n,)."""
+    """Return a mask of the load factors that are so large that they are drawn beyond the axis, shape (n,)."""
     values = np.asarray(load_factors, dtype=float)
     ascending = np.sort(values[np.isfinite(values)])
     greatest = np.maximum.accumulate(np.abs(ascending))

@@ -178,7 +178,7 @@ class Draws:
                 self.texts[name] = law.text
 
     def _columns_by_group(self, name: str, courses: Mapping[tuple[str, str], int]) -> Iterator[DrawnColumn]:
-        """Yield the columns of a joint property that has one random value for each course or each joint."""
+        """Generate the columns of a joint property that has a random value for each course or each joint."""
         head, _, key = name.partition(".")
         if head != "joints" or key not in _PROPERTIES:
             known = ", ".join(f"joints.{known}" for known in _PROPERTIES)
@@ -188,7 +188,7 @@ class Draws:
         courses = {pair: course for pair, course in courses.items() if frozenset(pair) not in own_values}
         if not courses:
             raise OptionError(
-                f"'{name}': every joint has its own value in the scene, so no value is random: remove "
+                f"'{name}' cannot be random, because every joint has its own value in the scene: remove "
                 "the values of single joints"
             )
 
@@ -210,21 +210,21 @@ class Draws:
             samples = values[[column.name for column in self.columns if column.of == name]].to_numpy()
             if not np.isfinite(samples).all():
                 raise OptionError(
-                    f"'{name}': {law.text} has infinite or undefined values: use another distribution"
+                    f"the distribution {law.text} of '{name}' has infinite or undefined values: use another"
                 )
             for value in (float(samples.min()), float(samples.max())):
                 self._refuse_impossible(name, law, value)
         return values
 
     def _refuse_impossible(self, name: str, law: Distribution, value: float) -> None:
-        """Raise OptionError if the scene does not accept a value of a distribution."""
+        """Raise OptionError if a value of a distribution is impossible for the scene."""
         try:
             self._parameters.at({name: value})
         except CaseError as error:
             how = f" (values below 0: {law.frozen.cdf(0.0):.2g} of all)" if value < 0 else ""
             raise OptionError(
-                f"'{name}': the scene does not accept {value:g}{how}, a value of {law.text}: {error}; use a "
-                "lognormal distribution, a truncated distribution (scipy.stats.truncnorm), or another "
+                f"the scene does not accept {value:g}{how}, a value of {law.text} for '{name}': {error}; use "
+                "a lognormal distribution, a truncated distribution (scipy.stats.truncnorm), or another "
                 "distribution without these values"
             ) from None
 

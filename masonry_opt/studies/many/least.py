@@ -136,7 +136,7 @@ class Threshold(StudyAnswer):
 
     @property
     def _measure(self) -> str:
-        """Printed name of the number of a trial, "margin" or "load factor"."""
+        """Printed name of what the number of a trial measures, "margin" or "load factor"."""
         return "margin" if self.load is None else "load factor"
 
     def facts(self) -> dict[str, str]:
@@ -414,7 +414,7 @@ class _Search:
         size = max(1.0, abs(self.required))
 
         def excess(value: float) -> float:
-            """Return the number of a trial minus the required number; the result is finite and not zero."""
+            """Return the excess of a trial's number over the required number; it is finite and not zero."""
             trial = self.trials.get(value) or self.at(value)
             ends[trial.holds] = trial
             # Brent's method needs finite values. It would stop at a value of zero, and only one end of the

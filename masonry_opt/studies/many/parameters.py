@@ -131,7 +131,7 @@ def is_of_joints(name: str) -> bool:
 def _numbers(
     record: Record, prefix: str = "", path: _Path = (), in_full: bool = False
 ) -> Iterator[tuple[str, _Path]]:
-    """Yield the name and the path of each number in a record and its sub-records.
+    """Iterate over the names and paths of all numbers in a record and its sub-records.
 
     With ``in_full``, names contain the name of the table's entry even if the table has only one entry.
     """
@@ -157,7 +157,7 @@ def _numbers(
 def _numbers_of_entries(
     entries: list[Record], key: str, prefix: str, path: _Path, in_full: bool
 ) -> Iterator[tuple[str, _Path]]:
-    """Yield the name and the path of each number in the entries of a table.
+    """Iterate over the names and paths of all numbers in the entries of a table.
 
     Entries with equal names, such as two ties of one name, are called by their numbers instead.
     """

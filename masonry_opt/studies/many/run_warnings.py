@@ -35,7 +35,7 @@ def recorded_warnings(records: Sequence[Row]) -> dict[str, Any]:
 
 
 def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[dict[str, Any]]:
-    """Yield the warnings of many runs, but for each warning code only those of the first run with the code.
+    """Generate the warnings of many runs; for each warning code, only those of the first run with the code.
 
     The entry ``runs`` of each record is the number of runs with the code. If some runs lack the warning, or
     if their sentences differ, the sentence ends with the values of the first run and the number of the other
@@ -60,7 +60,7 @@ def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[d
 
 
 def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str], method: str) -> Iterator[dict[str, Any]]:
-    """Yield a warning for each friction, cohesion or strength whose increase decreases the lowest λ found.
+    """Generate a warning for each friction, cohesion or strength whose increase decreases the lowest λ found.
 
     Two runs are compared if they differ by one step of this parameter, and all other varied parameters are
     equal. The warning states the largest decrease. Its advice depends on the method of the runs.
@@ -73,7 +73,7 @@ def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str], method: str) ->
 
 
 def warnings_by_status(code: StudyCode, rows: pd.DataFrame, kind: str) -> Iterator[dict[str, Any]]:
-    """Yield a warning for each status: the number of runs with this status, and their first message."""
+    """Generate a warning for each status: the number of runs with this status, and their first message."""
     for status in rows["status"].unique():
         of_status = rows[rows["status"] == status]
         why = str(of_status["message"].iloc[0] or "")

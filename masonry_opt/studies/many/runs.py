@@ -181,7 +181,7 @@ def _rows_of_runs(
     rows: dict[int, dict[str, Any]] = {}
 
     def missing() -> Iterator[tuple[tuple[int, str], Task]]:
-        """Yield index, journal key and task of each run without a valid row in the journal."""
+        """Iterate over the runs without a valid row in the journal: index, journal key and task of a run."""
         for index in _neighbours_together(points):
             values = {name: float(value) for name, value in points[index].items()}
             try:
@@ -210,7 +210,7 @@ def _rows_of_runs(
 
 
 def is_outdated(recorded: Row, time_limit: float | None) -> bool:
-    """Return True if the time limit ended a recorded run, and the present limit (None: no limit) is longer.
+    """Return True if a record is outdated: its run ended at the time limit, and the limit is longer now.
 
     A limit of None in the row is the method's own limit. Any other limit counts as longer.
     """
@@ -335,7 +335,7 @@ def ends(load_factors: ArrayLike) -> tuple[float, float]:
 
 
 def at_least(frame: pd.DataFrame) -> pd.Series:
-    """Return True for each run whose λ equals the least λ within the tolerance SAME, shape (runs,)."""
+    """Return a mask of the runs whose λ equals the least λ within the tolerance SAME, shape (runs,)."""
     values = frame["load_factor"]
     least = values.min()
     return values <= least + SAME * max(abs(least), SMALLEST)

@@ -173,7 +173,7 @@ class Sample(StudyAnswer):
 
     @property
     def counted(self) -> str:
-        """Text with the number of runs, and the numbers of runs without a load factor."""
+        """Text that counts all runs and, for each reason, the runs without a load factor."""
         has_incremental = self._counting["incremental"].notna().any()
         missing = has_incremental & np.isfinite(self.load_factors) & np.isnan(self.incremental)
         without = {
@@ -300,14 +300,14 @@ class Sample(StudyAnswer):
         return records
 
     def _without_answer(self) -> Iterator[dict[str, Any]]:
-        """Yield one warning for each status among the invalid and undecided runs, with the number of runs."""
+        """Generate a warning for each status of invalid or undecided runs, with the number of these runs."""
         refused = self.table[self.table["status"] == REFUSED]
         undecided = self._counting[np.isnan(self.load_factors)]
         yield from warnings_by_status(StudyCode.RUNS_LEFT_OUT, refused, "left out")
         yield from warnings_by_status(StudyCode.RUNS_UNDECIDED, undecided, "undecided")
 
     def _falls(self) -> Iterator[dict[str, Any]]:
-        """Yield a warning for each friction, cohesion or strength whose increase lowers the load factor.
+        """Generate a warning for each friction, cohesion or strength whose increase lowers the load factor.
 
         The whole confidence interval of the rank correlation must be below zero. The method must seek the
         lowest state.

@@ -108,7 +108,7 @@ def solve_or_cross(session: Session, scene: Scene) -> SceneAnswer:
 
 
 def _warnings_of_crossing(crossed: Crossing) -> Iterator[dict[str, Any]]:
-    """Yield warnings about undecided positions, and about load cases in which no axles move."""
+    """Generate warnings about undecided positions, and about load cases in which no axles move."""
     if crossed.least is not None and crossed.undecided:
         count, first = crossed.undecided, crossed.undecided_at[0]["position"]
         place = f"first axle at {numeral(first, '.6g')}" + (" and elsewhere" if count > 1 else "")

@@ -77,7 +77,7 @@ def recorded_state(problem: Problem, solution: Solution) -> dict[str, str]:
 
 
 def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterator[SharedAnswer]:
-    """Yield a new answer for each run for which another run found a state with a lower load factor.
+    """Generate a new answer for each run for which another run found a state with a lower load factor.
 
     The state is certified as exact by the matrices and limits of the run whose answer it replaces. If several
     states are certified, the lowest is yielded. The answers do not depend on the order in which runs ended.
@@ -120,10 +120,11 @@ class Screen:
     """
 
     row: dict[int, int]  #: row of each state in the arrays ``n`` to ``limited``, by the run that found it
-    n: np.ndarray  #: normal forces of the joints, shape (states, c)
-    s: np.ndarray  #: sizes of the shear forces of the joints, shape (states, c)
-    slip: np.ndarray  #: slip rates of the joints, divided by the power of the live load, shape (states, c)
-    limited: np.ndarray  #: forces of ties, props and earth, shape (states, t)
+    n: np.ndarray  #: normal force of each joint in each state, shape (states, c)
+    s: np.ndarray  #: magnitude of the shear force of each joint in each state, shape (states, c)
+    #: Slip rate of each joint in each state, divided by the power of the live load, shape (states, c).
+    slip: np.ndarray
+    limited: np.ndarray  #: limited forces (of ties, props and earth) in each state, shape (states, t)
 
     @classmethod
     def of(cls, problem: Problem, states: Sequence[FoundState]) -> Self:
@@ -158,7 +159,7 @@ class Screen:
 
 
 def _improves(state: FoundState, row: Row) -> bool:
-    """Return True if a state has a lower load factor than a run's answer, or if the run has no answer."""
+    """Return True if a state improves a run's answer: λ is lower, or the run has no answer."""
     load_factor = row["load_factor"]
     if load_factor is None:
         return True

@@ -146,16 +146,16 @@ def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
     axes: list[list[float]] = []
     for name, values in vary.items():
         if name in RUN_COLUMNS:
-            raise OptionError(f"vary: '{name}' is a column of the result table: use another name")
+            raise OptionError(f"'{name}' in 'vary' is a column of the result table: use another name")
         try:
             # Integers are not converted to floats, because some parameters of a scene are counts.
             axis = [int(value) if isinstance(value, Integral) else float(value) for value in values]
         except (TypeError, ValueError):
-            raise OptionError(f"vary: '{name}' needs a list of numbers (found {values!r})") from None
+            raise OptionError(f"'{name}' in 'vary' needs a list of numbers (found {values!r})") from None
         if not axis or any(map(math.isnan, axis)):
-            raise OptionError(f"vary: '{name}' needs at least one number, and no NaN")
+            raise OptionError(f"'{name}' in 'vary' needs at least one number, and no NaN")
         if len(set(axis)) < len(axis):
-            raise OptionError(f"vary: '{name}' has a value twice: remove the repeated value")
+            raise OptionError(f"'{name}' in 'vary' has a value twice: remove the repeated value")
         axes.append(axis)
     return [dict(zip(vary, values, strict=True)) for values in itertools.product(*axes)]
 

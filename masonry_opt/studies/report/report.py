@@ -51,7 +51,8 @@ _MOST_NAMED_BLOCKS = 60  #: A drawing of a scene with more blocks does not show 
 _SCALE_BAR_HEIGHT = 0.08  #: Height of the strip for the scale bar, relative to the width of the drawing.
 _MOST_ROWS = 150  #: A report prints at most this many rows of a table.
 _MOST_CASE_FILE_LINES = 600  #: A report does not print a case file with more lines than this number.
-#: Names of the attributes of a scene that are lists of records, by the heading of their table in the report.
+#: Map from the heading of each table of records in a report to the name of the scene's attribute that
+#: contains the records.
 _RECORDS = {
     "Joints that differ": "exceptions",
     "Fill": "fills",
@@ -91,7 +92,7 @@ class ReportPart:
     #: Tables of the answer, by heading.
     tables: Mapping[str, dict[str, Any]] = field(default_factory=dict)
     axles: Sequence[Axles] = ()  #: groups of axles that crossed
-    #: statements about points that were not checked, such as positions that were not solved
+    #: Sentences that say what was not checked, such as the positions of axles that were not solved.
     left_open: Sequence[str] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)  #: reasons by load case without an answer
     crossed: Collection[str] = ()  #: load cases in which axles crossed
@@ -207,8 +208,8 @@ def _(answer: Crossing) -> ReportPart:
         for name in answer.not_crossed
     ]
     left_out = dict.fromkeys(answer.left_out, "this load case has no axles: use 'solve'")
-    # The scene is unstable, so no axles were moved. The scene of the result has loads on blocks in place of
-    # axles.
+    # The scene without axles is unstable, so no positions of axles were analysed. In the scene of this
+    # result, loads on blocks replace the axles, so its axles and loads differ from those of the user's scene.
     if least is None:
         varied = ("axles", "loads", "load_cases")
         return replace(_part(worst), varied=varied, left_open=left_open, left_out=left_out)

@@ -139,7 +139,7 @@ class Bound:
 
     @cached_property
     def openings(self) -> pd.DataFrame:
-        """Table of opening and sliding joints in the first result with a mechanism.
+        """Table of opening and sliding joints in the mechanism of the first of ``results`` that has one.
 
         With a movement of the supports, two columns have the opening and sliding at this movement.
         """
@@ -151,7 +151,7 @@ class Bound:
 
     @property
     def _with_mechanism(self) -> Result:
-        """First result with a mechanism, or the result of the chosen method if no result has a mechanism."""
+        """First of ``results`` that has a mechanism, or the result of the chosen method if none has one."""
         with_mechanism = (result for result in self.results.values() if result.solution.answer)
         return next(with_mechanism, self.result)
 
@@ -313,7 +313,7 @@ class Settlement(StudyAnswer):
         return records
 
     def _doubts(self, name: str, end: Bound) -> Iterator[dict[str, Any]]:
-        """Yield warnings about states that put the least or the greatest reaction in doubt.
+        """Generate warnings about states that put the least or the greatest reaction in doubt.
 
         The reaction of such a state is closer to the reaction at rest than the reaction of the answer, or on
         the other side of the reaction at rest.

@@ -261,6 +261,7 @@ def test_water_pushes_more_the_deeper():
     assert "live load, times λ" in labels(scene)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("along_an_edge", [False, True])
 def test_a_state_under_dead_load_alone_is_shown_without_the_live_load(along_an_edge):
     """A scene that falls, and the two ends of a margin, are drawn without the live load. The scene itself is

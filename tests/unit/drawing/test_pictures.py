@@ -254,6 +254,7 @@ def test_blocks_that_move_are_those_of_the_mechanism():
 NASTY = '<script>alert("$x")</script>&\'</svg>${title}'
 
 
+@pytest.mark.slow
 def test_words_of_the_case_are_words_and_nothing_else():
     named = {"A": {"name": NASTY}}
     result = mo.solve(block_on_floor().replace(title=f"{NASTY} {'very ' * 300}\n long", blocks=named))
@@ -285,6 +286,7 @@ def test_without_a_load_factor_the_page_shows_what_there_is(scene, moves, tmp_pa
     assert str(result.status) in result._repr_html_()
 
 
+@pytest.mark.slow
 def test_a_notebook_shows_a_picture_that_clashes_with_no_other():
     result = mo.solve(block_on_floor(4, 2, 0.5))
     text = result._repr_html_()

@@ -158,6 +158,7 @@ def test_no_view_is_refused(result, view, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_names_are_written_where_blocks_are_seen(result):
     written = {text.get_text() for text in result.plot(names=True, view=(-60, 22)).axes[0].texts}
     assert {"x 1-1", "x 4-3", "y 4-2", "base"} <= written
@@ -189,6 +190,7 @@ def test_the_arrow_of_all_weights_is_beside_the_blocks(push):
     assert not shapely.intersects(shapely.union_all(drawn).buffer(-1e-6), arrow)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", PICTURE_KINDS[1:2])
 def test_a_page_shows_first_the_kind_asked_for(kind, tmp_path):
     pytest.importorskip("trimesh", reason="needs the extra meshes")

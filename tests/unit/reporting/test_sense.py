@@ -207,6 +207,7 @@ def test_small_gaps_are_told_with_both_blocks_and_their_width():
     assert warned(scene.replace(tolerance=0.001), Code.SMALL_GAPS) == []
 
 
+@pytest.mark.slow
 def test_warnings_are_shown_wherever_the_result_is(monkeypatch, capsys, tmp_path):
     """Warnings appear in Python, on the command line and in JSON. They change neither the load factor nor the
     exit code."""
@@ -478,6 +479,7 @@ def test_a_low_scene_is_compared_with_a_column_as_high_as_the_scene_is_long():
     )
 
 
+@pytest.mark.slow
 def test_axles_in_another_unit_than_the_weights():
     """The axles of CS 454 are in kN and m, so a unit weight of 22,000 looks like N/m³. The deck weighs 88:
     axles of 89,000, more than 1000 times as much, cause a warning, and 87,000 cause none."""

@@ -200,6 +200,7 @@ def test_the_summary_tells_contact_points_law_and_moments():
     assert "24" not in facts(mo.solve(scene, "static"))["friction"]
 
 
+@pytest.mark.slow
 def test_the_incremental_load_factor_names_its_own_law():
     """The incremental load factor uses the cone of friction. The summary says so only if the answer itself
     uses the polygon."""

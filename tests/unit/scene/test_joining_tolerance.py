@@ -144,6 +144,7 @@ def test_advice_for_drawings(error: float, tmp_path) -> None:
     assert three(result) == pytest.approx([0.15, 0.188, 0.25], rel=3e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", [1.2345678e-3, -1.2345678e-4])
 def test_advice_for_meshes(error: float, tmp_path) -> None:
     """The coordinates have nine digits, so the reader cannot infer their accuracy from the digits."""
@@ -159,6 +160,7 @@ def test_advice_for_meshes(error: float, tmp_path) -> None:
     assert result.load_factor == pytest.approx(0.1489, rel=3e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("error", [1e-4, 1e-3])
 @pytest.mark.parametrize("seed", [7_310_002, 7_310_005])
 def test_advice_for_walls_whose_corners_are_all_off(seed: int, error: float) -> None:

@@ -90,6 +90,7 @@ def test_bricks_with_mortar_are_as_strong_as_bricks_that_touch() -> None:
     assert static(WALL.replace(contact_tolerance=MORTAR)) == pytest.approx(static(touching), rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap", [1e-4, 1e-3, 0.01, 0.03])
 @pytest.mark.parametrize("count", [7, 15, 16])
 def test_voussoirs_with_uniform_gaps_are_exactly_as_strong_as_voussoirs_that_touch(
@@ -143,6 +144,7 @@ def test_rectangular_bricks_in_an_arch_have_all_their_joints(ring: tuple[float, 
     assert static(apart) == pytest.approx(static(brick_ring(*ring, touching=True)), rel=0.02)
 
 
+@pytest.mark.slow
 def test_the_message_about_a_facade_keeps_its_promise() -> None:
     """One message closes all gaps, with the announced numbers of joints and blocks. In the plane and as
     solids, the façade has the same joints and the same λ."""
@@ -158,6 +160,7 @@ def test_the_message_about_a_facade_keeps_its_promise() -> None:
     assert static(closed) == pytest.approx(static(solids), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_tolerance_that_leaves_joints_open_names_them() -> None:
     """The tolerance closes the mortar of the wall but not the wedges of the arch. The warning names all
     wedges, and its advice closes them."""

@@ -145,6 +145,7 @@ def test_which_law_holds_is_told():
     assert unlimited.load_factor == pytest.approx(1 / 3, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_json_has_the_same_keys_and_contact_points():
     space, plane = mo.solve(box_on_floor(), "coulomb"), mo.solve(block_on_floor(2, 2, 0.5), "coulomb")
     told, of_plane = json.loads(space.to_json()), json.loads(plane.to_json())

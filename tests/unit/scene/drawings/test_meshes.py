@@ -248,6 +248,7 @@ def test_closed_blocks_are_read_whatever_their_corners(file, shape, volume):
     assert shapes(scene).size[-1] == pytest.approx(volume, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_any_damage_ends_with_a_scene_or_a_message(file):
     rng = random.Random(3)
     stones = STONES | {"portal": prism(U, 0.5)}

@@ -143,6 +143,7 @@ def test_of_60_noisy_stones_none_is_refused(tmp_path, first):
     assert refused(range(first, first + 20), tmp_path) == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ends", ENDS)
 def test_a_frustum_as_exported_slides(tmp_path, ends):
     """A stone on level ground under a horizontal load slides at λ = μ."""
@@ -191,6 +192,7 @@ def test_flattened_stones_touch_their_neighbours(tmp_path):
     assert found.extent == pytest.approx([2.0], rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [None, 1.27e-6, 1e-5])
 def test_scanned_stones_are_read(tolerance):
     """The stones are prisms along z of the file, 0.26 m thick, and their faces are wound inconsistently.

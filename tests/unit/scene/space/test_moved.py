@@ -144,6 +144,7 @@ def cells(count, seed):
     return scene(*blocks), faces
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turned", [False, True])
 def test_cells_of_a_voronoi_diagram_share_its_faces(turned):
     seed = 1
