@@ -345,10 +345,11 @@ def solve(  # noqa: PLR0913 - each option of the public API is an argument
     solver: For "static", "kinematic" and "nonassociative" one of "clarabel" (default with CVXPY), "highs"
         (simplex; default with Pyomo), "highs-ipm" (default of the loop with Pyomo), or another solver that
         CVXPY finds. The other methods have solvers of their own.
-    tolerance: Feasibility and gap tolerance of the solver, for the same three methods (default 1e-9). With
-        cones of friction in space the solver may miss the tolerance; the reasons of the result then say so.
-    incremental: True if Coulomb methods compute the incremental load factor too (up to 3000 joints, in space
-        contacts).
+    tolerance: Feasibility and gap tolerance of the solver, for "static", "kinematic" and "nonassociative"
+        (default 1e-9). With cones of friction in space the solver may miss the tolerance; the reasons of the
+        result then say so.
+    incremental: True if Coulomb methods compute the incremental load factor too (up to 3000 joints, or 3000
+        contacts in space).
     time_limit: Seconds after which the analysis ends with the lowest collapse state found so far, or without
         an answer. The reasons of the result then say so. In method "global" it limits the search for the two
         bounds. If a scene has load cases, each has this time.

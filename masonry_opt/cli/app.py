@@ -3,7 +3,7 @@
 import contextlib
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from importlib.metadata import version as package_version
 from io import TextIOWrapper
@@ -73,10 +73,33 @@ def load(name: str) -> Any:
     # Join the lines of each paragraph, so that help texts are wrapped at the width of the terminal.
     paragraphs = [" ".join(paragraph.split()) for paragraph in command.help.split("\n\n")]
     command.help = "\n\n".join([COMMANDS[name], *paragraphs])
+    command.format_help = _negated_in_help(command)
     # Standard output is reserved for print_text and print_result. All other output of a command goes to
     # standard error.
     command.invoke = results_alone()(command.invoke)
     return command
+
+
+def _negated_in_help(command: Any) -> Callable[..., None]:
+    """Return a function that writes the help of a command, with the negated names of flags set by default.
+
+    With both names of such a flag, little width would remain for the texts on a terminal of 80 columns.
+    """
+    write = command.format_help
+    flags = [option for option in command.params if option.secondary_opts and option.default is True]
+
+    def format_help(*formatting: Any) -> None:
+        """Write the help, and restore both names of each flag."""
+        names = [(flag.opts, flag.secondary_opts) for flag in flags]
+        for flag, (_, negated) in zip(flags, names, strict=True):
+            flag.opts, flag.secondary_opts = negated, []
+        try:
+            write(*formatting)
+        finally:
+            for flag, both in zip(flags, names, strict=True):
+                flag.opts, flag.secondary_opts = both
+
+    return format_help
 
 
 app = typer.Typer(cls=_Commands, add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False)

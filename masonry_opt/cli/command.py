@@ -99,6 +99,11 @@ _SHARED: dict[str, Any] = {
     "options": typer.Option("--option", "-o", help="Option of the method, as NAME=VALUE; may be repeated."),
     "names": typer.Option("--names", help="Write the blocks' names into the picture."),
     "force": typer.Option("--force", help=f"Replace existing files even if {WRITER} did not write them."),
+    "incremental": typer.Option(
+        help="Omit the incremental load factor, which Coulomb methods compute for up to 3000 joints (in "
+        "space, contacts).",
+        show_default=False,
+    ),
     "settled": typer.Option(
         metavar="NAME:X,Y[,ROT]",
         help="Movement of support NAME before the live load acts, in the length unit of CASE, with an "
@@ -220,8 +225,10 @@ def _option(parameter: Parameter, info: OptionInfo, has_parser: bool, required: 
     if parameter.kind is parameter.VAR_KEYWORD or no_default:
         default = None
     elif isinstance(default, tuple):
+        # Click would print the default values in brackets, which users could mistake for a part of the value.
+        info.help = f"{info.help} Default: {', '.join(map(str, default))}."
         default = ",".join(map(str, default))
-        info.show_default = default.replace(",", ", ")  # with spaces, the help can wrap a long list
+        info.show_default = False
     kind = list[kind] if repeated else kind
     annotation = Annotated[kind | None if default is None else kind, info]  # type: ignore[valid-type]
     return parameter.replace(annotation=annotation, default=default, kind=parameter.KEYWORD_ONLY)
@@ -236,10 +243,10 @@ def _help(parameter: Parameter, functions: Sequence[Function], labels: Sequence[
     taking = [name in inspect.signature(function).parameters for function, _ in labelled]
     own_labels = [label for (_, label), takes in zip(labelled, taking, strict=True) if takes and label]
     sentences = (_first_sentence(name, function) for function in (*functions, solve))
-    sentence = next(filter(None, sentences), "")
+    sentence = re.sub("^True (if|to) ", "", next(filter(None, sentences), ""))
     if own_labels and not all(taking):
         return f"{', '.join(own_labels)}: {sentence}"
-    needed = " Needed." if labels and parameter.default is parameter.empty else ""
+    needed = " Required." if labels and parameter.default is parameter.empty else ""
     return sentence[:1].upper() + sentence[1:] + needed
 
 

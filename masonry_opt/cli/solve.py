@@ -36,7 +36,7 @@ _WHOSE = "Mechanism to draw: least (default, at the lowest load factor found) or
 @command(
     solve_scene,
     mo.Result.save,
-    kind=typer.Option("--plot-kind", metavar="KIND", help=_PLOT_KIND_HELP),
+    kind=typer.Option("--plot-kind", metavar="KIND", help=_PLOT_KIND_HELP, show_default=False),
     verbose=typer.Option("--verbose", "-v", help=_VERBOSE_HELP),
     quiet=typer.Option("--quiet", "-q", help="Print only the load factor, and warnings on standard error."),
     mechanism=typer.Option(metavar="WHICH", help=_WHOSE),

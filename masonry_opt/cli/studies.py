@@ -197,7 +197,7 @@ def least(
     if json:
         print_json(threshold)
     else:
-        print_result(f"{'number':<16} {name}\n{threshold}", bold_line=None)
+        print_result(f"{'parameter':<16} {name}\n{threshold}", bold_line=None)
 
 
 @command(

@@ -1,12 +1,13 @@
 """Marks of loads, fill, ties and props, and of the forces in joints."""
 
+from collections import Counter
 from collections.abc import Iterable
 
 import numpy as np
 import shapely
 
 from masonry_opt.drawing import colours
-from masonry_opt.drawing.marks import Marks, joint_marks, moved, shrink_of, size_of
+from masonry_opt.drawing.marks import Marks, joint_marks, movable_box, moved, shrink_of, size_of
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces, LoadedPiece, moment_of
@@ -25,6 +26,8 @@ _LONE = 8
 #: Largest length of an arrow if a kind of load has more than ``_LONE`` forces, relative to the median size of
 #: a block.
 _LARGEST_ARROW_LENGTH = 0.6
+#: Distance between arrows of different kinds of load at one point, relative to the size of the scene.
+_SIDE_STEP = 0.02
 _ALONG = 8  #: Number of intervals into which arrows divide the line of an edge load.
 _SPACE = 0.3  #: Smallest distance between the arrows of an edge load, relative to the longest arrow.
 #: Height above the highest block at which a single arrow for many forces is drawn in space, relative to the
@@ -37,6 +40,9 @@ _SINGLE_ARROW_DISTANCE = 0.04
 #: space the arrow is twice as long.
 _SINGLE_ARROW_LENGTH = 0.07
 
+#: Components of the live load below this fraction of its largest component have no influence on the place of
+#: a single arrow in space.
+_NEGLIGIBLE_PUSH = 1e-6
 #: Style of each kind of load: colour, line width in points, legend entry, and the legend entry of a single
 #: arrow that represents all forces.
 _LOAD_STYLES = {
@@ -61,6 +67,7 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
     most_weights, most_others = _MOST_ARROWS[assembly.scene.dimension]
     all_loads = assembly.block_loads
     rows = 0  # number of kinds of load that are drawn as a single arrow so far
+    drawn = Counter[tuple[float, ...]]()  # number of arrows so far by their tails and directions
     for kind, (colour, width, label, label_of_all) in _LOAD_STYLES.items():
         if kind == "live" and not live:
             continue
@@ -73,6 +80,8 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
             rows += 1
         elif len(forces.force):
             points, motions = _forces(assembly, forces, motion)
+            if assembly.scene.dimension == 2:
+                points = _side_by_side(points, drawn, size_of(assembly))
         if pieces:
             arrows, tails, owners = _rows(assembly, pieces)
             yield Marks(kind, "", "line", colour, 0.8, tails, np.array([motion[p.block] for p in pieces]))
@@ -87,6 +96,21 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
             yield Marks(kind, label, "arrow", colour, width, points, motions)
 
 
+def _side_by_side(arrows: np.ndarray, drawn: Counter[tuple[float, ...]], size: float) -> np.ndarray:
+    """Shift arrows in the plane sideways that would cover arrows of another kind of load.
+
+    ``drawn`` counts the arrows that are drawn already, by tail and direction. The new arrows are added.
+    """
+    run = arrows[:, 1] - arrows[:, 0]
+    direction = run / np.linalg.norm(run, axis=1)[:, None]
+    tails = arrows[:, 0] / size
+    keys = [(*each,) for each in (np.column_stack([tails, direction]).round(6) + 0.0).tolist()]
+    steps = np.array([drawn[key] for key in keys])
+    drawn.update(set(keys))
+    sideways = np.column_stack([direction[:, 1], -direction[:, 0]])
+    return arrows + (_SIDE_STEP * size * steps[:, None] * sideways)[:, None]
+
+
 def _many_parallel(forces: Forces, most: int) -> bool:
     """Return True if there are more than ``most`` forces and all forces have the same direction."""
     direction = forces.force / np.linalg.norm(forces.force, axis=1)[:, None]
@@ -98,19 +122,19 @@ def _direction(assembly: Assembly, forces: Forces, row: int) -> np.ndarray:
 
     In the plane the arrow is in an upper corner of the picture: in the corner from which the live load pushes
     the blocks away, because no moving block covers it. ``row`` is the number of similar arrows drawn before.
-    In space the arrow is above the blocks.
+    In space the arrow is above the upper corner of the blocks from which the live load pushes away. The
+    default view looks against the live load, so this corner is at the back of the picture.
     """
     total, size = forces.force.sum(axis=0), size_of(assembly)
-    low, high = assembly.geometry.boxes
-    low, high = low[assembly.movable].min(axis=0), high[assembly.movable].max(axis=0)
+    (low, high), push = movable_box(assembly), assembly.problem.forces(assembly.problem.live).sum(axis=0)
     direction, dimension = total / np.linalg.norm(total), len(high)
     tail = high.copy()
     if dimension == 3:
+        tail[:2] = np.where(push[:2] > _NEGLIGIBLE_PUSH * np.abs(push).max(), low[:2], high[:2])
         tail[-1] += _SINGLE_ARROW_HEIGHT * size
         # The arrow is twice as long as in the plane, because it may point towards the viewer and look short.
         return np.array([[tail, tail + 2 * _SINGLE_ARROW_LENGTH * size * direction]])
     length, out = _SINGLE_ARROW_LENGTH * size * direction, _SINGLE_ARROW_DISTANCE * size
-    push = assembly.problem.forces(assembly.problem.live).sum(axis=0)
     tail[0] = low[0] - out - max(length[0], 0.0)
     if push[0] < 0:
         tail[0] = high[0] + out - min(length[0], 0.0)

@@ -174,7 +174,7 @@ def caption(elements: Elements) -> str:
     """Return the caption of a drawing: numbers of blocks and joints, and a description of the motion."""
     numbers = counts(elements.assembly)
     if not elements.movement:
-        return f"{numbers}, at rest: no motion was found."
+        return f"{numbers}, at rest."
     moved = elements.movement[0].upper() + elements.movement[1:]
     return f'{numbers}. <span class="mechanism">{moved}.</span>'
 

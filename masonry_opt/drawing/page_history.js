@@ -47,7 +47,7 @@ const loadHistory = (() => {
     marker.setAttribute("cx", x[at]);
     marker.setAttribute("cy", y[at]);
     document.getElementById("now").textContent =
-      `λ = ${digits(loads[at])}, displacement ${digits(displacements[at])}; joints slid: ${slid}, opened: ${open}`;
+      `λ = ${digits(loads[at])}, displacement ${digits(displacements[at])}; joints that have slid: ${slid}, joints that are open: ${open}`;
     const event = document.getElementById("event");
     if (event.textContent !== keyframes.events[at]) event.textContent = keyframes.events[at];
     slider.setAttribute("aria-valuetext", `λ = ${digits(loads[at])}`);

@@ -10,7 +10,7 @@ import shapely
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
-from scipy.ndimage import minimum_filter
+from scipy.ndimage import distance_transform_edt, minimum_filter
 
 from masonry_opt.drawing.colours import AT_REST, BLOCK, HATCH, SUPPORT_COLOUR
 from masonry_opt.drawing.elements import Elements
@@ -41,6 +41,9 @@ _AZIMUTHS = (-60.0, -120.0, -30.0, -150.0, 30.0, 60.0, 120.0, 150.0)
 #: Weight of the live load's direction when the default view is chosen. The visible width of the scene has the
 #: weight 1. With a larger value, the live load more often pushes towards the viewer.
 _TOWARDS = 0.25
+#: Largest cosine of the angle between the live load and the direction to the viewer in the default view. With
+#: a larger cosine, the arrow of the live load would look too short.
+_MOST_TOWARDS = 0.95
 #: Smallest length in pixels of the drawn pieces of a partly hidden line. Shorter pieces are artefacts of the
 #: depth buffer.
 _SHORTEST_PIECE = 3.0
@@ -60,6 +63,9 @@ _MARGIN_IN_SPACE = 0.03
 _LARGEST_AXIS_LENGTH = 0.1
 #: Distance of the letters x, y and z from the origin, relative to the length of the coordinate axes.
 _AXIS_LETTER_DISTANCE = 1.4
+#: Smallest distance between the place of a block's name and the boundary of the visible face, relative to the
+#: largest such distance.
+_INNER = 0.8
 #: Smallest font size of block names, in points. Names that would have to be smaller are omitted.
 _SMALLEST_NAME_SIZE_IN_SPACE = 2.0
 
@@ -203,9 +209,13 @@ def best_view(assembly: Assembly) -> ViewAngles:
     direction = total / (np.linalg.norm(total) or 1.0)
 
     def quality(azimuth: float) -> float:
-        """Return the quality of a view: visible width plus weighted live load towards the viewer."""
+        """Return the quality of a view: visible width plus weighted live load towards the viewer.
+
+        The live load has the least weight if its arrow would point almost exactly towards the viewer.
+        """
         right, _, towards = axes_of((azimuth, 0.0))
-        return float(np.abs(right[:2]) @ wide + _TOWARDS * direction @ towards)
+        push = float(direction @ towards)
+        return float(np.abs(right[:2]) @ wide) + _TOWARDS * (push if abs(push) <= _MOST_TOWARDS else -1.0)
 
     return max(_AZIMUTHS, key=lambda azimuth: round(quality(azimuth), 9)), _ELEVATION
 
@@ -256,6 +266,19 @@ class Raster:
         column, row = at.clip(0, [columns - 1, rows - 1]).T
         bias = _DEPTH * self.pixel * max(rows, columns)
         return points[:, 2] + bias >= farthest[row, column]
+
+
+def _middle_pixel(pixels: np.ndarray) -> np.ndarray:
+    """Return the pixel nearest to the mean of an area among its pixels that are far from its boundary.
+
+    ``pixels`` are the columns and rows of all pixels of the area, shape (pixels, 2).
+    """
+    at = pixels - pixels.min(axis=0) + 1
+    area = np.zeros(at.max(axis=0) + 2, dtype=bool)
+    area[tuple(at.T)] = True
+    distance = distance_transform_edt(area)[tuple(at.T)]
+    inner = pixels[distance >= _INNER * distance.max()]
+    return inner[np.argmin(((inner - pixels.mean(axis=0)) ** 2).sum(axis=1))]
 
 
 def raster(triangles: np.ndarray, box: np.ndarray, pixels: int) -> Raster:
@@ -362,10 +385,7 @@ class Solids:
 
     def _faces(self) -> np.ndarray:
         """Return an image of the visible faces, shape (rows, columns, 4): red, green, blue, opacity."""
-        sides = np.diff(self.triangles, axis=1)
-        normal = np.cross(sides[:, 0], sides[:, 1])
-        normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-        light = np.clip(normal @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
+        light = np.clip(self._normals() @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
         is_movable = ~np.isin(self.surface.of_triangle, self.elements.supports)
         colours = np.where(is_movable[:, None], to_rgb(BLOCK), to_rgb(SUPPORT_COLOUR))
         colours = colours * (_SHADE + (1 - _SHADE) * light)[:, None]
@@ -376,21 +396,29 @@ class Solids:
         table = np.vstack([np.column_stack([colours, np.ones(len(colours))]), np.zeros(4)])
         return table[self.raster.triangle]
 
+    def _normals(self) -> np.ndarray:
+        """Return the outward unit normals of the triangles in picture coordinates, shape (triangles, 3)."""
+        sides = np.diff(self.triangles, axis=1)
+        normal = np.cross(sides[:, 0], sides[:, 1])
+        return normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+
     def _lines(self, lines: np.ndarray, colour: str, width: float, order: float) -> None:
         """Draw the visible pieces of lines, which have shape (lines, 2, 3) in picture coordinates."""
         pieces = list(self.raster.visible(lines)[..., :2])
         self.axes.add_collection(LineCollection(pieces, color=colour, linewidth=width, zorder=order))
 
     def _write_names(self) -> None:
-        """Write the names of visible blocks, as large as the visible part of each block permits."""
+        """Write the name of each visible block on its largest visible face, as large as this face permits."""
         raster_of_faces, points_per_unit = self.raster, points_in_unit(self.axes)
         row, column = np.nonzero(raster_of_faces.triangle >= 0)
-        block_of = self.surface.of_triangle[raster_of_faces.triangle[row, column]]
+        triangle = raster_of_faces.triangle[row, column]
+        block_of = self.surface.of_triangle[triangle]
+        _, face_of_triangle = np.unique(np.round(self._normals(), 3), axis=0, return_inverse=True)
+        face_of = face_of_triangle.ravel()[triangle]
         for number in np.unique(block_of):
-            pixels = np.column_stack([column, row])[block_of == number]
-            # Write the name at the visible pixel nearest to the mean of all visible pixels, because the mean
-            # itself may be outside the block.
-            middle = pixels[np.argmin(((pixels - pixels.mean(axis=0)) ** 2).sum(axis=1))]
+            on_face = (block_of == number) & (face_of == np.bincount(face_of[block_of == number]).argmax())
+            pixels = np.column_stack([column, row])[on_face]
+            middle = _middle_pixel(pixels)
             wide, high = np.ptp(pixels, axis=0) * raster_of_faces.pixel * points_per_unit
             name = self.elements.assembly.scene.blocks[number].name
             letters = min(letters_in(name, 0.8 * wide), 0.4 * high)

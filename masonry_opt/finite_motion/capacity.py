@@ -462,8 +462,8 @@ class Capacity:
         lines = {
             "case": self.result.case,
             "load factor": f"{numeral(self.load_factor, '.6g')} at the onset ({own_name(self.result)})",
-            "known of it": certainty(self.result),
-            "displacement": f"{ended} at the end, where λ = {at_end}",
+            "certainty": certainty(self.result),
+            "displacement": f"{ended}, in the length unit of the case, at the end, where λ = {at_end}",
             "end": self.message,
         }
         for _, row in events.iloc[: -1 if self.reaches_zero else None].iterrows():

@@ -186,9 +186,9 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "free edge there: correct the ends of the load, or increase 'tolerance'"
     ),
     Code.AXLES_LEFT_OUT: lambda v: (
-        f"this analysis omits the moving axles {', '.join(map(repr, v['names']))}: use 'crossing'"
+        f"the axles {', '.join(map(repr, v['names']))} are omitted here: 'crossing' moves axles over a road"
         if v["names"]
-        else "this analysis omits the moving axles of the load case: use 'crossing'"
+        else "the axles of the load case are omitted here: 'crossing' moves axles over a road"
     ),
     Code.WEIGHTS_DIFFER: weights_differ,
     Code.FILL_WEIGHT_DIFFERS: fill_weight_differs,

@@ -175,15 +175,15 @@ def known_least(result: Outcome) -> str:
         return ""
     if result.kind is not Kind.ASSOCIATIVE and not result.exact:
         return ""
-    law = f" {friction_law(result)}" if "polygon" in result.friction_law else ""
+    law = f" with friction {friction_law(result)}" if "polygon" in result.friction_law else ""
     return f"exact collapse state{law}; all joints follow associative flow, so no state is lower"
 
 
 def friction_law(result: Outcome) -> str:
-    """Return a phrase that names the friction law in space, such as "by the cone" or "unlimited"."""
+    """Return a phrase on the friction law in space: "limited by the friction cone", or "unlimited"."""
     if "polygon" in result.friction_law:
-        return by_sides(result.assembly.problem.layout)
-    return f"by the {result.friction_law}" if result.friction_law else "unlimited"
+        return f"limited {by_sides(result.assembly.problem.layout)}"
+    return f"limited by the friction {result.friction_law}" if result.friction_law else "unlimited"
 
 
 def _heading(result: Outcome) -> str:

@@ -29,11 +29,15 @@ def text(words: str) -> str:
 
 
 def headline(result: Outcome) -> str:
-    """Return the main answer of a result as HTML: the load factor with its name, or "no load factor"."""
+    """Return the main answer of a result as HTML: the load factor with its name, or "no load factor".
+
+    For a scene without live load, the answer states if the scene is stable.
+    """
     if result.stability:
         return text(STABLE)
     if result.load_factor is None:
-        return '<span class="none">no load factor</span>'
+        words = "no load factor" if result.assembly.problem.live_norm else text(result.status)
+        return f'<span class="none">{words}</span>'
     tilt = ""
     if result.tilt_angle is not None:
         tilt = f" <small>tilted by {numeral(result.tilt_angle, '.2f')}°</small>"

@@ -432,7 +432,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.UNBOUNDED: lambda v: (
         "no collapse occurs from rest: the compression of joints grows with the live load, so the joints "
-        f"carry any multiple of the live load, as {counted(v['steps'], 'step')} of the load history prove"
+        f"carry any multiple of the live load (proven by {counted(v['steps'], 'step')} of the load history)"
     ),
     Code.NOT_COMPUTED: lambda v: (
         f"no load history was computed, because its computation takes long for {_joints_or_points(v)}: use "

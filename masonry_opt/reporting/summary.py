@@ -127,8 +127,10 @@ def motion(result: Outcome) -> tuple[str, str] | None:
         "open": motions.separates.sum(),
         "crush": motions.crushes.sum(),
     }
-    phrases = [f"{count} {verb(int(count), word)}" for word, count in counts.items() if count]
-    joints = f"; of the joints {', '.join(phrases)}" if phrases else ""
+    phrases = [
+        f"{counted(count, 'joint')} {verb(int(count), word)}" for word, count in counts.items() if count
+    ]
+    joints = f"; {', '.join(phrases)}" if phrases else ""
     blocks = f"{moving} of {counted(result.size.blocks, 'block')}"
     if result.load_factor is None:
         return "falls" if result.status is Status.UNSTABLE else "moves", f"{blocks}{joints}"
@@ -207,7 +209,7 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
         phrases = [f"touches {counted(len({piece.edge for piece in pieces}), 'edge')}"]
         phrases.append(f"weighs {weight:.4g} on {blocks}" if fill.weight else "without weight")
         spread = f"loads on the road spread within {fill.spread:g}° of the vertical"
-        phrases.append("loads go straight down" if fill.spread is False else spread)
+        phrases.append("loads on the road do not spread" if fill.spread is False else spread)
         if fill.pressure:
             active, at_rest, passive = fill.coefficients
             phrases.append(
@@ -240,7 +242,7 @@ def _friction(result: Outcome) -> str:
     unlimited, incremental = not len(result.assembly.problem.sliding), result.at_incremental
     phrases = [friction_law(result)] if unlimited or result.friction_law else []
     if result.incremental is not None and incremental and incremental.friction_law != result.friction_law:
-        phrases.append(f"incremental λ {friction_law(incremental)}")
+        phrases.append(f"for the incremental λ {friction_law(incremental)}")
     if result.load_factor is not None:
         phrases.append("joint forces act at contact points, which are the corners of joints")
     return "; ".join(phrases)
@@ -252,11 +254,11 @@ def _crushing(result: Outcome) -> str:
         return ""
     if result.crushing == "parabola":
         return (
-            "by the parabolic limit itself, which only methods 'static' and 'kinematic' with Clarabel use; "
-            f"all other methods use {BY_CHORDS}"
+            "limited by the crushing parabola itself, which only methods 'static' and 'kinematic' with "
+            f"Clarabel use; all other methods use {BY_CHORDS}"
         )
-    associative = "" if result.kind is Kind.ASSOCIATIVE else "; the associative λ likewise"
-    return f"by {BY_CHORDS}{associative}"
+    associative = "" if result.kind is Kind.ASSOCIATIVE else ", also for the associative λ"
+    return f"limited by {BY_CHORDS}{associative}"
 
 
 def _reference(result: Outcome) -> str:
@@ -283,7 +285,8 @@ def _reference(result: Outcome) -> str:
         return ""
     reference = known[name]
     if load_factor is not None and reference.value:
-        difference = f", {kind}here {numeral(100 * (load_factor / reference.value - 1), '+.3f')} %"
+        percent = numeral(100 * (load_factor / reference.value - 1), "+.3f")
+        difference = f"; the {kind}λ of this result differs by {percent} %"
     return f"{kind}{reference.value} ({reference.source}){difference}"
 
 

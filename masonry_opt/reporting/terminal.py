@@ -4,11 +4,12 @@ import io
 import math
 import re
 import sys
+import textwrap
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from rich import box
 from rich.console import Console
@@ -39,6 +40,12 @@ SECONDS_BETWEEN_LINES = 10.0
 
 #: Pattern of a row of the table of load factors, which begins with exactly two spaces and a name.
 _LOAD_FACTOR_ROW = re.compile(r"  \w")
+
+#: Largest column in which continuation lines begin, if a line is wrapped to the width of a terminal.
+_DEEPEST_COLUMN = 40
+#: Largest number of gaps of two or more spaces in a line that is wrapped. Lines with more gaps are rows of
+#: tables, whose columns would be lost.
+_MOST_GAPS = 2
 
 #: Stream to which results are printed while standard output is redirected; None stands for standard output.
 _results: TextIO | None = None
@@ -81,12 +88,15 @@ def print_result(text: str, bold_line: int | None = 1) -> None:
 
 
 def _print_lines(lines: Sequence[str], bold_line: int | None) -> None:
-    """Print lines of a result on standard output."""
+    """Print lines of a result on standard output. On a terminal, lines are wrapped to its width."""
     console = Console(highlight=False, file=_results)
-    if not console.is_terminal or console.no_color:
+    if not console.is_terminal:
         print_text("\n".join(lines))
         return
-    texts = [Text(line) for line in lines]
+    texts = [Text(_wrapped(line, console.width)) for line in lines]
+    if console.no_color:
+        print_text("\n".join(text.plain for text in texts))
+        return
     for number, text in enumerate(texts):
         if number == bold_line or _LOAD_FACTOR_ROW.match(text.plain):
             text.stylize("bold")
@@ -94,11 +104,27 @@ def _print_lines(lines: Sequence[str], bold_line: int | None) -> None:
         console.print(Text("\n").join(texts), soft_wrap=True)
 
 
+def _wrapped(line: str, width: int) -> str:
+    """Wrap a line between words. Continuation lines begin below the last text of the line after a gap.
+
+    Lines of tables are not wrapped.
+    """
+    gaps = [gap.end() for gap in re.finditer(r" {2,}(?=\S)", line)]
+    begins = len(line) - len(line.lstrip())
+    of_table = len(gaps) > _MOST_GAPS + (begins > 1) or begins > _DEEPEST_COLUMN or " " not in line.strip()
+    if len(line) <= width or of_table:
+        return line
+    column = max((gap for gap in gaps if gap <= _DEEPEST_COLUMN), default=0)
+    look: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
+    return textwrap.fill(line, width, subsequent_indent=" " * column, **look)
+
+
 def print_warnings(sentences: Iterable[str]) -> None:
     """Print warnings on standard error; on a terminal they are yellow."""
     console = Console(stderr=True)
     for line in warning_lines(sentences):
-        console.print(printable(line), markup=False, highlight=False, soft_wrap=True, style="bold yellow")
+        look: dict[str, Any] = {"markup": False, "highlight": False, "style": "bold yellow"}
+        console.print(printable(line), soft_wrap=not console.is_terminal, **look)
 
 
 @contextmanager

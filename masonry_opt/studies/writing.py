@@ -161,7 +161,7 @@ def machine() -> dict[str, str]:
         "cores": str(os.cpu_count()),
         "memory": f"{psutil.virtual_memory().total / 1e9:.0f} GB",
         "system": f"{platform.system()} {platform.release()}",
-        "threads": "one a run, on one core",
+        "threads": "one per run, on one core",
         "command": shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]),
     }
 

@@ -45,7 +45,7 @@ def test_loads_at_collapse_of_a_uniform_load():
     assert (found.axle_loads, found.capacity, found.at) == ([], [], [])
     assert found.uniform_loads == [8.0]
     assert "uniform loads 48 per unit length = λ × 8" in found.facts()["at collapse"]
-    assert found.facts()["at"].startswith("uniform load from x = ")
+    assert found.facts()["position"].startswith("uniform load from x = ")
     json = found.as_dict()
     assert (json["uniform_loads"], json["capacity"]) == ([8.0], [])
 

@@ -199,7 +199,11 @@ def test_openings_of_three_hinges(tmp_path, in_space):
     written = [text.get_text() for axes in found.plot().axes for text in axes.texts]
     assert written.count("0.125") == 2
     found.save(tmp_path / "a.html")
-    assert "Openings per unit of movement, at the least reaction" in (tmp_path / "a.html").read_text()
+    page = (tmp_path / "a.html").read_text(encoding="utf-8")
+    assert "Openings per unit of movement, at the least reaction" in page
+    assert "_at_movement" not in page  # the headings are words
+    # The lines of a text stay apart: states of the least reaction, each on a line of its own.
+    assert "white-space: pre-line" in page
 
 
 @pytest.mark.slow

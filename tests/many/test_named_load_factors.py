@@ -34,7 +34,11 @@ def test_a_sweep_without_proofs():
 @pytest.mark.parametrize(("method", "words"), METHODS)
 def test_a_sample(method, words):
     drawn = {"joints.friction": ("uniform", 0.3, 0.5)}
-    assert mo.sample(two_blocks(), drawn, n=2, method=method, workers=1).facts()["λ is"] == words
+    found = mo.sample(two_blocks(), drawn, n=2, method=method, workers=1)
+    assert found.facts()["λ is"] == words
+    for kind in ("fragility", "sensitivity"):
+        datasets = found.drawing(kind).chart.to_dict()["datasets"].values()
+        assert {row["of"] for rows in datasets for row in rows} - {"incremental"} == {words.split(" (")[0]}
 
 
 @pytest.mark.parametrize(("method", "words"), [("coulomb", PROVEN), ("static", UPPER_BOUND)])
@@ -56,8 +60,8 @@ def test_a_threshold_under_dead_load_is_no_load_factor():
 def test_a_crossing(no_proof, method, name):
     facts = mo.crossing(axles_on_a_beam(0.6), method=method).facts()
     assert facts["governing λ"].endswith(f"({name})")
-    assert "not proven to be the least" in facts["known of it"]
-    assert facts["known of it"].startswith("upper bound") == (method == "static")
+    assert "not proven to be the least" in facts["certainty"]
+    assert facts["certainty"].startswith("upper bound") == (method == "static")
 
 
 @pytest.mark.slow
@@ -65,7 +69,7 @@ def test_a_crossing(no_proof, method, name):
 def test_a_capacity_curve(method, name):
     facts = mo.capacity(mo.solve(block_on_floor(), method)).facts()
     assert facts["load factor"].endswith(f"at the onset ({name})")
-    assert facts["known of it"].startswith("upper bound") == (method == "static")
+    assert facts["certainty"].startswith("upper bound") == (method == "static")
 
 
 @pytest.mark.slow

@@ -113,3 +113,7 @@ def test_help_fits_into_eighty_columns_with_no_word_cut(name, monkeypatch, capsy
     assert "--help" in told
     assert "…" not in told
     assert max(map(len, told.splitlines())) <= 80
+    # Texts have at least a third of the width: a flag that is set by default shows its negated name only.
+    assert "--incremental" not in told
+    (line,) = [line for line in told.splitlines() if "--help " in line]
+    assert line.index("Show this message") <= 53

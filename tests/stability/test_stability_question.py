@@ -18,6 +18,7 @@ import masonry_opt as mo
 from masonry_opt.cli.app import app
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.reporting.page import headline
 from masonry_opt.solution.stability import are_resultants_unique
 
 #: Tolerance of values by bisection, which ends at a relative difference of 2e-4.
@@ -81,6 +82,7 @@ def test_a_block_on_too_steep_a_slope_is_unstable():
     result = mo.solve(ramp(math.radians(35)))
     assert (result.status, result.usable, result.stability) == ("unstable under dead load", False, None)
     assert str(result).splitlines()[1] == "unstable under dead load"
+    assert "unstable under dead load" in headline(result)  # no live load acts, so no load factor is asked for
     assert "at least 1.168 times as high" in result.message
 
 

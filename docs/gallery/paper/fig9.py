@@ -121,7 +121,7 @@ for mode, text in (("II", "mode II: mixed"), ("I", f"mode I: hinging, μ > {one_
     axes.plot(part["μ"], part["thickness (m)"], "o-", markersize=3.5, label=text)
 thickest, text = table["thickness (m)"].max(), f"mode III: sliding, μ = {two_to_three:.4f}"
 axes.plot([two_to_three] * 2, [thickest, 5], label=text)
-axes.axvspan(0.2, two_to_three, color="#EEEEEE", zorder=0, label="no thickness stands")
+axes.axvspan(0.2, two_to_three, color="#EEEEEE", zorder=0, label="unstable at every thickness")
 axes.set_ylim(0, 5)
 axes.secondary_yaxis("right", functions=(lambda t: 10 * t, lambda t: t / 10)).set_ylabel("% of the radius")
 axes.legend()

@@ -67,8 +67,8 @@ axes = figure.add_subplot(xlabel="friction μ = tan φ", ylabel="load factor λ 
 axes.plot(table["μ"], table["associative"], color="#0072B2", label="associative")
 axes.plot(table["μ"], table["loop"], "o", color="#D55E00", fillstyle="none", label="loop")
 axes.plot(table["μ"], table["coulomb"], "x", color="black", markersize=5, label="exact Coulomb")
-axes.axvline(CLAIMED, color="#777777", linestyle="--", label=f"μ = {CLAIMED:g}: published, coincide above")
-axes.axvspan(0, stands.value, color="#DDDDDD", zorder=0, label="falls by itself")
+axes.axvline(CLAIMED, color="#777777", linestyle="--", label=f"μ = {CLAIMED:g}: equal above, as published")
+axes.axvspan(0, stands.value, color="#DDDDDD", zorder=0, label="unstable under dead load")
 axes.set(xlim=(0, 0.82), ylim=(0, None))
 axes.legend(loc="lower right")
 figure

@@ -40,7 +40,7 @@ _REFINEMENT_PURPOSE = "refinement"
 #: Largest residual of a dual ray with which HiGHS may report the program of forces as infeasible. This is the
 #: default of HiGHS. With a smaller value many infeasible programs end as undecided, after two long runs. With
 #: a larger value states of nearly parallel joints may be missed.
-_RAY_RESIDUAL = 1e-9
+_RAY_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,7 @@ class Refiner(StateFinder):
         self._statics = HighsSession(
             forces, effort, _REFINEMENT_PURPOSE, small_matrix_value=SMALLEST_COEFFICIENT
         )
-        self._statics.accept_rays_up_to(_RAY_RESIDUAL)
+        self._statics.accept_rays_up_to(_RAY_TOLERANCE)
         self.size = forces.size
         self._kinematics = HighsSession(motion, effort, _REFINEMENT_PURPOSE)
         self.undecided = 0

@@ -73,7 +73,8 @@ def compare(  # noqa: PLR0913 - options of the public API are keywords
     cases: folder of the case files; see :func:`~masonry_opt.scene.case_file.case_folder`.
     tolerances: tolerances for the solvers that accept one.
     repeats: number of runs of each combination; times are medians.
-    time_limit, memory_limit: largest time in seconds and memory in MB (10⁶ bytes, with libraries) of a run.
+    time_limit: Largest time of a run in seconds.
+    memory_limit: Largest memory of a run in MB (10⁶ bytes), including libraries.
     out: folder of results and report.
     force: True to replace files of other programs.
     progress: function called with a line of text before each run.

@@ -76,7 +76,7 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
     capacity = capacity_text(answer)
     if capacity:
         lines["at collapse"] = capacity
-    lines |= required | {"known of it": certainty(worst), "at": _where(answer)}
+    lines |= required | {"certainty": certainty(worst), "position": _where(answer)}
     lines["axles"] = f"'{answer.axles}', travelling {answer.direction}{source}"
     if group.width:
         share = f"{passage.across:.4g}"
@@ -90,7 +90,7 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
         f"at {positions}; next to the worst position, positions are at most {spacing} apart{between}"
     )
     if passage.assembly.problem.live.any():
-        lines["beside them"] = "λ also multiplies the other live loads of the scene"
+        lines["other loads"] = "λ also multiplies the other live loads of the scene"
     return lines
 
 

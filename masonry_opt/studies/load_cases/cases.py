@@ -1,6 +1,7 @@
 """Functions ``solve_cases`` and ``directions``: all load cases of a scene, or earthquakes from all sides."""
 
 import itertools
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,7 +23,7 @@ from masonry_opt.finite_motion.settled_state import settled_scene
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.methods.task import Progress
 from masonry_opt.problem.settled import Movements
-from masonry_opt.reporting.load_factors import INCREMENTAL, factor_text, named_factor
+from masonry_opt.reporting.load_factors import factor_text, named_factor
 from masonry_opt.reporting.names import warning_lines
 from masonry_opt.reporting.terminal import frame_text
 from masonry_opt.result import Result, distinct_warnings
@@ -34,7 +35,15 @@ from masonry_opt.studies.many.runs import at_least
 from masonry_opt.studies.writing import StudyAnswer, records
 
 _BAR_HEIGHT = 0.09  #: Height of a bar, relative to the width of the axes.
-_MOST_LETTERS = 24  #: Largest number of letters of a name next to a bar; longer names are shortened.
+#: Printed headings of the table, by column.
+_HEADINGS = {
+    "direction": "direction (°)",
+    "vertical": "vertical / horizontal",
+    "a_0": "a_0 (g)",
+    "a_star_0": "a_star_0 (g)",
+}
+_MOST_LETTERS = 24  #: Largest number of letters in a line of the name next to a bar.
+_MOST_NAME_LINES = 2  #: Largest number of lines of the name next to a bar; longer names are shortened.
 #: Columns of the table of load cases. Each name is an attribute of a result.
 LOAD_CASE_COLUMNS = ("load_factor", "status", "incremental", "associative", "exact")
 #: Columns with accelerations that activate a mechanism, in the table of earthquakes from all sides.
@@ -157,7 +166,7 @@ class Cases(StudyAnswer):
 
     def _with_table(self, results: Iterable[str]) -> str:
         """Return the printed text: the heading, the table, and texts of results, separated by blank lines."""
-        table = frame_text(self.table.rename(columns={"incremental": INCREMENTAL}), "").strip("\n")
+        table = frame_text(self.table.rename(columns=_HEADINGS), "").strip("\n")
         return printable("\n\n".join([self._text(), table, *results]))
 
     def as_dict(self) -> dict[str, Any]:
@@ -179,8 +188,8 @@ class Cases(StudyAnswer):
 
     def plot(self) -> Picture:
         """Return a bar chart of the load factors, in which the governing bar is coloured."""
-        longest = _MOST_LETTERS
-        names = [name if len(name) <= longest else f"{name[: longest - 1]}…" for name in self.results]
+        limits: dict[str, Any] = {"max_lines": _MOST_NAME_LINES, "placeholder": "…"}
+        names = [textwrap.fill(printable(name), _MOST_LETTERS, **limits) for name in self.results]
         values = [result.load_factor or 0.0 for result in self.results.values()]
         colours = [VERMILION if name == self.governing else AT_REST for name in self.results]
         with style():
@@ -189,7 +198,7 @@ class Cases(StudyAnswer):
             axes.set_box_aspect(_BAR_HEIGHT * (len(names) + 1))
             bars = axes.barh(range(len(values)), values, color=colours, height=0.6)
             axes.bar_label(bars, [*map(_bar_label, self.results.values())], padding=4, fontsize=8)
-            axes.set_yticks(range(len(names)), [*map(printable, names)], fontsize=8, parse_math=False)
+            axes.set_yticks(range(len(names)), names, fontsize=8, parse_math=False)
             axes.invert_yaxis()
             axes.set_xlim(min(0.0, *values), 1.25 * max(*values, 1e-9))
             axes.set_xlabel("load factor λ")
@@ -254,7 +263,10 @@ class Directions(Cases):
                 axes.plot(np.radians(worst), drawn.load_factor or 0.0, color=BLACK, label="least", **ring)
             axes.set_ylim(0)
             axes.tick_params(axis="y", labelsize=8)
-            notes = ["The angle is the direction of the push; x points to the right, y upwards."]
+            notes = [
+                "The angle is the direction of the push (x points to the right, y upwards); the distance "
+                "from the centre is λ."
+            ]
             missing = int(table["load_factor"].isna().sum())
             if missing:
                 notes.append(f"No load factor in {counted(missing, 'direction')}.")
@@ -282,8 +294,8 @@ class Directions(Cases):
             if not is_own and not difference > _VISIBLE_DIFFERENCE:
                 continue
             look = {"marker": ".", "linewidth": 1.4} if is_own else {"linewidth": 0.9}
-            sense = "against" if ratio < 0 else "with"
-            vertical = f", and {abs(ratio):g} of it {sense} gravity" if ratio else ""
+            sense = "against" if ratio < 0 else "along"
+            vertical = f"; vertical force {abs(ratio):g} times horizontal, {sense} gravity" if ratio else ""
             closed = pd.concat([rows, rows.head(1)])
             angle = np.radians(closed["direction"].astype(float))
             axes.plot(angle, closed[column], color=colour, label=f"{label}{vertical}", **look)

@@ -60,12 +60,15 @@ _LABEL = "load factor λ"  #: Title of the axis of load factors.
 #: Height in pixels of the two strips of a chart: the top strip for values beyond the axis, and the bottom
 #: strip for runs without a load factor.
 _STRIP_HEIGHT = 24
+#: Relative difference up to which the incremental load factors of a sweep are not drawn, because their line
+#: would cover the line of the load factors.
+_SAME = 1e-6
 _MOST_CORRELATIONS = 15  #: Largest number of correlations in the chart; weaker ones are left out.
-#: Map from the name of each load factor of a sample to the prefix of its table columns.
-_LOADS = {"lowest found": "", "incremental": INCREMENTAL_COLUMN}
-_COLOURS = alt.Scale(range=[*SERIES[: len(_LOADS)]])  #: Colours of the load factors of a sample.
+#: Colours of the load factors of a sample: the load factor of the method, and the incremental load factor.
+_COLOURS = alt.Scale(range=[*SERIES[:2]])
 _OFF = "off the axis: λ as written"  #: Legend entry for values beyond the axis, which are written as numbers.
-_RING = "ringed: smallest"  #: Legend entry for the ring around the smallest load factor.
+_RING = "ring: smallest λ"  #: Note on the ring around the smallest load factor.
+_WHITE = "white dot: smallest λ"  #: Note on the white dot of the smallest load factor in a heat map.
 _DASHED = "dashes: incremental λ"  #: Note on the dashes.
 
 
@@ -93,7 +96,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     off, failed = far[: len(frame)], frame["load_factor"].isna()
     on_axis = ~failed & ~off
     incremental = frame["incremental"].mask(far[len(frame) :])
-    same = frame["incremental"].equals(frame["load_factor"])
+    same = np.allclose(frame["incremental"], frame["load_factor"], rtol=_SAME, equal_nan=True)
     series = mechanism = frame["mechanism"].fillna("none")
     looks = {kind: look for kind, look in _LOOKS.items() if kind in {*mechanism[on_axis]}}
     lines = len(names) == 2 and frame[names[1]].nunique() <= _MOST_DRAWN_LINES
@@ -171,14 +174,14 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
     grey = alt.Chart(cells).mark_rect(color="#CCCCCC").encode(x, y, tooltip=tooltip)
     known = alt.Chart(cells.dropna(subset=["λ"])).mark_rect(color="#CCCCCC").encode(x, y, tooltip=tooltip)
     ring = alt.Chart(cells[least]).mark_point(size=90, filled=True, fill="white", stroke=_DARK, opacity=1)
-    notes = [_RING] if least.any() else []
+    notes = [_WHITE] if least.any() else []
     notes += ["load factors far above all others have the last colour of the scale"] if off.any() else []
     notes += ["grey: no load factor"] if missing else []
     coloured = known.encode(fill=alt.Fill("λ:Q", scale=scale, legend=of_colours))
     chart = (grey + coloured + ring.encode(x, y)).properties(height=300)
     notes += _names_of_load_factors(frame)
     notes += _note_on_axles(frame)
-    return NamedChart(HEAT_MAP, f"{_LABEL} over two numbers", chart, "; ".join(notes))
+    return NamedChart(HEAT_MAP, f"{_LABEL} over two parameters", chart, "; ".join(notes))
 
 
 def _names_of_load_factors(frame: pd.DataFrame) -> list[str]:
@@ -208,21 +211,24 @@ def _label(name: str) -> str:
     return _SYMBOLS.get(name, name)
 
 
-def _by_load(frame: pd.DataFrame) -> pd.DataFrame:
+def _by_load(frame: pd.DataFrame, own: str) -> pd.DataFrame:
     """Return the statistics of both load factors in one table. Its column ``of`` names the load factor.
 
-    The rows of the incremental load factor are omitted if it is unknown, or if it equals the lowest load
-    factor in all rows.
+    ``own`` is the name of the method's own load factor, such as "lowest found". The rows of the incremental
+    load factor are omitted if it is unknown, or if it equals the own load factor in all rows.
     """
     key, *names = (name for name in map(str, frame) if not name.startswith(INCREMENTAL_COLUMN))
-    lowest, incremental = (frame[[key, *(prefix + name for name in names)]] for prefix in _LOADS.values())
+    lowest, incremental = (
+        frame[[key, *(prefix + name for name in names)]] for prefix in ("", INCREMENTAL_COLUMN)
+    )
+    parts = [lowest.assign(of=own)]
     incremental = incremental.set_axis([key, *names], axis=1)
-    parts = [lowest] if lowest.equals(incremental) else [lowest, incremental]
-    labelled = [part.assign(of=label) for label, part in zip(_LOADS, parts, strict=False)]
-    return pd.concat(labelled, ignore_index=True).dropna(subset=names[:1])
+    if not lowest.equals(incremental):
+        parts.append(incremental.assign(of="incremental"))
+    return pd.concat(parts, ignore_index=True).dropna(subset=names[:1])
 
 
-def fragility(title: str, curve: pd.DataFrame, sure: str) -> NamedChart:
+def fragility(title: str, curve: pd.DataFrame, sure: str, own: str) -> NamedChart:
     """Return the chart of the probability of collapse against the load, with its confidence band.
 
     Parameters
@@ -230,8 +236,9 @@ def fragility(title: str, curve: pd.DataFrame, sure: str) -> NamedChart:
     title: End of the chart's title.
     curve: Table of :meth:`~.sample.Sample.fragility`.
     sure: Confidence of the band, as text.
+    own: Name of the method's own load factor, such as "lowest found".
     """
-    share, curve = axis("probability of collapse", 0, 1.02), _by_load(curve)
+    share, curve = axis("probability of collapse", 0, 1.02), _by_load(curve, own)
     along = alt.Chart(curve).encode(
         x=alt.X("load:Q", **axis(_LABEL, *curve["load"].agg(["min", "max"]))),
         color=alt.Color("of:N", scale=_COLOURS),
@@ -244,7 +251,7 @@ def fragility(title: str, curve: pd.DataFrame, sure: str) -> NamedChart:
     return NamedChart("fragility", f"Fragility, {title}", chart, f"line: share of runs; band: {sure}")
 
 
-def sensitivity(title: str, correlations: pd.DataFrame, sure: str) -> NamedChart:
+def sensitivity(title: str, correlations: pd.DataFrame, sure: str, own: str) -> NamedChart:
     """Return the chart of rank correlations, with the strongest correlation on top.
 
     Parameters
@@ -252,15 +259,16 @@ def sensitivity(title: str, correlations: pd.DataFrame, sure: str) -> NamedChart
     title: End of the chart's title.
     correlations: Table of :meth:`~.sample.Sample.sensitivity`.
     sure: Confidence of the intervals, as text.
+    own: Name of the method's own load factor, such as "lowest found".
     """
     known = correlations.dropna(thresh=4)
-    shown = _by_load(known.head(_MOST_CORRELATIONS))
+    shown = _by_load(known.head(_MOST_CORRELATIONS), own)
     # Correlations whose confidence interval contains zero have hollow marks.
     shown = shown.assign(certain=(shown["lower"] > 0) | (shown["upper"] < 0))
     x, colours = axis("rank correlation with λ", -1.05, 1.05), {"scale": _COLOURS} | legend(len(shown))
     rows = alt.Chart(shown).encode(
         y=alt.Y("parameter:N", sort=None, title=None, axis=alt.Axis(labelLimit=190)),
-        yOffset=alt.YOffset("of:N", sort=[*_LOADS]),
+        yOffset=alt.YOffset("of:N", sort=[own, "incremental"]),
         stroke=alt.Stroke("of:N", **colours),
         tooltip=["parameter:N", "of:N", *(f"{name}:Q" for name in ("rank_correlation", "lower", "upper"))],
     )
@@ -272,10 +280,10 @@ def sensitivity(title: str, correlations: pd.DataFrame, sure: str) -> NamedChart
     limits = rows.mark_rule(strokeWidth=1.5).encode(x=alt.X("lower:Q", **x), x2="upper:Q")
     left_out = f", the first {_MOST_CORRELATIONS} of {len(known)}" if len(known) > _MOST_CORRELATIONS else ""
     if known.empty:
-        left_out = ": nothing drawn matters"
+        left_out = ": no parameter has an influence"
     chart = (limits + marks).properties(height=28 * max(len(known.head(_MOST_CORRELATIONS)), 2))
     notes = (
         f"the intervals of a load factor are jointly valid with {sure}; a hollow mark means that the "
         "correlation may be zero"
     )
-    return NamedChart("sensitivity", f"What matters, {title}{left_out}", chart, notes)
+    return NamedChart("sensitivity", f"Sensitivity, {title}{left_out}", chart, notes)

@@ -351,9 +351,9 @@ class Sample(StudyAnswer):
 
         case = Path(self.case)
         # A scene made in Python has a title instead of a path, and the title may contain dots.
-        name = case.stem if case.suffix in (".toml", ".json") else self.case
-        title = f"{name}: {self.counted}"
-        return getattr(charts, kind)(title, getattr(self, kind)(), f"{CONFIDENCE:.0%} confidence")
+        title = f"{case.stem if case.suffix in ('.toml', '.json') else self.case}: {self.counted}"
+        own = " or ".join(sorted(filter(None, self._counting["which"].dropna().unique()))) or "load factor"
+        return getattr(charts, kind)(title, getattr(self, kind)(), f"{CONFIDENCE:.0%} confidence", own)
 
     def facts(self) -> dict[str, str]:
         """Return the printed lines of the answer, as a dict from the label of each line to its text."""
@@ -495,6 +495,6 @@ def sample(  # noqa: PLR0913 - options of the public API are keywords
     drawn = Sample(scene.called, table, tuple(column.name for column in draws.columns), draws.texts)
     if output is not None:
         tables = {f"{name}.csv": csv_text(frame) for name, frame in drawn.tables().items()}
-        charts = charts_if_installed("Sample", lambda: [drawn.drawing(kind) for kind in CHART_KINDS])
-        output.write(table, tables | charts)
+        title = f"Sample of {scene.called}"
+        output.write(table, tables | charts_if_installed(title, lambda: [*map(drawn.drawing, CHART_KINDS)]))
     return drawn

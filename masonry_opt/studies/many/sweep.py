@@ -124,7 +124,8 @@ def sweep(  # noqa: PLR0913 - options of the public API are keywords
     output = None if out is None else StudyOutput(Path(out), chart_files(chart_names(list(vary))), force)
     frame = run_many(study, points, output=output, by=(workers, dask), progress=progress)
     if output is not None:
-        output.write(frame, charts_if_installed("Sweep", lambda: _drawings(frame, list(vary))))
+        title = f"Sweep of {varied_scene.called}" if varied_scene else "Sweep"
+        output.write(frame, charts_if_installed(title, lambda: _drawings(frame, list(vary))))
     return frame
 
 

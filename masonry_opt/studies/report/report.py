@@ -223,7 +223,7 @@ def _(answer: Crossing) -> ReportPart:
         left_open = [between, *left_open]
     return ReportPart(
         heading=f"{subject}, every load case" if all_cases else _of_case(subject, worst),
-        says=f"governing {named_factor(worst)}: {facts['axles']}, {facts['at']}{governs}",
+        says=f"governing {named_factor(worst)}: {facts['axles']}, {facts['position']}{governs}",
         assembly=least.passage.assembly,
         printed_in_full={f"worst position, method {worst.method}": worst},
         facts=facts,
@@ -245,7 +245,7 @@ def _(answer: Cases) -> ReportPart:
     governs = f"'{answer.governing}' governs" if answer.governing else "none governs"
     return ReportPart(
         heading=_of_case("Earthquakes", drawn) if are_earthquakes else "Load cases",
-        says=f"{named_factor(drawn)}: {governs} of {counted(len(answer.results), kind)}",
+        says=f"{named_factor(drawn)}: {governs} ({counted(len(answer.results), kind)})",
         assembly=drawn.assembly,
         printed_in_full={answer.governing or next(iter(answer.results)): drawn},
         others=answer.results,
@@ -341,7 +341,7 @@ def _page(parts: Sequence[ReportPart], units: dict[str, str]) -> str:
         counts=counts(assembly),
         size=" × ".join(numeral(side, ".5g") for side in (high - low).tolist()),
         given=_tables_of_inputs(scene, axles),
-        drawing=_drawing(assembly, units["length"] or "units"),
+        drawing=_drawing(assembly, units["length"]),
         case=_case_text(scene),
     )
 
@@ -389,7 +389,8 @@ def _drawing(assembly: Assembly, length: str) -> Picture:
     width = float(np.ptp(axes.get_xlim()))
     axes.set_ylim(bottom=axes.get_ylim()[0] - _SCALE_BAR_HEIGHT * width)
     bar = round_below(width / 4)
-    scale = AnchoredSizeBar(axes.transData, bar, printable(f"{bar:g} {length}"), "lower right", pad=0.3)
+    words = f"{bar:g} {length or ('unit' if bar == 1 else 'units')}"
+    scale = AnchoredSizeBar(axes.transData, bar, printable(words), "lower right", pad=0.3)
     scale.set_zorder(10)
     axes.add_artist(scale)
     return picture

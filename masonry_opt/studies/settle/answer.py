@@ -39,6 +39,8 @@ from masonry_opt.studies.writing import StudyAnswer, frame_table, records, rende
 _REACTION_COLUMNS = ("kind", "reaction", "status", "certainty", "moves")
 #: Printed names of the kinds of results.
 KIND_NAMES = {"coulomb": "Coulomb", "incremental": INCREMENTAL, "associative": ASSOCIATIVE}
+#: Headings of the table of openings on a page, by column.
+_OPENING_HEADINGS = {f"{kind}_at_movement": f"{kind} after the movement" for kind in ("opening", "sliding")}
 _WRITTEN_JOINTS = 12  #: Largest number of joints whose opening is written into a picture.
 #: Note on the numbers in a picture.
 _NOTE = "Numbers at joints: opening, or sliding (s), per unit of the support's movement"
@@ -433,7 +435,7 @@ class Settlement(StudyAnswer):
         tables = {"Reactions": frame_table(reactions, kind="flow", moves="moves, fastest first")}
         for name, end in self.ends.items():
             if len(end.openings):
-                rows = frame_table(end.openings.drop(columns="joint"))
+                rows = frame_table(end.openings.drop(columns="joint").rename(columns=_OPENING_HEADINGS))
                 tables[f"Openings per unit of movement, at the {name} reaction"] = rows
         return tables
 

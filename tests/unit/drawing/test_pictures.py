@@ -4,6 +4,7 @@ refused."""
 import json
 import re
 from html import unescape
+from itertools import pairwise
 from pathlib import Path
 
 import matplotlib as mpl
@@ -173,6 +174,21 @@ def test_the_text_of_a_mark_does_not_overlap_the_text_of_an_earlier_mark():
     write_name(axes, "A", np.array([0.0, 0.5]), 8.0, 0.0)
     remove_overlapping_texts(made, axes)
     assert [text.get_text() for text in axes.texts] == ["0", "0.5", "A"]
+
+
+def test_numbers_of_joints_below_a_curve_do_not_overlap():
+    """Each row below the curve contains the number of all joints that start to slide or to open."""
+    result = mo.solve(small_wall(), "incremental", curve=True)
+    figure = result.plot("curve")
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    for column, word in (("starts_sliding", "slide"), ("starts_opening", "open")):
+        texts = figure.axes[0].texts
+        (row,) = {text.get_position()[1] for text in texts if text.get_text() == f"start to {word}"}
+        numbers = [text for text in texts if text.get_position()[1] == row and text.get_text().isdigit()]
+        assert sum(int(text.get_text()) for text in numbers) == result.curve[column].map(len).sum()
+        boxes = [text.get_window_extent() for text in numbers]
+        assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
 
 
 @pytest.mark.parametrize("ending", ["png", "HTML"])

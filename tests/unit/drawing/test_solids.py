@@ -5,12 +5,13 @@ import re
 
 import numpy as np
 import pytest
+import shapely
 from drawn import elements_of, labels, marks
 from scenes import CASES
 from scenes_in_space import box_on_floor, corner_wall
 
 import masonry_opt as mo
-from masonry_opt.drawing.elements import FULL, PICTURE_KINDS, result_elements
+from masonry_opt.drawing.elements import FULL, PICTURE_KINDS, result_elements, scene_elements
 from masonry_opt.drawing.page import refuse_saving, three
 from masonry_opt.drawing.solids import axes_of, best_view, raster, surface
 
@@ -133,6 +134,10 @@ def test_the_view_is_of_the_wider_side_and_what_comes_nearer():
         towards = axes_of((azimuth, 0))[2]
         assert abs(towards[1]) > abs(towards[0])
         assert towards @ push > 0
+    # A load of 37° to the x axis is seen from the side, because it would point at a viewer at 30°.
+    oblique = (0.8, 0.6, 0)
+    azimuth, _ = best_view(mo.assemble(box_on_floor((1.0, 2.0, 3.0), live=oblique)))
+    assert 0 < axes_of((azimuth, 0))[2] @ oblique < 0.9
     assert axes_of((0, 0)) == pytest.approx(np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]))
     assert axes_of((-90, 0)) == pytest.approx(np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]]))
 
@@ -159,6 +164,30 @@ def test_names_are_written_where_blocks_are_seen(result):
     assert {"x 1-1", "x 4-3", "y 4-2", "base"} <= written
     # This block is hidden behind the other wall.
     assert "y 1-2" not in written
+
+
+def test_a_name_is_written_on_one_face():
+    """A name does not cross the edge between two visible faces of its block: it is in the larger face."""
+    scene = box_on_floor()
+    axes = mo.draw(scene, names=True, view=(30, 22)).axes[0]
+    (name,) = [text for text in axes.texts if text.get_text() == "A"]
+    corners = np.array([(1, 0, 0), (1, 2, 0), (1, 2, 3), (1, 0, 3)])
+    face = shapely.Polygon(((corners - mo.assemble(scene).geometry.origin) @ axes_of((30, 22)).T)[:, :2])
+    assert shapely.contains(face.buffer(-0.3), shapely.Point(name.xy))
+
+
+@pytest.mark.parametrize("push", [(0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (-1.0, 0.0, 0.0)])
+def test_the_arrow_of_all_weights_is_beside_the_blocks(push):
+    """The arrow is at the back of the default view, and does not cover a block."""
+    scene = corner_wall(2, 2, 2)
+    blocks = [block if block.fixed else block.replace(live_per_weight=push) for block in scene.blocks]
+    elements = scene_elements(mo.assemble(scene.replace(blocks=blocks)))
+    axes = axes_of(best_view(elements.assembly))
+    (weight,) = [marks for marks in elements.loads if marks.name == "weight"]
+    movable = np.isin(surface(elements).of_triangle, elements.assembly.movable)
+    drawn = [shapely.Polygon((triangle @ axes.T)[:, :2]) for triangle in surface(elements).triangles[movable]]
+    arrow = shapely.LineString((weight.points[0] @ axes.T)[:, :2])
+    assert not shapely.intersects(shapely.union_all(drawn).buffer(-1e-6), arrow)
 
 
 @pytest.mark.slow
