@@ -29,6 +29,9 @@ from masonry_opt.solution.reasons import Status
 #: Number of sides of a friction polygon, and number of chords or tangents of a parabola of crushing.
 SIDES, TANGENTS = 24, 64
 
+#: Status of a program of SciPy in which HiGHS neither found an optimum nor proved that there is none. The
+#: program is then solved by another method.
+UNDECIDED = 4
 
 #: Relative difference allowed between load factors of two programs that are each solved to 1e-9.
 SAME = 1e-6
@@ -140,16 +143,19 @@ def _largest(assembly: Assembly, inside: bool) -> float | None:
     A = sp.csc_array(sp.hstack([problem.live[:, None] / problem.live_norm, statics]))
     yielding = sp.csc_array(sp.hstack([sp.csc_array((rows.shape[0], 1)), -rows]))
     for least in (0.0, None):
-        found = linprog(
-            -np.eye(1, unknowns + 1)[0],
-            A_ub=yielding,
-            b_ub=limits,
-            A_eq=A,
-            b_eq=-problem.dead,
-            bounds=[(least, 0.0 if least is not None else None), *free],
-            method="highs",
-            options={"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9},
-        )
+        for method in ("highs", "highs-ipm"):
+            found = linprog(
+                -np.eye(1, unknowns + 1)[0],
+                A_ub=yielding,
+                b_ub=limits,
+                A_eq=A,
+                b_eq=-problem.dead,
+                bounds=[(least, 0.0 if least is not None else None), *free],
+                method=method,
+                options={"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9},
+            )
+            if found.status != UNDECIDED:
+                break
         if least is not None and found.status != 0:
             assert found.status == 2, found.message
             return None
