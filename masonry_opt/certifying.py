@@ -31,10 +31,12 @@ from masonry_opt.suitability import refuse_without_live_load
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Permitted values of the argument ``friction``: the friction law in space that the check uses.
+#: Values of the argument ``friction``: in space, the check uses the exact friction cone, or a polygon with 24
+#: sides inside the cone.
 _FRICTION_LAWS = ("cone", "polygon")
 
-#: Permitted values of the argument ``crushing``: the law for joints of limited strength that the check uses.
+#: Values of the argument ``crushing``: for joints of limited strength, the check uses the chords of the
+#: crushing parabola, or the parabola.
 _CRUSHING_LAWS = ("chords", "parabola")
 
 

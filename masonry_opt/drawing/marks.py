@@ -9,7 +9,7 @@ import shapely
 
 from masonry_opt.problem.assembly import Assembly
 
-#: Smallest number of joints at which marks on joints are drawn smaller, so that they do not overlap.
+#: Number of joints from which on marks on joints are drawn smaller, so that they do not overlap.
 MANY = 1000
 
 #: Names of marks inside blocks. In space, such marks are drawn as if blocks were transparent.

@@ -43,7 +43,7 @@ from masonry_opt.suitability import refuse_unsuited, refuse_without_live_load
 #: bound must be larger than the feasibility tolerance of solvers, and much smaller than a load factor.
 EPSILON = 1e-6
 
-#: Pyomo program, and the comment lines at the head of the file to which the program is exported.
+#: Exported program in Pyomo, and the comment lines at the top of the file to which it is written.
 Declared = tuple[pyo.ConcreteModel, list[str]]
 
 

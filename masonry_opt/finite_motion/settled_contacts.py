@@ -180,7 +180,7 @@ class Contacts:
         return poses[body]
 
     def _rigid(self, of_body: np.ndarray, share: float) -> np.ndarray:
-        """Return the poses of all bodies after a given fraction of the movement.
+        """Return the poses of all bodies after a given fraction of the supports' movement.
 
         The reference point of each body, the centroid of its support or of its largest block, moves along a
         straight line.
@@ -365,7 +365,7 @@ class Contacts:
         return np.asarray(np.where(closed, 1.0, depth)[kept])
 
     def far_ends(self, kept: np.ndarray) -> np.ndarray:
-        """Return a mask of the joints of ``kept`` whose first end has opened, shape (joints,)."""
+        """Return True for each joint of the indices ``kept`` whose first end has opened, shape (joints,)."""
         return np.asarray(~self.touches[self.joints.first_point][kept])
 
 

@@ -29,10 +29,11 @@ from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.registry import find_solver
 
-#: Ratio of ε in a solve to ε in the previous solve.
+#: Ratio of ε in a solve of the relaxation to ε in the previous solve. With a larger ratio a series needs more
+#: solves.
 _FALL = 0.1
 
-#: Factor on the first ε of a series of solves, after a series has failed.
+#: Factor by which the first ε of a series of solves is multiplied after a series has failed.
 _SMALLER_START = 1e-3
 
 #: Smallest ε with which a series of solves may begin. If all series fail, the method ends without an answer.
@@ -73,7 +74,7 @@ class MpecOptions(Options):
 
     @model_validator(mode="after")
     def _falling(self) -> "MpecOptions":
-        """Raise ValueError if ``epsilon`` is smaller than ``epsilon_min``."""
+        """Check that ``epsilon`` falls: raise ValueError if ``epsilon`` is smaller than ``epsilon_min``."""
         if self.epsilon < self.epsilon_min:
             raise ValueError("'epsilon' must be at least 'epsilon_min'")
         return self
@@ -177,7 +178,7 @@ def mpec(task: Task) -> Solution:
         start = of_same_scene(options.start, problem)
     else:
         # Solve the sub-problems of the loop accurately. The relaxation must start from a state that shows
-        # which faces move, and solutions with a large tolerance do not show this.
+        # which faces have nonzero rates, and solutions with a large tolerance do not show this.
         accurate = LoopOptions(sub_problems="accurate")
         start = nonassociative(task.with_options(accurate, find_solver("cvxpy", None)))
     if start.q is None or start.d is None:

@@ -35,9 +35,9 @@ from masonry_opt.solution.thresholds import APART, ZERO
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import find_solver
 
-#: Largest work of the live load, and largest energy z·p, that count as zero, relative to the work of the dead
-#: load. Energies of this size occur in the loop of linear programs, because sliding joints contract by 10⁻³ μ
-#: per unit slip.
+#: Largest work of the live load, and largest energy z·p, that count as zero in a collapse without work of the
+#: live load, relative to the work of the dead load. Energies of this size occur in the loop of linear
+#: programs, because sliding joints contract by 10⁻³ μ per unit slip.
 _NEGLIGIBLE_WORK = 1e-3
 
 #: Fractions σ of the dead load that grow with the live load, in the order in which they are tried. If the
@@ -46,12 +46,13 @@ _NEGLIGIBLE_WORK = 1e-3
 #: fails on two blocks in space.
 _DEAD_LOAD_SHARES = 0.75, 0.5
 
-#: Largest number of estimates λ₀ of the load factor that are tried. Several estimates may be needed, because
-#: the modified loads equal the loads of the scene only at λ₀. Usually the first estimate, the associative
-#: load factor, is the answer.
+#: Largest number of estimates λ₀ of the load factor that are tried in the search for a collapse without work
+#: of the live load. The search then ends without an answer. Several estimates may be needed, because the
+#: modified loads equal the loads of the scene only at λ₀. Usually the first estimate, the associative load
+#: factor, is the answer.
 _MOST_LOAD_FACTORS = 8
 
-#: Fields of a method's step records that contain load factors.
+#: Fields of a method's step records that contain load factors, which are converted to the loads of the scene.
 _LOAD_FACTORS_OF_STEPS = ("load_factor", "bound")
 
 #: Codes of reasons that are valid only for the modified loads under which this module solves the scene.
@@ -66,11 +67,11 @@ _OF_OTHER_LOADS = frozenset(
 
 
 def without_work(task: Task, run: Callable[[Task], Solution], before: Solution | None) -> Solution | None:
-    """Return the solution of a collapse in which the live load does no work, or None.
+    """Solve by series of relaxations with decreasing ε; return the solution of the first successful series.
 
-    The result is None if the associative forces permit no mechanism without work of the live load, or if the
-    method finds no solution. ``before`` is the method's solution of the unchanged scene, without a load
-    factor; it is None if the method was not run.
+    A series is successful if it reaches the smallest ε. Each series begins at the state ``start``, or at rest
+    if ``start`` is None. If a series from a state fails, the next series begins with a smaller ε. If all
+    series fail, the solution has no load factor.
     """
     scene = task.problem
     task = replace(task, problem=scene.with_lowest_forces_as_load)

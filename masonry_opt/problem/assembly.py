@@ -29,8 +29,8 @@ _MATRIX_KEYS = ("gravity", "tolerance", "contact_tolerance", "thickness", "block
 #: properties or text.
 _LOAD_KEYS = ("tilt", "edge_loads", "loads", "earthquake", "load_case")
 
-#: Largest allowed limit of a tie, prop or earth force, relative to the unit of force. With a larger limit,
-#: solvers would treat the loads as zero.
+#: Largest allowed limit of the force of a tie, prop or earth, relative to the unit of force. A larger limit
+#: raises an error, because solvers would treat the loads as zero.
 _LARGEST_LIMIT = 1e9
 
 

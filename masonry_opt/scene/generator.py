@@ -189,7 +189,7 @@ def cut(
     """
 
     def within(places: Iterable[float], low: float, high: float, least: float) -> list[float]:
-        """Return the positions that are at least ``least`` stone lengths from both ends."""
+        """Return the positions between two ends that are at least ``least`` stone lengths from both ends."""
         least *= length * (1 - _STONE_LENGTH_TOLERANCE)
         return [place for place in places if low + least < place < high - least]
 

@@ -19,8 +19,9 @@ class Kind(StrEnum):
     #: violate the yield conditions. A violation may be as large as the largest force on the less loaded of
     #: the joint's two blocks.
     BARE_LOOP = "bare loop"
-    #: State that is exact except for its complementarity, because inactive yield conditions have small rates.
-    #: The energy of these rates is about 1e-9 of λ on small scenes, and up to 1e-5 on façades.
+    #: State that is exact except for its complementarity, because yield conditions that are not at yield have
+    #: small nonzero rates. The energy of these rates is about 1e-9 of λ on small scenes, and up to 1e-5 on
+    #: façades.
     NEARLY_COMPLEMENTARY = "nearly complementary"
     #: Answer of the MPEC (mathematical program with equilibrium constraints). The answer is exact except for
     #: the error of complementarity that the last relaxation permits (about 1e-8 by default).
@@ -120,7 +121,8 @@ FEASIBLE = 1e-11
 #: whose sum exceeds a million median block weights could stop the mechanism.
 DEPARTS = 1e-6
 
-#: Size below which a slip, a shear or a violation of the associative flow rule counts as rounding.
+#: Magnitude of a slip, a shear or a violation of the associative flow rule below which it counts as a
+#: rounding error.
 ROUNDING = 1e-11
 
 #: Largest accepted error of the margin of stability under dead load. The unit is the work of a median block

@@ -50,11 +50,12 @@ FACTOR_UP_TO = 2000
 #: then ends with the smallest stable factor so far.
 _MOST_FACTORS = 12
 
-#: The search ends if the smallest stable and the largest unstable friction factor differ by at most this
-#: fraction. A smaller value needs more programs.
+#: The search for the smallest stabilising friction factor ends if the smallest stable and the largest
+#: unstable factor differ by at most this fraction. A smaller value needs more programs.
 _NEAR = 1e-3
 
-#: Largest friction coefficient that the search tries. Solvers are less accurate with larger coefficients.
+#: Largest friction coefficient that the search for the smallest stabilising friction factor tries. Solvers
+#: are less accurate with larger coefficients.
 _LARGEST_FRICTION = 100.0
 
 #: A joint supports a block if the cosine of the angle between the joint's normal and the block's dead load

@@ -16,18 +16,19 @@ class ProofSettings(Settings):
     #: smaller gap, rounding errors make more conflicts of a proof invalid.
     gap: float = 5e-7
 
-    #: Slack below which a yield condition counts as at yield, and rate below which it counts as at rest. With
-    #: a larger value the search solves fewer linear programs, but must refute more combinations of moving
-    #: conditions later.
+    #: Slack below which a yield condition counts as at yield, and rate below which its rate counts as zero.
+    #: With a larger value the search solves fewer linear programs, but must later refute more combinations of
+    #: conditions with nonzero rates.
     zero: float = 1e-9
 
-    #: The search looks for a collapse state near its last forces and mechanism if the largest product z_i
-    #: p_i, in units of the load, is at most this value. With a larger value more of these attempts fail.
-    #: After all conditions are assigned, the search always makes an attempt.
+    #: Largest product z_i p_i of the slack and the rate of a yield condition, in units of the load, at which
+    #: the search looks for a collapse state near its last forces and mechanism. With a larger value more of
+    #: these attempts fail. After all conditions are assigned, the search always makes an attempt.
     energy: float = 1e-7
 
-    #: Multipliers below this fraction of the largest multiplier count as rounding errors. With a larger
-    #: fraction the conflicts of a proof consist of fewer conditions, but more conflicts are invalid.
+    #: Multipliers of the search for a proof that are below this fraction of the largest multiplier count as
+    #: rounding errors. With a larger fraction the conflicts of a proof consist of fewer conditions, but more
+    #: conflicts are invalid.
     rounding: float = 1e-9
 
     #: Safety margin, relative to the loads, by which a lower bound of friction energy is smaller than the
@@ -38,13 +39,14 @@ class ProofSettings(Settings):
     #: scenes of 30 joints. Unlike a time limit, this number makes results independent of the machine.
     most_programs: int = 10_000_000
 
-    #: Time limit of a linear program in seconds, because HiGHS may never end without a limit. With a shorter
-    #: limit more programs are stopped, and more combinations of moving conditions remain undecided.
+    #: Time limit in seconds of a single linear program in the search for a proof, because HiGHS may never end
+    #: without a limit. With a shorter limit more programs are stopped, and more combinations of yield
+    #: conditions remain undecided.
     longest_program: float = 5.0
 
-    #: In every n-th decision of the SAT solver, the search chooses which yield condition moves: the condition
-    #: with the largest energy z_i p_i. The SAT solver makes all other decisions. With n = 1, 2 and 3, times
-    #: differed by less than 20 % on six scenes of 14 to 20 joints.
+    #: In every n-th decision of the SAT solver, the search chooses which yield condition is assumed to yield:
+    #: the condition with the largest energy z_i p_i. The SAT solver makes all other decisions. With n = 1, 2
+    #: and 3, times differed by less than 20 % on six scenes of 14 to 20 joints.
     decide_every: int = 2
 
 
@@ -70,16 +72,17 @@ class ProofBudget(Settings):
     #: is short. With a larger number more searches end without a proof.
     few_redundant_forces: int = zero_or_more(3)
 
-    #: Number of linear programs of the full budget, which take about 1 s in total. With a larger budget more
-    #: searches end with a proof, and all other searches take longer.
+    #: Largest number of linear programs that a search for a proof with the full budget may solve (the default
+    #: takes about 1 s). With a larger number more searches end with a proof, and searches without a proof
+    #: take longer.
     programs: int = zero_or_more(4500)
 
     #: No proof is tried on scenes with more than this number of joints, because it would hardly ever succeed.
     most_joints: int = zero_or_more(60)
 
-    #: Budget of linear programs for scenes without the full budget, relative to the number of programs that
-    #: the method has already solved. With a larger value more searches end with a proof, and the method is
-    #: slower.
+    #: Largest number of linear programs in the search for a proof on scenes without the full budget, relative
+    #: to the number of programs that the method has already solved. With a larger value more searches end
+    #: with a proof, and the method is slower.
     share: float = zero_or_more(0.6)
 
     #: Without option ``search``, no proof is tried on scenes that have more joints than this number and do

@@ -31,12 +31,13 @@ from masonry_opt.solvers.registry import MATRICES, find_solver
 #: bracket, and with it the limits of the forces.
 _MANY_JOINTS = 60
 
-#: Fraction of the time limit that the search for states with a lower λ may use on scenes with many joints.
+#: Fraction of the time limit of method "global" that the search for states with a lower λ may use on scenes
+#: with many joints.
 _SEARCHING = 0.05
 
 
 class GlobalOptions(Options):
-    """Options of the bracket.
+    """Options of method "global", which encloses the least load factor between two bounds. KEEP
 
     Attributes
     ----------

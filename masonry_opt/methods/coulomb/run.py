@@ -190,7 +190,7 @@ class LowestState:
             self._keep(self._search.start(start.q))
         if self._lowest is not None:
             return
-        # Compute the certificate of the start again: a state that is exact with a friction polygon may not be
+        # Compute the certificate of the start again: a state that is exact with a friction polygon can be not
         # exact with the friction cone.
         start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)
         exact = start if start.exact and self._counts(start) else None

@@ -206,9 +206,10 @@ class ContactLaw:
         tangent[shear, shear] += np.where(slides, ratio * across, np.eye(2)[:, :, None])
 
     def _press(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the normal forces by eq. (1) without slip, shape (points, c), and their derivative.
+        """Return the normal forces of the contact points without slip, by eq. (1), and their derivative.
 
-        The derivative with respect to the trial forces has shape (points, points, c).
+        The forces have shape (points, c). The derivative with respect to the trial forces has shape (points,
+        points, c).
         """
         closed = trial >= -self._touching
         forces, rates = np.maximum(trial, 0.0), np.zeros((self.points, *trial.shape))

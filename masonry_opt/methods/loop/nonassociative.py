@@ -19,7 +19,7 @@ from masonry_opt.stability.diagnosis import no_optimum
 
 
 class Shortfall(StrEnum):
-    """Reasons to reject a converged run and to try a remedy."""
+    """Shortfall of a converged run of the loop: a reason to reject its answer and to try a remedy."""
 
     INEXACT = "converged to no exact state"
     ROUGH = "converged to the associative answer, but only within a large tolerance"
@@ -100,7 +100,7 @@ REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
 
 @dataclass(frozen=True)
 class _Ran:
-    """A finished run of the loop, with its parameters."""
+    """Run of the loop that has ended, with its parameters."""
 
     attempt: Attempt  #: parameters and solver of the run
     solution: Solution

@@ -45,7 +45,8 @@ class Bridge:
     remaining: np.ndarray  #: indices of the blocks that remain without support
     #: For each block, the index of the block that it faces, and the width of the gap.
     neighbour: dict[int, tuple[int, float]]
-    #: True if the scene has a tolerance as large as a mortar joint, which the contact tolerance replaces.
+    #: True if the scene's ``tolerance`` is as large as a mortar joint. The advice is then to remove it, and
+    #: to set ``contact_tolerance`` in its place.
     replaces_tolerance: bool
 
     def advice(self, scene: Scene) -> str:

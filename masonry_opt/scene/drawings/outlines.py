@@ -68,7 +68,7 @@ class Outline(NamedTuple):
 
     polygon: shapely.Polygon
     curve: Curve
-    holes: tuple[Curve, ...] = ()  #: empty for cells of a net
+    holes: tuple[Curve, ...] = ()  #: curves of the holes; empty for cells of a net
 
 
 def ezdxf() -> Any:
@@ -214,7 +214,9 @@ def _points_of(entity: Any, sagitta: float) -> np.ndarray:
             "an entity that has no points or has a coordinate that is not a finite number", "delete it"
         )
     if np.ptp(points[:, 2]) > 1e-6 * np.ptp(points[:, :2], axis=0).max():
-        raise _UnreadableError("not parallel to the xy plane of the drawing", "rotate or flatten it")
+        raise _UnreadableError(
+            "an entity that is not parallel to the xy plane of the drawing", "rotate or flatten it"
+        )
     return points[:, :2]
 
 
@@ -354,8 +356,7 @@ def _loops(
         end: int | None = start
         while end is not None:
             end = following.pop(end, None)
-    # Each ring is a closed loop. For each curve of the loop, in order, it has the index of the end at which
-    # the loop enters the curve.
+    # Each ring is a closed loop: the indices of the ends at which the loop enters its curves, in order.
     loops = []
     for ring in rings_of(following):
         if ring[0] % 2 == 0:  # skip the second copy of each loop, which runs in the opposite direction

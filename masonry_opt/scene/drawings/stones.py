@@ -30,7 +30,8 @@ _MOST_LINES = 20
 #: words.
 SUPPORT_WORDS = ("fixed", "support")
 
-#: Largest number of decimal places that is tested to detect rounded coordinates.
+#: Largest number of decimal places that is tested to detect rounded coordinates. Coordinates with more
+#: decimal places count as not rounded.
 _MOST_DECIMALS = 7
 
 #: Thickness of the slab that replaces a single-face support, relative to the square root of the face's area.
