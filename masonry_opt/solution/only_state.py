@@ -5,9 +5,9 @@ If the columns of B are independent, there is one vector of equilibrium forces f
 without a violated condition therefore form an interval, which contains λ = 0 (dead load alone).
 
 1. A condition that has slack at λ = 0 and none at λ* is violated above λ*. No equilibrium exists above λ*.
-2. In a collapse state between zero and λ*, each condition that moves has no slack. A nonnegative concave
-   function that vanishes inside an interval vanishes on the whole interval. The condition therefore has no
-   slack at any load between zero and λ*.
+2. In a collapse state between zero and λ*, each condition with a nonzero rate has no slack. A nonnegative
+   concave function that vanishes inside an interval vanishes on the whole interval. The condition therefore
+   has no slack at any load between zero and λ*.
 3. If the forces in these conditions vanish too, their motion dissipates no energy under any load. By virtual
    work, neither the dead load nor the live load does work in this motion, so the motion is not a collapse.
 

@@ -40,7 +40,7 @@ _MOST_JOINTS_COMPARED = 300
 
 
 def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
-    """Generate warnings about wedges: sliding joints of a block are nearly parallel, or were made parallel."""
+    """Generate warnings about wedges: blocks whose sliding joints are, or were drawn, nearly parallel."""
     able = _slides_without_lifting(assembly)
     joints = assembly.joints
     turned = np.where(able, joints.turn, 0.0)

@@ -34,7 +34,7 @@ TIME_LIMIT = "time limit"  #: Outcome of a task that exceeded its time limit.
 MEMORY_LIMIT = "memory limit"  #: Outcome of a task whose process used too much memory.
 #: Outcomes of a task that has no value.
 UNSOLVED = (REFUSED, CRASHED, DIED, TIME_LIMIT, MEMORY_LIMIT)
-MOST_DEATHS = 3  #: A task whose worker process dies is run at most this many times.
+MOST_DEATHS = 3  #: Largest number of times that a task is run if its worker process dies.
 _MEMORY_INTERVAL = 0.02  #: Seconds between two measurements of the memory of a process.
 #: Number of submitted and unfinished tasks per worker. With fewer tasks, workers may be idle; with more
 #: tasks, memory grows.

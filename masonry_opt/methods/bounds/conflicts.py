@@ -2,9 +2,9 @@
 
 Statics and kinematics share only the conditions z_i p_i = 0. The program of statics is infeasible if no
 forces with λ up to the bound bring a set of conditions to yield together. The program of kinematics is
-infeasible if no mechanism leaves a set of conditions at rest. The multipliers of an infeasible program name
-the few conditions that cause the contradiction. A conflict is used only if the matrices confirm it by weak
-duality.
+infeasible if in no mechanism the rates of a set of conditions are all zero. The multipliers of an infeasible
+program name the few conditions that cause the contradiction. A conflict is used only if the matrices confirm
+it by weak duality.
 """
 
 from abc import ABC, abstractmethod

@@ -7,7 +7,7 @@ rule. The faces with p > 0 are the support S of the mechanism.
 
 The forces of (b) and the mechanism of (a) together satisfy every condition exactly. The dual variables of
 z = 0 on S show which faces keep λ from decreasing, and how strongly. Another mechanism of the faces at yield,
-which moves these faces as little as possible, may have a lower λ.
+in which the rates of these faces are as small as possible, may have a lower λ.
 """
 
 import time

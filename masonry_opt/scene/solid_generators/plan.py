@@ -135,7 +135,7 @@ class WallStretch(NamedTuple):
                 yield start, end, left
 
     def clear(self, hole: _Hole, nothing: float) -> bool:
-        """Return True if an opening and its lintel are inside this piece of wall and outside all crossing walls.
+        """Return True if an opening and its lintel are inside this piece of wall, outside crossing walls.
 
         ``nothing`` is the largest length that counts as zero.
         """
@@ -222,7 +222,7 @@ class Plan(SolidGenerator):
                 )
 
     def _wrong_openings(self, stretches: list[WallStretch]) -> Iterator[str]:
-        """Generate an error message for each opening that does not fit the wall or overlaps another opening."""
+        """Generate an error message for each opening that does not fit its wall or overlaps another."""
         valid = {(stretch.wall.name, hole.number) for stretch in stretches for hole in stretch.holes}
         for wall in self.walls:
             top = wall.courses or self.courses
@@ -249,7 +249,7 @@ class Plan(SolidGenerator):
                     )
 
     def _slivers(self, stretches: list[WallStretch]) -> Iterator[str]:
-        """Generate an error message for each sliver: a piece of a course shorter than a quarter of a block."""
+        """Generate an error message for each sliver: a piece of a course shorter than a quarter block."""
         for stretch in stretches:
             for course in range(stretch.courses):
                 pieces = [high - low for low, high in stretch.runs(course)]
@@ -358,7 +358,7 @@ class Plan(SolidGenerator):
         return built
 
     def _course(self, stretch: WallStretch, course: int) -> list[tuple[_Run, _Run]]:
-        """Return the blocks of one course of a straight piece of wall, each as its extents along and across it."""
+        """Return the blocks of a course of a straight piece of wall, as extents along and across the wall."""
         whole, double = stretch.faces, stretch.wall.leaves == 2
         headers = double and self.headers is not None and (course + 1) % self.headers == 0
         leaves = [(whole[0], stretch.line), (stretch.line, whole[1])] if double and not headers else [whole]
@@ -378,7 +378,7 @@ class Plan(SolidGenerator):
 
 
 def _overlaps(stretches: list[WallStretch]) -> Iterator[str]:
-    """Generate an error message for each pair of straight pieces of walls that overlap and cannot be bonded."""
+    """Generate an error message for each pair of pieces of walls that overlap and cannot be bonded."""
     near = _AXIS_TOLERANCE * _size(stretches)
     for one, other in combinations(stretches, 2):
         overlap = [min(a[1], b[1]) - max(a[0], b[0]) for a, b in zip(one.bounds, other.bounds, strict=True)]

@@ -34,7 +34,9 @@ DEFAULT_SOLVERS = ("clarabel", "highs", "highs-ipm")  #: Default solvers, which 
 #: Default tolerances of solvers: a coarse tolerance, and the default of the package.
 TOLERANCES = (1e-6, 1e-9)
 OUT = Path("results/compare")  #: Default folder of the results.
-_PAGE_FILE = "report.html"  #: Name of the page of a comparison, with all charts.
+#: Tolerances with which a comparison runs each solver by default: a coarse tolerance, and the default
+#: tolerance of the package.
+_PAGE_FILE = "report.html"
 _CHARTS = [judge.chart_name(question) for question in (judge.ASSOCIATIVE, judge.COULOMB)]
 #: Files that a comparison may write.
 _FILES = (

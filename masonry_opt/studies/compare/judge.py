@@ -37,8 +37,9 @@ ASSOCIATIVE = "associative"  #: Value of column "question" for load factors with
 COULOMB = "Coulomb"  #: Value of column "question" for load factors whose flow rule has the joints' dilatancy.
 
 ANSWER = "answer"  #: Claim of a run that reports a load factor of the scene.
-#: Claims of a run about its scene: a load factor, or the reason why there is no load factor. A run that ends
-#: in another way (not converged, solver failed, limit exceeded) makes no claim about the scene.
+#: Claims that a run of a comparison can make about its scene, and that can be true or false: a load factor,
+#: or the reason why there is no load factor. A run that ends in another way (not converged, solver failed,
+#: limit exceeded) makes no claim.
 CLAIMS = (ANSWER, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
 
 CERTIFIED = "certified"  #: Verdict on a run whose load factor is certified.
@@ -159,10 +160,11 @@ def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown])
 
 
 def _known_claims(question: str, bounds: CertifiedBounds) -> dict[str, bool]:
-    """Map each claim to True if bounds of the associative λ prove the claim, and to False if they refute it.
+    """Return the claims about a scene that bounds of the associative λ prove (True) or refute (False).
 
-    For associative flow the bounds decide all claims. Coulomb friction has the same admissible states of
-    equilibrium, but other mechanisms. For Coulomb friction only two conclusions are possible:
+    The result is a dict with the claims as keys. For associative flow the bounds decide all claims. Coulomb
+    friction has the same admissible states of equilibrium, but other mechanisms. For Coulomb friction only
+    two conclusions are possible:
 
     - If no admissible state carries the dead load, the scene is unstable.
     - If the load factors of admissible states are bounded, the scene does not carry any load.

@@ -48,9 +48,9 @@ class FoundState(NamedTuple):
 class SharedAnswer(NamedTuple):
     """Exact collapse state of one run that replaces the answer of another run."""
 
-    run: int  #: index of the run whose answer it is
+    run: int  #: index of the run whose answer the state replaces
     found_in: int  #: index of the run that found the state
-    answer: Answer  #: the state, with its certificate for the problem of ``run``
+    answer: Answer  #: the state, with its certificate for the problem of the run ``run``
     assembly: Assembly  #: assembly of the scene of ``run``
 
 

@@ -51,8 +51,8 @@ _MOST_NAMED_BLOCKS = 60  #: A drawing of a scene with more blocks does not show 
 _SCALE_BAR_HEIGHT = 0.08  #: Height of the strip for the scale bar, relative to the width of the drawing.
 _MOST_ROWS = 150  #: A report prints at most this many rows of a table.
 _MOST_CASE_FILE_LINES = 600  #: A report does not print a case file with more lines than this number.
-#: Map from the heading of each table of records in a report to the name of the scene's attribute that
-#: contains the records.
+#: Records of a scene that a report prints in tables, such as loads and ties. The keys are the headings of the
+#: tables; the values are the names of the scene's attributes that contain the records.
 _RECORDS = {
     "Joints that differ": "exceptions",
     "Fill": "fills",
