@@ -363,7 +363,7 @@ def _force_scale(assembly: Assembly, largest: float, unit: float) -> Marks:
 def _through(at: np.ndarray, arrows: np.ndarray, thin: float, thick: float) -> tuple[np.ndarray, float]:
     """Return lines that represent forces, centred at the points ``at``, and the width of the lines.
 
-    The width decreases with the number of lines. KEEP
+    The width decreases with the number of lines.
     """
     lines = np.stack([at - arrows / 2, at + arrows / 2], axis=1)
     return lines, float(np.clip(25 / np.sqrt(len(at)), thin, thick))

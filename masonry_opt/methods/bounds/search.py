@@ -103,7 +103,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         if self._stopped is not None:
             raise self._stopped
         if satisfiable is not False:
-                raise Undecided("the linear programs could not exclude a combination of yielding joints")
+            raise Undecided("the linear programs could not exclude a combination of yielding joints")
 
     @cached_property
     def _refiner(self) -> Refiner:

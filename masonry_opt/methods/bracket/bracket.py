@@ -37,7 +37,7 @@ _SEARCHING = 0.05
 
 
 class GlobalOptions(Options):
-    """Options of method "global", which encloses the least load factor between two bounds. KEEP
+    """Options of method "global", which encloses the least load factor between two bounds.
 
     Attributes
     ----------

@@ -215,8 +215,7 @@ class Refiner(StateFinder):
         return state
 
     def _lowest_from(self, first: ExactState) -> ExactState | None:
-        """Step from a state to lower and lower λ. Return the last state if it is exact, otherwise None.
-        """
+        """Step from a state to lower and lower λ. Return the last state if it is exact, otherwise None."""
         state, lower = first, self._lower(first)
         while lower is not None and not lower.load_factor <= ZERO < state.load_factor:
             state, lower = lower, self._lower(lower)

@@ -117,8 +117,7 @@ class EquilibriumSolver:
         self._last: tuple[np.ndarray, float, Factors] | None = None
 
     def at_rest(self, forces: np.ndarray | None = None) -> BlockState:
-        """Return a state of blocks without displacement. The forces, shape (3c + t,), are zero by default.
-        """
+        """Return a state of blocks without displacement. The forces, shape (3c + t,), are zero by default."""
         if forces is None:
             forces = np.zeros(self.problem.B.shape[1])
         return BlockState(by_joint(forces, self.law.joints), np.zeros(self.matrix.size))
