@@ -119,7 +119,10 @@ def _run(name: str, path: Path, out: Path, force: bool) -> bool:
             exec(compile(path.read_text("utf-8"), str(path), "exec", optimize=0), names)
         except (AssertionError, NoLoadFactorError) as error:
             line = traceback.extract_tb(error.__traceback__)[1].lineno  # line of the script
-            missed = f"{name}: a result is not as published ({path.name}, line {line}): {error}"
+            missed = (
+                f"{name}: a computed value differs from the published value "
+                f"({path.name}, line {line}): {error}"
+            )
     # Output is written before the next example begins, so that with Ctrl-C only the current example is lost.
     print_text(output.getvalue() + missed)
     write_folder(out, _written(name, names), force)

@@ -51,7 +51,7 @@ class Elements:
     assembly: Assembly  #: assembly of the scene, with the shapes of the blocks
     heading: str  #: line below the scene's title
     movement: str  #: description of the motion for captions; "" if no block moves
-    #: Full motion of each block of the scene, in the form that ``marks.moved`` accepts, shape (blocks, 3), in
+    #: Full motion of each block of the scene (see ``FULL``): translation and rotation, shape (blocks, 3), in
     #: space (blocks, 6).
     motion: np.ndarray
     loads: list[Marks]  #: marks of loads and fill

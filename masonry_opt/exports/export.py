@@ -102,7 +102,7 @@ def _global(assembly: Assembly) -> Declared:
     model = PyomoGlobal(problem, most_slack, most_rates, highest)
     return model.program, [
         _objective("load_factor", problem),
-        f"0 <= load_factor <= {highest:.9g} (slightly above the associative load factor)",
+        f"load_factor is between 0 and {highest:.9g}, slightly above the associative load factor",
         f"the sum of all slips and edge openings is at most {bounds.rates:.9g}; {rates}",
         f"forces: {forces}",
     ]

@@ -30,10 +30,10 @@ _JUST_OPENING = 10.0
 #: A hinge counts as closed when the edges of its two blocks overlap by more than this angle (rad). The value
 #: must exceed rounding errors.
 _CLOSING_ANGLE = 1e-12
-#: Largest displacement of the fastest corner in one step, relative to the size of the scene.
+#: Largest displacement of the fastest corner in one step of the path, relative to the size of the scene.
 _LONGEST_STEP = 0.02
-#: Smallest displacement of the fastest corner in one step, relative to the size of the scene. If a step of
-#: this size has no solution, the mechanism counts as locked.
+#: Smallest displacement of the fastest corner in one step of the path, relative to the size of the scene. If
+#: a step of this size has no solution, the mechanism counts as locked.
 _SHORTEST_STEP = 1e-6
 #: Bisection for an event stops when its interval of step lengths is this narrow, relative to the size of the
 #: scene.

@@ -73,7 +73,10 @@ class LoadHistory:
             If the load factor is negative or above the last one.
         """
         if not 0 <= load_factor <= self.steps[-1].load_factor:
-            raise ValueError(f"load factor {load_factor:.6g} is not in [0, {self.steps[-1].load_factor:.6g}]")
+            raise ValueError(
+                f"the load history has load factors from 0 to {self.steps[-1].load_factor:.6g}, "
+                f"but not {load_factor:.6g}"
+            )
         after = int(np.searchsorted(self.load_factors, load_factor))
         if self.load_factors[after] == load_factor:
             return self.steps[after].d, self.steps[after].forces

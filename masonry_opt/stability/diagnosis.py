@@ -29,7 +29,7 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
 from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 
-#: Key in a result's ``solvers`` for the optimisation programs that determine why there is no load factor.
+#: Key of ``result.solvers`` under which the solvers are listed that determine why there is no load factor.
 DIAGNOSIS = "diagnosis"
 
 #: Largest number of programs that are solved to decide if a load drives a mechanism. If more programs are

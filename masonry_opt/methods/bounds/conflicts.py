@@ -22,7 +22,7 @@ from masonry_opt.solution.proof import REACH, Conflict, EnergyBound, KinematicCo
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict
 
-#: Key in the ``solvers`` of a result: its value names the solver that finds conflicts.
+#: Key of ``result.solvers`` under which the solver is listed that finds the conflicts of a proof.
 _CONFLICTS_PURPOSE = "conflicts"
 
 #: Largest residual of multipliers with which HiGHS may report a program as infeasible. Every conflict is

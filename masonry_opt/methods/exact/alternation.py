@@ -22,7 +22,7 @@ from masonry_opt.solution.answer import Answer, certified
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 from masonry_opt.solvers.registry import Solver, find_solver
 
-#: Key in a result's ``solvers`` for the programs that find an exact state.
+#: Key of ``result.solvers`` under which the solvers of the programs that find an exact state are listed.
 _EXACT_STATE_PURPOSE = "exact state"
 
 

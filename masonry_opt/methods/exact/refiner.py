@@ -34,7 +34,8 @@ from masonry_opt.solvers.registry import LpSize, Verdict
 if TYPE_CHECKING:
     from masonry_opt.methods.exact.alternation import Alternation
 
-#: Key in a result's ``solvers`` for the two linear programs that compute an exact state.
+#: Key of ``result.solvers`` under which the solver of the two linear programs that compute an exact state is
+#: listed.
 _REFINEMENT_PURPOSE = "refinement"
 
 #: Largest residual of a dual ray with which HiGHS may report the program of forces as infeasible. This is the

@@ -268,11 +268,17 @@ def lower_of(one: _L | None, other: _L | None) -> _L | None:
     return other if is_lower(other.load_factor, one.load_factor) else one
 
 
-_LOWEST = "lowest state"  #: Kind of start: the forces of the state with the lowest λ found so far.
-_RANDOM_FORCES = "random forces"  #: Kind of start: random forces in equilibrium.
-_STRESS = "self-stress"  #: Kind of start: forces of a load history with a random preload.
-_FIXED = "fixed point"  #: Kind of start: forces from a fixed-point iteration over costs of normal forces.
-_NEIGHBOUR = "neighbour"  #: Kind of start: forces close to the forces of the state with the lowest λ so far.
+#: Kind of start of the search for lower states: the forces of the state with the lowest λ found so far.
+_LOWEST = "lowest state"
+#: Kind of start of the search for lower states: random forces in equilibrium.
+_RANDOM_FORCES = "random forces"
+#: Kind of start of the search for lower states: the final forces of a load history with a random preload.
+_STRESS = "self-stress"
+#: Kind of start of the search for lower states: forces from a fixed-point iteration over costs of normal
+#: forces.
+_FIXED = "fixed point"
+#: Kind of start of the search for lower states: forces close to those of the lowest state so far.
+_NEIGHBOUR = "neighbour"
 
 #: Type of a function that returns the forces of a start. Its arguments are the search, the state with the
 #: lowest λ so far, and a random number generator.

@@ -59,7 +59,8 @@ _STEADY = 0.05
 #: leads to no exact state, which happens in some cycles.
 _MOVING_RATE_SHARES = (1e-6, 1e-4)
 
-#: Key in a result's ``solvers`` for the programs that find the exact state at the end of a run.
+#: Key of ``result.solvers`` under which the solvers of the programs that find the exact state at the end of a
+#: run are listed.
 _EXACT_END_PURPOSE = "exact end"
 
 

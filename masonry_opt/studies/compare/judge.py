@@ -133,7 +133,9 @@ def best_known(scenes: Iterable[CaseScene], folder: Path) -> dict[str, BestKnown
             if entry is not None and entry["content"] == scene.content:
                 best[scene.name] = BestKnown(float(entry["load_factor"]), str(entry["method"]))
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise CaseError(f"{registry}: each scene needs content, load_factor and method: {error}") from None
+        raise CaseError(
+            f"{registry}: the entry of each scene needs content, load_factor and method: {error}"
+        ) from None
     return best
 
 

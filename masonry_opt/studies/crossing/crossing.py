@@ -397,7 +397,8 @@ def _passages(
     if not crossed:
         named = ", ".join(f"'{case.name}' leaves axles out ({case})" for case in cases)
         raise CaseError(
-            f"{scene.origin}: load case {named}: set 'live = {{ axles = 1 }}' in one of these load cases"
+            f"{scene.origin}: no axles move, because load case {named}: "
+            "set 'live = { axles = 1 }' in one of these load cases"
         )
     crossed = [settled_scene(case_scene, settled) for case_scene in crossed]
     first = assemble(crossed[0])
