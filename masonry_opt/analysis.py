@@ -37,7 +37,8 @@ from masonry_opt.standing import DeadLoadCheck
 from masonry_opt.suitability import asks_for_stability, refuse_unsuited, refuse_without_live_load
 
 #: Largest number of joints for which the associative load factor is computed in addition to a Coulomb load
-#: factor. For larger scenes the computation would take between 15 seconds and several minutes.
+#: factor. On larger scenes it is omitted, because the computation would take between 15 seconds and several
+#: minutes.
 _MOST_JOINTS_ASSOCIATIVE = 40_000
 
 

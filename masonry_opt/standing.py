@@ -26,7 +26,7 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import MATRICES, find_solver
 from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 
-#: Largest number of joints for which stability under the dead load is first tested with elastic contacts. For
+#: Largest number of joints for which stability under the dead load is first tested with elastic contacts. On
 #: larger scenes, a linear program is the first test, because it finds instability faster.
 _MOST_JOINTS_AT_REST = 500
 

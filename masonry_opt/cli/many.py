@@ -21,7 +21,8 @@ from masonry_opt.studies.many.draws import BY, parse
 from masonry_opt.studies.many.sweep import summary_text
 from masonry_opt.studies.writing import NEEDED
 
-_MOST_VALUES = 100_000  #: Largest number of values that --vary accepts for one parameter of the scene.
+#: Largest number of values that --vary accepts for one parameter of the scene. More values raise an error.
+_MOST_VALUES = 100_000
 _FORMS = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..."  #: Forms of the value of option --vary.
 _VARY_EXAMPLE = "such as joints.friction=0.3:0.8:11"  #: Example of the option --vary.
 #: Help of the option --vary. A narrow terminal would cut an example off, so only the help text of the command

@@ -45,7 +45,7 @@ _NOTE_LENGTH = 95  #: Largest number of characters in a line of a note. Longer n
 _ROW_LENGTH = 84
 _SAMPLE_WIDTH = 7  #: Width of the sample of a legend entry and of the space next to it, in characters.
 
-_MAX_LETTERS = 8.0  #: Largest font size of block names, in points.
+_MAX_LETTERS = 8.0  #: Largest font size of block names in a picture, in points.
 _LETTER_WIDTH = 0.62  #: Assumed mean width of a letter, relative to the font size.
 
 #: Matplotlib markers for the shapes of marks that are drawn at one point.

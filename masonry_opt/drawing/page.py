@@ -293,8 +293,8 @@ def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dic
     return data | {"marks": marks, "joints": joints, "events": events}
 
 
-#: Largest number of blocks for which a notebook shows a picture. Larger pictures would make the notebook's
-#: file too large.
+#: Largest number of blocks for which a notebook shows a picture. Results of larger scenes have no picture,
+#: because it would make the notebook's file too large.
 MOST_BLOCKS_DRAWN = 2000
 _NOTEBOOK_WIDTH = 560  #: Maximum width of a result in a notebook, in pixels.
 

@@ -21,8 +21,8 @@ from masonry_opt.solution.motion import joint_motion
 from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.thresholds import ZERO, same
 
-#: Forces count as admissible if they violate equilibrium and yield by at most this amount, in the unit of
-#: force.
+#: Largest violation of equilibrium and yield, in the unit of force, at which the forces of displaced blocks
+#: count as admissible.
 BORNE = 1e-8
 #: A joint has just begun to open if the violation is between ``BORNE`` and this multiple of ``BORNE``. With a
 #: smaller value, openings are located more exactly, but in more steps.

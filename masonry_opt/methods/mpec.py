@@ -29,14 +29,14 @@ from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.registry import find_solver
 
-#: Ratio of ε in a solve of the relaxation to ε in the previous solve. With a larger ratio a series needs more
-#: solves.
+#: Ratio of ε in a relaxation to ε in the previous relaxation. With a larger ratio a series needs more solves.
 _FALL = 0.1
 
-#: Factor by which the first ε of a series of solves is multiplied after a series has failed.
+#: Factor by which the first ε of a series of relaxations is multiplied if the previous series has failed.
 _SMALLER_START = 1e-3
 
-#: Smallest ε with which a series of solves may begin. If all series fail, the method ends without an answer.
+#: Smallest first ε of a series of relaxations. If all series down to this ε fail, the method ends without an
+#: answer.
 _SMALLEST_START = 1e-8
 
 #: Options of IPOPT. Each solve starts from the solution of the previous solve, and the warm-start options
@@ -189,10 +189,11 @@ def mpec(task: Task) -> Solution:
 
 
 def _relaxed(task: Task, start: State | None) -> Solution:
-    """Return the solution of the first series of solves that reaches the smallest ε.
+    """Solve by series of relaxations with decreasing ε; return the solution of the first successful series.
 
-    Each series begins at the state ``start``, or at rest if ``start`` is None. If a series from a state
-    fails, the next series begins with a smaller ε. If all series fail, the solution has no load factor.
+    A series is successful if it reaches the smallest ε. Each series begins at the state ``start``, or at rest
+    if ``start`` is None. If a series from a state fails, the next series begins with a smaller ε. If all
+    series fail, the solution has no load factor.
     """
     problem, effort, smallest = task.problem, task.effort, task.options.epsilon_min
     scaled = in_units_of_live_load(problem)

@@ -67,11 +67,11 @@ _OF_OTHER_LOADS = frozenset(
 
 
 def without_work(task: Task, run: Callable[[Task], Solution], before: Solution | None) -> Solution | None:
-    """Solve by series of relaxations with decreasing ε; return the solution of the first successful series.
+    """Return the solution of a collapse in which the live load does no work, or None.
 
-    A series is successful if it reaches the smallest ε. Each series begins at the state ``start``, or at rest
-    if ``start`` is None. If a series from a state fails, the next series begins with a smaller ε. If all
-    series fail, the solution has no load factor.
+    The result is None if the associative forces permit no mechanism without work of the live load, or if the
+    method finds no solution. ``before`` is the method's solution of the unchanged scene, without a load
+    factor; it is None if the method was not run.
     """
     scene = task.problem
     task = replace(task, problem=scene.with_lowest_forces_as_load)

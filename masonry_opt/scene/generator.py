@@ -27,7 +27,7 @@ Widths = Annotated[
 #: stone next to it is lengthened by up to this fraction.
 CLOSER = 0.25
 
-#: Largest length, relative to a stone, that counts as a rounding error.
+#: Largest length, relative to a stone, that counts as a rounding error when a course is cut into stones.
 _STONE_LENGTH_TOLERANCE = 1e-9
 
 #: Keys that define a shape: ``vertices`` of a polygon, or keys of a convex part of a :class:`Solid`.

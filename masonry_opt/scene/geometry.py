@@ -45,8 +45,8 @@ _GAP_ROUNDING = 1e-6
 #: some joints remain wedge-shaped. A larger ratio aligns more joints than necessary.
 TOLERANCE_OVER_ERROR = 3.0
 
-#: A corner is removed if its distance from the straight line between its neighbours, relative to the
-#: tolerance, is at most this value.
+#: Largest distance of a corner from the straight line between its neighbours at which the corner is removed,
+#: relative to the tolerance.
 STRAIGHT = 0.1
 
 

@@ -78,10 +78,11 @@ LIMITS: dict[Kind, Limits] = {
     Kind.EXACT: Limits(1e-8, 1e-8, 1e-8, 1e-8, work=1e-3, block=1e-3, joint=1e-3),
 }
 
-#: Largest relative difference at which the command ``check`` counts two load factors as equal.
+#: Largest relative difference at which the command ``check`` counts two load factors as equal. With a larger
+#: difference the check fails.
 AGREEMENT = 1e-7
 
-#: Largest residual at which the command ``check`` accepts an answer.
+#: Largest residual at which the command ``check`` accepts a solution. With a larger residual the check fails.
 DUALITY = 1e-6
 
 #: Largest violation of complementarity at which the loop of linear programs accepts the forces and the

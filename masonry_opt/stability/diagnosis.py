@@ -42,8 +42,8 @@ _MOST_PROGRAMS = 40
 #: question then remains undecided.
 _SIMPLEX_UP_TO = 2000
 
-#: Largest number of joints for which the smallest stabilising factor on friction is computed. With more
-#: joints, the factor remains unknown.
+#: Largest number of joints for which the smallest stabilising factor on friction is computed. On larger
+#: scenes the factor remains unknown.
 FACTOR_UP_TO = 2000
 
 #: Largest number of friction factors that the search for the smallest stabilising factor tries. The search

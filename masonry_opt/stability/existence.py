@@ -41,7 +41,8 @@ from masonry_opt.stability.diagnosis import locking_joints
 #: no proof is sought.
 _RAYS_UP_TO = 2000
 
-#: Largest number of joints for which branch and cut is used. For larger scenes, branch and cut is skipped.
+#: Largest number of joints of a scene on which branch and cut tries to prove that no load factor exists. On
+#: larger scenes this attempt is skipped.
 _CUTS_UP_TO = 100
 
 #: Limit of the number of linear programs of branch and cut, multiplied by the number of joints. Beyond the

@@ -25,8 +25,9 @@ from masonry_opt.solvers.registry import Verdict
 #: Key of ``result.solvers`` under which the solver is listed that finds the conflicts of a proof.
 _CONFLICTS_PURPOSE = "conflicts"
 
-#: Largest residual of multipliers with which HiGHS may report a program as infeasible. Every conflict is
-#: verified later, so a large value does no harm. A smaller value leaves more programs undecided.
+#: Largest residual of multipliers with which HiGHS may report a program as infeasible in the search for a
+#: proof. Every conflict is verified later, so a large value does no harm. A smaller value leaves more
+#: programs undecided.
 _RAY_RESIDUAL = 1e-7
 
 #: Largest permitted residual of a conflict, as a fraction of the residual that the proof check allows. If the

@@ -12,8 +12,9 @@ from masonry_opt.solution.thresholds import ZERO
 class ProofSettings(Settings):
     """Settings of the proof by conflict learning. Proofs are valid for all values of the settings."""
 
-    #: Gap between the lowest known load factor and the proven bound, relative to the load factor. With a
-    #: smaller gap, rounding errors make more conflicts of a proof invalid.
+    #: Gap between the lowest known load factor and the load factor up to which a proof excludes states,
+    #: relative to the lowest known load factor. With a smaller gap, rounding errors make more conflicts of a
+    #: proof invalid.
     gap: float = 5e-7
 
     #: Slack below which a yield condition counts as at yield, and rate below which its rate counts as zero.
@@ -31,8 +32,8 @@ class ProofSettings(Settings):
     #: conflicts are invalid.
     rounding: float = 1e-9
 
-    #: Safety margin, relative to the loads, by which a lower bound of friction energy is smaller than the
-    #: optimum of its linear program. With a smaller margin rounding errors make more bounds invalid.
+    #: Safety margin, relative to the loads, by which a proof reduces a lower bound of friction energy below
+    #: the optimum of its linear program. With a smaller margin rounding errors make more bounds invalid.
     margin: float = 1e-6
 
     #: Number of linear programs after which a search ends without a proof. A program takes about 0.3 ms on
@@ -90,13 +91,14 @@ class ProofBudget(Settings):
     #: 16 to 25 joints, and on hardly any larger scene.
     most_joints_with_share: int = zero_or_more(25)
 
-    #: Time limit of the proof in seconds. Searches reach it only if linear programs are very slow.
+    #: Time limit of the search for a proof in seconds. The search reaches it only if linear programs are very
+    #: slow, and then ends without a proof.
     seconds: float = 30.0
 
-    #: Upper end of the range of load factors to search, relative to the last load factor of the load history.
-    #: The value is used if neither an exact state nor the associative load factor is known. With a smaller
-    #: value the search may miss states. With a very large value, rounding errors leave more searches
-    #: undecided.
+    #: Upper end of the range of load factors that the search for a proof covers, relative to the last load
+    #: factor of the load history. The value is used if neither an exact state nor the associative load factor
+    #: is known. With a smaller value the search may miss states. With a very large value, rounding errors
+    #: leave more searches undecided.
     load_range: float = 10.0
 
     #: Number of linear programs in the first period of search, and also in the first period of proof. With

@@ -28,7 +28,7 @@ _FACING = 0.94
 #: lie nearly in one plane, and the blocks do not touch from opposite sides.
 _FLAT = 1e-3
 
-#: Sine of the largest angle between two faces that may be due to rounding alone.
+#: Sine of the largest angle between two faces that counts as a rounding error.
 _FACE_ANGLE_TOLERANCE = 1e-7
 
 

@@ -34,7 +34,7 @@ WINDOWS = ("window", "door", "opening")
 _SMALLEST_DRAWING = 0.1
 _LARGEST_DRAWING = 1000.0
 
-#: Largest number of copies of outlines that one warning lists.
+#: Largest number of copies of outlines that one warning lists; further copies are only counted.
 _MOST_COPIES = 10
 
 

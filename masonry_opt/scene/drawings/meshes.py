@@ -23,7 +23,8 @@ _NOISE = 4.0
 #: farther.
 _LEAST_NORMAL_SPREAD = 0.02
 
-#: Cosine of the largest angle between faces that may be merged into one plane side.
+#: Cosine of the largest angle between faces that may be merged into one plane side. Faces at a larger angle
+#: belong to different sides.
 _PARALLEL_COSINE = 0.9
 
 #: Angle between two faces at a common edge, in radians, below which the faces count as coincident.

@@ -17,7 +17,7 @@ from masonry_opt.scene.drawings.meshes import first_near, rings_of
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
 from masonry_opt.scene.tables import broken, library, read_bytes
 
-#: Largest size of a DXF file, in bytes. A block needs about 500 bytes.
+#: Largest size of a DXF file, in bytes. A larger file raises an error. A block needs about 500 bytes.
 _LARGEST_DXF = 50_000_000
 
 #: Largest number of points of one curve. A curve that needs more points raises an error. Curves in drawings
@@ -32,8 +32,8 @@ SAGITTA = 1e-4
 #: outlines or to the default tolerance of a scene, whichever is smaller.
 _GRID_SHARE = 0.01
 
-#: A corner is removed if its distance from the line through its two neighbours is at most this number of
-#: grid steps.
+#: Largest distance of a corner of a cell from the line through its two neighbours at which the corner is
+#: removed, in grid steps.
 _STRAIGHT_STEPS = 10.0
 
 #: DXF entities that are read as outlines or as parts of outlines.

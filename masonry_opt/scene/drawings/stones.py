@@ -23,7 +23,7 @@ from masonry_opt.scene.space.shapes import shapes
 #: Largest number of characters in the name of a block. Longer names are shortened.
 _LONGEST_NAME = 200
 
-#: Largest number of mistakes of a drawing that one error message lists.
+#: Largest number of mistakes of a drawing that one error message lists; further mistakes are only counted.
 _MOST_LINES = 20
 
 #: Words that mark supports: a block is a support if the name of its layer or object contains one of these

@@ -27,10 +27,13 @@ CLOSE = 1e-9
 #: Model, solver and tolerance with which the static program is solved to obtain certified bounds. A later
 #: entry is used if the bounds of all earlier entries are not close enough.
 _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo", "highs", 1e-10))
-#: HiGHS is not used for scenes with this number of joints or more, because it would take minutes.
+#: Number of joints from which on HiGHS is not used to compute certified bounds, because it would take
+#: minutes.
 _LARGE_SCENE_JOINTS = 1000
 _UNBOUNDED = 3  #: Status of scipy's linprog for an unbounded program.
-_LEAST_SLACK = 1e-9  #: A point counts as interior if all its slacks are larger than this value.
+#: Slack above which an inequality counts as satisfied with a margin: a point is interior if all its slacks
+#: are larger.
+_LEAST_SLACK = 1e-9
 #: Number of times that a point is projected on the equations A x = b. Each projection reduces rounding
 #: errors.
 _PROJECTIONS = 6

@@ -107,7 +107,7 @@ NUMBER_FORMATS = {
     **dict.fromkeys(("tolerance", *CERTIFICATE_RESIDUALS), "{:.0e}"),
 }
 
-#: Runs that take longer than this time, in seconds, are not repeated, because long times vary little.
+#: Duration in seconds above which a run is not repeated, because long times vary little.
 REPEATED_BELOW = 5.0
 
 

@@ -33,11 +33,11 @@ from masonry_opt.solvers.registry import Verdict
 
 #: Function that returns the answer under a live load of shape (3b,).
 SolveLive = Callable[[np.ndarray], Solution]
-#: If loads jump at a position, they are evaluated at this distance on both sides of the position. The
+#: Distance on both sides of a position at which loads jump, at which the loads are evaluated instead. The
 #: distance is relative to the length of the road.
 _BREAK_DISTANCE = 1e-9
-#: Loads smaller than this value count as rounding errors. The value is relative to the largest entry of the
-#: live load.
+#: Load on a block, relative to the largest entry of the live load, below which the load counts as a rounding
+#: error.
 _LOAD_TOLERANCE = 1e-7
 #: Shortest range of positions that the search for the least load factor halves, relative to the distance from
 #: the first to the last position. Shorter ranges are not halved.

@@ -39,7 +39,8 @@ from masonry_opt.studies.writing import StudyAnswer, frame_table, records, rende
 _REACTION_COLUMNS = ("kind", "reaction", "status", "certainty", "moves")
 #: Printed names of the kinds of results.
 KIND_NAMES = {"coulomb": "Coulomb", "incremental": INCREMENTAL, "associative": ASSOCIATIVE}
-_WRITTEN_JOINTS = 12  #: Largest number of joints whose opening is written into a picture.
+#: Largest number of joints whose openings are written into a picture, the widest openings first.
+_WRITTEN_JOINTS = 12
 #: Note on the numbers in a picture.
 _NOTE = "Numbers at joints: opening, or sliding (s), per unit of the support's movement"
 _ARROWS = "direction in which the support moves"  #: Legend entry for the arrows on supports.
