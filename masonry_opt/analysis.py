@@ -81,7 +81,7 @@ class Session:
         return None if solution is None else self.result(assembly, solution, effort)
 
     def push(self, assembly: Assembly, progress: Progress, effort: Effort) -> Result:
-        """Solve a scene that is known to be stable under its dead load, and return its result.
+        """Push a stable scene with its live load until it collapses, and return the result.
 
         Raises the errors that :func:`solve` raises for scenes.
         """
@@ -139,7 +139,7 @@ class Session:
         return DeadLoadCheck(assembly, self.how, self.kept, effort)
 
     def pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:
-        """Run the method on a scene that is stable under its dead load, and return the solution.
+        """Push a stable scene with its live load: run the method, and return the solution.
 
         If the time limit ends the analysis, the solution has the answer that is known by then, or none.
         """

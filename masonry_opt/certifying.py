@@ -287,7 +287,7 @@ def _with_laws(problem: Problem, friction: str, crushing: str) -> Problem:
 
 
 def _driven(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> tuple[Problem, np.ndarray]:
-    """Exchange dead load and live load of a problem if the live load does no positive work in a mechanism.
+    """Return a problem whose live load drives a mechanism: if needed, exchange dead load and live load.
 
     Returns the problem and its joint forces. The loads are exchanged only if the dead load drives the
     mechanism d. The total load at λ stays the same, and energies are then divided by the work of the dead

@@ -222,7 +222,7 @@ def _of_margin(result: Result) -> Problem:
 
 
 def _row(problem: Problem, state: State) -> dict[str, float]:
-    """Return the load factor of a state, and its residuals in the conditions of both formulations."""
+    """Return the row of a state in the table: its load factor, and its residuals in both formulations."""
     balance = problem.unbalanced(state.load_factor, state.q)
     z = problem.slacks(state.q)
     departure = problem.departure(state.d, state.p, problem.friction)

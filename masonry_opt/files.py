@@ -251,7 +251,7 @@ def _digest_of(path: Path) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Convert a value to types that JSON can represent; NaN and infinity become None."""
+    """Convert a value to plain types, which JSON can represent; NaN and infinity become None."""
     if isinstance(value, StrEnum):
         return str(value)
     if hasattr(value, "as_dict"):

@@ -370,7 +370,7 @@ def _through(at: np.ndarray, arrows: np.ndarray, thin: float, thick: float) -> t
 
 
 def round_below(most: float) -> float:
-    """Return the largest number up to ``most`` that is 1, 2 or 5 times a power of ten."""
+    """Return the largest round number up to ``most``: 1, 2 or 5 times a power of ten."""
     power = 10.0 ** np.floor(np.log10(most))
     return float(max(digit * power for digit in (1, 2, 5) if digit * power <= most))
 

@@ -180,7 +180,7 @@ def caption(elements: Elements) -> str:
 
 
 def _choices(layers: dict[str, list[Marks]], first: str) -> str:
-    """Return HTML buttons that select the quantity drawn on joints. Buttons without data are disabled."""
+    """Return HTML buttons for the choice of what joints show. Buttons without data are disabled."""
     states = {kind: "" if kind in layers else " disabled" for kind in (HISTORY, *PICTURE_KINDS)}
     states[first if first in layers else "mechanism"] = " checked"
     choice = '<label><input type="radio" name="show" value="{0}"{1}> {0}</label>\n'

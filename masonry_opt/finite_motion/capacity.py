@@ -491,7 +491,7 @@ class Capacity:
 
 
 def _size(forces: Forces) -> float:
-    """Return the sum of the magnitudes of forces."""
+    """Return the size of forces: the sum of their magnitudes."""
     return float(lengths(forces.force).sum())
 
 

@@ -323,7 +323,7 @@ class HingingPath:
         return None
 
     def _enclosed(self, stretch: _Stretch, step: float, event: _PathEvent) -> tuple[_Stretch, _PathEvent]:
-        """Locate an event within a step by bisection, and return the last state before it, and the event.
+        """Enclose an event within a step by bisection; return the last state before it, and the event.
 
         If a joint opens, the violation of equilibrium grows from zero, and the secant method proposes the
         next trial length. The path ends at λ = 0, or if blocks meet.

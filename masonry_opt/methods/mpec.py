@@ -123,7 +123,7 @@ class CasadiIpopt:
         self.multipliers: dict[str, Any] = {}
 
     def _compiled(self) -> Any:
-        """Return an IPOPT solver of the program. The solver stops at the time limit of the analysis."""
+        """Return an IPOPT solver, compiled for the program, which stops at the time limit of the analysis."""
         import casadi
 
         # Option "expand": functions are expanded to scalar operations, so that derivatives are thirty times
@@ -213,7 +213,7 @@ def _relaxed(task: Task, start: State | None) -> Solution:
     last: State | None = None
 
     def followed(first: float) -> bool:
-        """Solve a series that begins with ε = ``first``, and return True if it reaches the smallest ε."""
+        """Follow a series of relaxations from ε = ``first``; return True if it reaches the smallest ε."""
         nonlocal last
         model.start_from(begin)
         ipopt.multipliers = {}

@@ -312,14 +312,14 @@ def _undecided_history(v: dict[str, Any]) -> str:
 
 
 def _bracket(v: dict[str, Any]) -> str:
-    """Return the bounds of the least load factor as inequalities, such as "1.2 ≤ λ ≤ 1.3"."""
+    """Return the bracket of the least load factor as inequalities, such as "1.2 ≤ λ ≤ 1.3"."""
     # Bounds below zero are zero except for rounding errors. Adding 0.0 removes the sign of a negative zero.
     least, most = (max(v[bound], 0.0) + 0.0 for bound in ("bound", "load_factor"))
     return f"{least:.6g} ≤ λ ≤ {most:.6g}"
 
 
 def _imposed(v: dict[str, Any]) -> str:
-    """Return a text about the limits that method "global" assumes for rates and for forces."""
+    """Return a text about the limits of rates and forces that method "global" imposes by assumption."""
     limits = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
     limits += ["normal forces of at most ten times the sum of all loads"] if v["forces"] else []
     return f"{' and '.join(limits)} (assumed limits)"

@@ -30,7 +30,7 @@ class Stone(NamedTuple):
     area_ratio: float = 1.0  #: area from which the weight is computed, divided by the area of the polygon
 
     def mapped(self, point: Callable[[Point], Point]) -> "Stone":
-        """Return a copy of the stone whose points are transformed by the function ``point``."""
+        """Return a copy of the stone, mapped by the function ``point``, which transforms each point."""
         weight_at = self.weight_at and point(self.weight_at)
         back = self.back and point(self.back)
         return self._replace(corners=[*map(point, self.corners)], weight_at=weight_at, back=back)

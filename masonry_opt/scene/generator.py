@@ -173,7 +173,7 @@ def polar(radius: float, angle: float, *z: float) -> Any:
 
 
 def both(widths: float | tuple[float, float]) -> tuple[float, float]:
-    """Return a pair of widths: a single width is repeated, and a pair remains unchanged."""
+    """Return both widths as a pair: a single width is repeated, and a pair remains unchanged."""
     return widths if isinstance(widths, tuple) else (widths, widths)
 
 

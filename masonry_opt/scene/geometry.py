@@ -140,7 +140,7 @@ class Extents(ABC):
 
     @abstractmethod
     def away(self, block: int, point: np.ndarray) -> float:
-        """Return the distance of a point from a block, 0 if the point lies inside."""
+        """Return how far away a point is from a block, 0 if the point lies inside."""
 
     @abstractmethod
     def nearest(self, block: int) -> tuple[int, float]:
@@ -202,7 +202,7 @@ class Geometry(Extents):
         return shapely.distance(hulls, shapely.points(points))
 
     def away(self, block: int, point: np.ndarray) -> float:
-        """Return the distance of a point from a block, 0 if the point lies inside."""
+        """Return how far away a point is from a block, 0 if the point lies inside."""
         return float(shapely.distance(self.polygons[block], shapely.Point(point)))
 
     def nearest(self, block: int) -> tuple[int, float]:

@@ -65,7 +65,7 @@ class SceneKeys(Record):
 
     @property
     def down(self) -> np.ndarray:
-        """Return the unit vector of gravity, shape (2,) or (3,)."""
+        """Return the unit vector that points down, along gravity, shape (2,) or (3,)."""
         return _unit(np.array(self.gravity))
 
     @property

@@ -273,7 +273,7 @@ class Statics(Theory):
 def _without_departure(
     problem: Problem, d: np.ndarray, p: np.ndarray, departure: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Correct velocities d and rates p by the least change that removes a residual of the flow rule."""
+    """Correct velocities d and rates p by the least change that removes a departure from the flow rule."""
     support = np.flatnonzero(p)
     rows = np.hstack([problem.B.T.toarray(), -problem.true_yield[support].T.toarray()])
     change = np.linalg.lstsq(rows, -departure, rcond=1e-12)[0]

@@ -108,7 +108,7 @@ class StateBounds:
     rates_derived: bool
 
     def allow(self, problem: Problem, q: np.ndarray, d: np.ndarray) -> bool:
-        """Return True if forces q, shape (3c,), and velocities d, shape (3b,), are within assumed limits."""
+        """Return True if the assumed limits allow forces q, shape (3c,), and velocities d, shape (3b,)."""
         first, second, shear = np.abs(q.reshape(3, -1))
         forces, limits = np.stack([first + second, shear]), np.stack([self.normal, self.forces[2::3]])
         is_within = self.forces_derived or bool((forces <= limits + BEYOND_LIMITS * (1 + limits)).all())

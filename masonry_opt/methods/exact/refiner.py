@@ -263,7 +263,7 @@ class Refiner(StateFinder):
         return again if again and is_lower(again.load_factor, state.load_factor) else None
 
     def _weightless(self, state: ExactState) -> bool:
-        """Return True if λ is negative and no moving block carries a net load at this λ."""
+        """Return True if λ is negative and the moving blocks are weightless: without net load at this λ."""
         return weightless(self.problem, state.load_factor, state.d)
 
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:

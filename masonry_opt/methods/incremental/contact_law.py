@@ -61,7 +61,7 @@ def mean_force_and_compliance(
 
 @dataclass(frozen=True)
 class Response:
-    """Contact forces for given trial forces, with one column per joint and per limited force (tie, prop)."""
+    """Response of all contacts to trial forces: forces with one column per joint and per limited force."""
 
     #: Forces n₁, n₂ and s (in space n, s and t) of each joint, shape (3, m). Limited forces are in the last
     #: row.
@@ -75,7 +75,7 @@ class Response:
 
 
 class ContactLaw:
-    """Return mapping of all joints and limited forces (ties, props) of a problem, eqs (1) to (4)."""
+    """Contact law of all joints and limited forces of a problem: the return mapping, eqs (1) to (4)."""
 
     def __init__(
         self,

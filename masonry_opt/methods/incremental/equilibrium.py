@@ -185,7 +185,7 @@ class EquilibriumSolver:
         return self.size(self.trial_change(displacement))
 
     def size(self, forces: np.ndarray) -> float:
-        """Return the root mean square of forces, relative to the mean contact force."""
+        """Return the size of forces: their root mean square, relative to the mean contact force."""
         flat = forces.ravel()
         return sqrt(float(flat @ flat) / flat.size) / self.mean_force
 

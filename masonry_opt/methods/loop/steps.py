@@ -133,7 +133,7 @@ def corrected(problem: Problem, last: SubProblem) -> float:
 
 
 def _largest_nearby(problem: Problem, state: State) -> np.ndarray:
-    """Return, for each joint, the normal force that scales its small cohesion, shape (c,).
+    """Return, for each joint, the largest nearby normal force, which scales its small cohesion, shape (c,).
 
     The force is the largest normal force in the joint's connected component, but at most ``_DWARFS`` times
     the largest force on the joint's own blocks. The cohesion is then small for each joint.

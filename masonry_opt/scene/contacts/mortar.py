@@ -296,6 +296,6 @@ def _mean_gap(facing: Facing) -> np.ndarray:
 
 
 def _codes(ends: np.ndarray, scene: Scene) -> np.ndarray:
-    """Return a number that identifies each pair of blocks, regardless of their order, shape (pairs,)."""
+    """Return a code (a number) for each pair of blocks, regardless of their order, shape (pairs,)."""
     codes: np.ndarray = ends.min(axis=1) * len(scene.blocks) + ends.max(axis=1)
     return codes

@@ -186,7 +186,7 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
 
 
 def _scale(document: Any) -> float:
-    """Return the length of the drawing's unit in metres. Raises ValueError if the drawing has no unit."""
+    """Return the scale of the drawing, its unit in metres. Raises ValueError if it has no unit."""
     scale = outlines.metres(document)
     if scale is None:
         raise ValueError(

@@ -309,7 +309,7 @@ def _through_inside(
 
 
 def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:
-    """Return the faces after merging corners that are nearer to each other than the tolerance.
+    """Return the faces after corners that are nearer to each other than the tolerance have been joined.
 
     Faces with fewer than three corners are left out.
     """
@@ -467,7 +467,7 @@ def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side 
 
 
 def rings_of(following: dict[int, int]) -> list[list[int]]:
-    """Return the cycles of a permutation as lists.
+    """Return the rings (cycles) of a permutation as lists.
 
     ``following`` maps each number to the next number. It is empty afterwards.
     """

@@ -471,7 +471,7 @@ def _add_loose(
 
 
 def _noded(lines: np.ndarray, tolerance: float, grid: float) -> np.ndarray:
-    """Extend lines that end just before another line, and divide all lines at their intersections."""
+    """Divide lines at their intersections (nodes), and extend lines that end just before another line."""
     ends = shapely.get_point(np.repeat(lines, 2), np.tile([0, -1], len(lines)))
     end, other = shapely.STRtree(lines).query(ends, predicate="dwithin", distance=tolerance)
     missed = shapely.shortest_line(ends[end], lines[other])[end // 2 != other]

@@ -175,7 +175,7 @@ class _Convex:
 
     @cached_property
     def _normal(self) -> SuperLU:
-        """Sparse factorisation of the regularised matrix A Aᵀ."""
+        """Sparse factorisation of the normal equations, whose matrix is the regularised A Aᵀ."""
         normal = self.A @ self.A.T + _REGULARISATION * sp.eye_array(self.A.shape[0])
         return splu(sp.csc_matrix(normal), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
