@@ -118,7 +118,7 @@ class PyomoProducts:
         model.complementary = self._constraint(complementary)
         lowest, highest = within
         load_factors = [{one: highest, factors.load_factor: -1.0}]
-        if lowest > 0:  # for λ₀ = 0, the bounds of the variables λ v imply these rows
+        if lowest > 0:  # if the smallest λ is 0, the lower bounds of the products λ v imply these rows
             load_factors.append({factors.load_factor: 1.0, one: -lowest})
         model.within = self._constraint(product([*slacks, *margins], [motion]), least=0.0)
         model.slack_rate = self._constraint(product([*slacks, *margins, *load_factors], all_rates), least=0.0)

@@ -88,7 +88,7 @@ def _global(assembly: Assembly) -> Declared:
     forces = (
         "all limits follow from statics"
         if bounds.forces_derived
-        else "a limit is assumed if statics does not limit the force"
+        else "limits follow from statics, or are assumed if statics sets no limit"
     )
     # A rocking condition with rate p opens the joint by 2 p, so the limit of its rate is half the limit of
     # openings.

@@ -38,7 +38,7 @@ _SHORTEST_STEP = 1e-6
 #: Bisection for an event stops when its interval of step lengths is this narrow, relative to the size of the
 #: scene.
 _EVENT_WIDTH = 1e-13
-#: Blocks count as at rest if the speed of the fastest corner is below this value, for a tangent of length 1.
+#: Speed of the fastest corner below which blocks count as at rest, if the tangent of the path has length 1.
 _LEAST_SPEED = 1e-7
 #: Length of the trial step that tests in which direction blocks can move, relative to the size of the scene.
 _PROBE_STEP = 1e-5

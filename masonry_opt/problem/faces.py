@@ -48,7 +48,8 @@ class ChordCoefficients(NamedTuple):
 #: parabola. The steps of √x are equal.
 _RISING_KNOTS = np.linspace(0.0, np.sqrt(0.5), _CHORDS_PER_SIDE + 1) ** 2
 
-#: Further knots x between zero and the first rising knot. Each knot is a quarter of the next knot.
+#: Further knots x for low stresses, between zero and the first nonzero entry of ``_RISING_KNOTS``. Each knot
+#: is a quarter of the next knot.
 _LOW_STRESS_KNOTS = _RISING_KNOTS[1] / 4.0 ** np.arange(_LOW_KNOTS, 0, -1)
 
 #: All knots x = n / (f_c L) of the chords, from x = 0 to x = 1.

@@ -72,7 +72,7 @@ class DeadLoadUndecided(Exception):
     def __init__(self, problem: Problem, word: str) -> None:
         super().__init__(word)
         size = problem.force_sizes(problem.dead)
-        #: Values for the reason: the status of the last solver, and the ratio of the largest to the smallest
+        #: Values of the reason: the status of the last solver, and the ratio of the largest to the smallest
         #: dead load of a block.
         self.values = {"word": word, "ratio": float(size.max() / size[size > 0].min(initial=np.inf))}
 

@@ -35,7 +35,7 @@ class SubProblem:
     state: State  #: the optimum
     limits: ShearLimits  #: the shear limits of the program
     alpha: float  #: slope α of the shear limits; NaN for the first sub-problem, whose limits have no α
-    #: Small cohesion c⁰ of each joint that can slide, in the limits of the program, shape (k,).
+    #: Small cohesion c⁰ of each joint that can slide, in the shear limits of the program, shape (k,).
     small_cohesion: np.ndarray
     stands_still: bool  #: True if λ stands still: its relative change is below option ``tol`` (step 3)
 
@@ -47,7 +47,7 @@ class LimitUpdate:
     problem: Problem  #: the problem of the loop
     last: SubProblem  #: the last sub-problem that was solved
     alpha: float  #: α of the next sub-problem
-    #: Small cohesion c⁰ of each joint that can slide, in the next sub-problem, shape (k,).
+    #: Small cohesion c⁰ of each joint that can slide, in the next sub-problem's shear limits, shape (k,).
     small_cohesion: np.ndarray
     #: Weighted mean of the normal force of each joint in the last two sub-problems, shape (c,). The later
     #: sub-problem has the weight β. At this mean, the next shear limits equal Coulomb's limits.
