@@ -161,7 +161,11 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
 
 
 def _size(load_factor: float, at: float, share: float) -> float:
-    """Return the size s with which the modified loads at λ equal s times the scene's loads at λ / s."""
+    """Return the size s of the modified loads at λ, relative to proportional loads of the scene.
+
+    The modified loads at λ are s times the loads of the scene at λ / s, and s is 1 at λ = ``at``. ``share``
+    is the fraction of the dead load that grows with the live load.
+    """
     return 1 + share * (load_factor / at - 1)
 
 

@@ -95,7 +95,7 @@ class Assembly:
 
     @property
     def pressed(self) -> np.ndarray:
-        """Return the indices of each joint's contact points, shape (points, c)."""
+        """Return the indices of the points where each joint is pressed together, shape (points, c)."""
         return self.joints.parts[1]
 
     @property

@@ -355,9 +355,10 @@ class Faces:
 
     @cached_property
     def bent(self) -> np.ndarray:
-        """Return the indices of the yield conditions for crushing, of all joints with limited strength.
+        """Return the indices of the yield conditions for crushing, whose chords bend the limits of rocking.
 
-        The shape (2, l, chords) is for both contact points, the l joints, and the chords.
+        The shape (2, l, chords) is for both contact points, the l joints with limited strength, and the
+        chords.
         """
         return np.arange(self.count)[self.chords].reshape(self.layout.points, -1, len(CHORDS.slope))
 

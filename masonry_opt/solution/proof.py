@@ -83,7 +83,7 @@ class EnergyBound:
     """
 
     condition: int  #: index of the joint's sliding condition
-    value: float  #: lower bound of (μ − tan ψ) n, a force
+    value: float  #: lower bound of the energy per unit slip, (μ − tan ψ) n, which is a force
     d: np.ndarray  #: multiplier of each equation of equilibrium, shape (3b,)
     p: np.ndarray  #: multiplier of each yield condition, shape (faces,)
 

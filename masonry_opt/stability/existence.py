@@ -67,7 +67,7 @@ _TO_BLAME = 1e-9
 #: most frequent face.
 _OF_LATE = 200
 
-#: Value of a face (yield condition) in branch and cut: it is open whether its rate is zero.
+#: Value of a face (yield condition) in branch and cut: the search has not chosen yet if its rate is zero.
 _OPEN = -1
 
 #: Value of a face (yield condition) in branch and cut: its rate is zero.

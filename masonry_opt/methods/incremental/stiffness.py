@@ -19,7 +19,7 @@ from masonry_opt.problem.problem import Problem
 
 
 class Factors(Protocol):
-    """Factors of a stiffness matrix."""
+    """Factors of a stiffness matrix, with which systems of equations with this matrix are solved."""
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """Solve the system for right-hand sides of shape (3b,) or (3b, count)."""

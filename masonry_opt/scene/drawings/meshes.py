@@ -292,7 +292,8 @@ def _through_inside(
 ) -> Iterator[list[int]]:
     """Pair the faces at an edge that more than two faces share; generate the pairs that bound one block.
 
-    Each face is paired with the first face behind it that traverses the edge in the opposite direction.
+    Faces are compared by their angle about the edge. Each face that traverses the edge forwards is paired
+    with the face of the next smaller angle that traverses it backwards.
     """
     low, high = points[list(edge)]
     u, v = across((high - low) / np.linalg.norm(high - low))
