@@ -53,7 +53,10 @@ class AnyGenerator(Record):
 
     def _mistakes(self) -> Iterator[str]:
         if self.size > MOST_BLOCKS_GENERATED:
-            yield f"the generator has {self.size} blocks, but at most {MOST_BLOCKS_GENERATED} are allowed"
+            yield (
+                f"the generator has {self.size} blocks, but at most {MOST_BLOCKS_GENERATED} are allowed: "
+                "use larger blocks, or split the scene"
+            )
 
     @property
     def size(self) -> int:
