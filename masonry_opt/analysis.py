@@ -37,7 +37,8 @@ from masonry_opt.standing import DeadLoadCheck
 from masonry_opt.suitability import asks_for_stability, refuse_unsuited, refuse_without_live_load
 
 #: Largest number of joints for which the associative load factor is computed in addition to a Coulomb load
-#: factor. For larger scenes the computation would take between 15 seconds and several minutes.
+#: factor. On larger scenes it is omitted, because the computation would take between 15 seconds and several
+#: minutes.
 _MOST_JOINTS_ASSOCIATIVE = 40_000
 
 
@@ -45,7 +46,7 @@ _MOST_JOINTS_ASSOCIATIVE = 40_000
 class Session:
     """Session that solves several scenes in sequence with the same method and options."""
 
-    how: HowToSolve  #: method, solver and options
+    how: HowToSolve  #: how to solve each scene: method, solver and options
     #: Cache of compiled programs, which are used again for scenes that differ only in joint properties. Joint
     #: forces that are cached from an earlier scene may show that a later scene is stable. The cache does not
     #: change any answer.
@@ -75,12 +76,12 @@ class Session:
         return self.result(*self.answer(scene, progress, effort), effort)
 
     def falls(self, assembly: Assembly, effort: Effort) -> Result | None:
-        """Return the result of a scene that is unstable under its dead load; None if the scene is stable."""
+        """Return the result of a scene that falls under its dead load; None if the scene is stable."""
         solution = self._check(assembly, effort).fall()
         return None if solution is None else self.result(assembly, solution, effort)
 
     def push(self, assembly: Assembly, progress: Progress, effort: Effort) -> Result:
-        """Solve a scene that is known to be stable under its dead load, and return its result.
+        """Push a stable scene with its live load until it collapses, and return the result.
 
         Raises the errors that :func:`solve` raises for scenes.
         """
@@ -134,11 +135,11 @@ class Session:
         return assembly
 
     def _check(self, assembly: Assembly, effort: Effort) -> DeadLoadCheck:
-        """Return the object that checks if an assembled scene is stable under its dead load."""
+        """Return the dead-load check of an assembled scene, which decides whether the scene is stable."""
         return DeadLoadCheck(assembly, self.how, self.kept, effort)
 
     def pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:
-        """Run the method on a scene that is stable under its dead load, and return the solution.
+        """Push a stable scene with its live load: run the method, and return the solution.
 
         If the time limit ends the analysis, the solution has the answer that is known by then, or none.
         """
@@ -264,8 +265,8 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     solution = explained(assembly, solution, task.solver, task.effort, is_associative)
     if incremental is None or incremental.load_factor is None or not solution.proven_none:
         return solution
-    # A proof shows that the scene never collapses, so the incremental load factor is removed. Contacts slip
-    # at this load factor, but they lock before the blocks collapse.
+    # A proof shows that the scene never collapses, so remove the incremental load factor. At this load factor
+    # contacts slip, but they lock before the blocks collapse.
     incremental = replace(
         incremental,
         found=FinalState(),
@@ -278,7 +279,7 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
 
 
 def _with_only_state(problem: Problem, solution: Solution) -> Solution:
-    """Record in a solution whether a proof shows that no other load factor λ > 0 causes collapse."""
+    """Record in a solution whether it is proven that the scene collapses at no other load factor λ > 0."""
     load_factor = solution.load_factor
     if load_factor is None or solution.kind in (Kind.ASSOCIATIVE, Kind.INCREMENTAL):
         return solution

@@ -31,10 +31,12 @@ from masonry_opt.suitability import refuse_without_live_load
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Permitted values of the argument ``friction``: the friction law in space that the check uses.
+#: Values of the argument ``friction``: in space, the check uses the exact friction cone, or a polygon with 24
+#: sides inside the cone.
 _FRICTION_LAWS = ("cone", "polygon")
 
-#: Permitted values of the argument ``crushing``: the law for joints of limited strength that the check uses.
+#: Values of the argument ``crushing``: for joints of limited strength, the check uses the chords of the
+#: crushing parabola, or the parabola.
 _CRUSHING_LAWS = ("chords", "parabola")
 
 
@@ -285,7 +287,7 @@ def _with_laws(problem: Problem, friction: str, crushing: str) -> Problem:
 
 
 def _driven(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> tuple[Problem, np.ndarray]:
-    """Exchange dead load and live load of a problem if the live load does no positive work in a mechanism.
+    """Return a problem whose live load drives a mechanism: if needed, exchange dead load and live load.
 
     Returns the problem and its joint forces. The loads are exchanged only if the dead load drives the
     mechanism d. The total load at λ stays the same, and energies are then divided by the work of the dead

@@ -11,9 +11,9 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from math import inf
 
-#: A solver counts as stopped by the deadline if it ends without an optimum less than this many seconds before
-#: the deadline. The margin is needed because solvers use their own clocks. With too small a margin, a stopped
-#: solver counts as failed; with too large a margin, a failed solver counts as stopped.
+#: A solver that ends without an optimum less than this many seconds before the deadline counts as stopped by
+#: the deadline. A solver that ends earlier counts as failed. The margin is needed because solvers use their
+#: own clocks.
 SAME_TIME = 0.1
 
 

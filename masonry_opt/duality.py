@@ -32,9 +32,9 @@ from masonry_opt.stability.dead_load import with_pressure_removed
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Tolerance of the solvers. With its default tolerance, Clarabel leaves duality gaps of up to 7e-7 in scenes
-#: with fill. If a solver misses the tolerance, its last iterate is used, and the residuals show the accuracy
-#: of the iterate.
+#: Tolerance of the solvers in the cross-check of statics and kinematics. With its default tolerance, Clarabel
+#: leaves duality gaps of up to 7e-7 in scenes with fill. If a solver misses the tolerance, its last iterate
+#: is used, and the residuals show the accuracy of the iterate.
 _SOLVER_TOLERANCE = 1e-11
 
 
@@ -222,7 +222,7 @@ def _of_margin(result: Result) -> Problem:
 
 
 def _row(problem: Problem, state: State) -> dict[str, float]:
-    """Return the load factor of a state, and its residuals in the conditions of both formulations."""
+    """Return the row of a state in the table: its load factor, and its residuals in both formulations."""
     balance = problem.unbalanced(state.load_factor, state.q)
     z = problem.slacks(state.q)
     departure = problem.departure(state.d, state.p, problem.friction)

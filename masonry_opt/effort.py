@@ -78,7 +78,7 @@ class Effort:
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
-        """Report that a step of a method begins, which lasts until the end of the ``with`` block."""
+        """Report the step of a method that the ``with`` block performs."""
         self._step = name
         self.begins(name)
         try:
@@ -87,7 +87,7 @@ class Effort:
             self._step, self._phase = "", self.phase
 
     def lowers(self, load_factor: float) -> None:
-        """Report the load factor of the lowest collapse state that was found so far."""
+        """Report that a lower collapse state was found, with its load factor."""
         if load_factor != self._lowest:
             self._lowest = load_factor
             self._report()
@@ -97,7 +97,7 @@ class Effort:
         self._phases(f"{self.phase}{lowest}")
 
     def counts(self) -> dict[str, Any]:
-        """Return all counts as a dictionary: seconds, numbers of programs and iterations, and solvers."""
+        """Return the effort as a dictionary: seconds, numbers of programs and iterations, and solvers."""
         return {name: count for name, count in vars(self).items() if not name.startswith("_")}
 
     def uses(self, solver: str, purpose: str) -> None:
@@ -107,7 +107,7 @@ class Effort:
             names.append(solver)
 
     def beside(self) -> "Effort":
-        """Return an effort for work beside this one. It counts from zero, and shares the list of solvers."""
+        """Return a separate count of effort for work beside this analysis; both share the list of solvers."""
         other = Effort()
         other.solvers = self.solvers
         return other

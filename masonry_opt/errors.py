@@ -42,56 +42,56 @@ class MasonryError(Exception):
 
 
 class LongAnalysisWarning(UserWarning):
-    """The analysis will take many minutes; the message names a faster method."""
+    """Warning that an analysis will take many minutes; the message names a faster method."""
 
 
 class DrawingWarning(UserWarning):
-    """Part of a drawing was changed when the file was read, or the unit of length of the file is doubtful.
+    """Warning that a part of a drawing was changed, or that the unit of length of the drawing is doubtful.
 
     The message says how.
     """
 
 
 class CaseError(MasonryError, ValueError):
-    """The case file or scene is wrong; the message names the file, key or block, and states a remedy."""
+    """Error in a case file or scene; the message names the file, key or block, and states a remedy."""
 
     # The base class ValueError is needed, because pydantic converts every ValueError that a validator raises
     # to a validation error.
 
 
 class OptionError(MasonryError):
-    """The method, model, solver or option is wrong, or not available for this scene."""
+    """Error in a method, model, solver or option: it is wrong, or not available for this scene."""
 
 
 class OutputError(MasonryError):
-    """The output cannot be written; the message states the path and the reason."""
+    """Error that output cannot be written; the message states the path and the reason."""
 
 
 class ReaderGoneError(OutputError):
-    """Standard output was closed by the program that reads it; no message is printed."""
+    """Standard output was closed by the program that reads it, such as `head`; no message is printed."""
 
     exit_code = 128 + 13  #: exit code of programs that the signal SIGPIPE terminates
 
 
 class NoLoadFactorError(MasonryError):
-    """The scene has no load factor, but the request needs a load factor; the message states the reason."""
+    """Error that a scene has no load factor, although one is needed; the message states the reason."""
 
     exit_code = 1
 
 
 class TimeLimitError(MasonryError):
-    """The time limit ended the analysis before there was a result; the message states the phase."""
+    """Error that the time limit ended an analysis without a result; the message states the phase."""
 
     exit_code = 1
 
 
 class NoRunSolvedError(MasonryError):
-    """None of the runs of a study was solved; the message states the most frequent reason."""
+    """Error that no run of a study was solved; the message states the most frequent reason."""
 
     exit_code = 1
 
 
 class InterruptedByUserError(MasonryError):
-    """The user stopped the run; the message states the results obtained so far."""
+    """Error that the user stopped the run; the message states the results obtained so far."""
 
     exit_code = 130

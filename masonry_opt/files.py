@@ -169,7 +169,7 @@ def refuse_outputs(folder: Path, names: Iterable[str], force: bool = False) -> N
     for name in (*names, RECORD):
         path = folder / name
         if path.is_dir():
-            raise OptionError(f"{path}: cannot be written: is a folder")
+            raise OptionError(f"{path}: cannot be written, because it is a folder: choose another folder")
         refuse_replacing(path, force)
 
 
@@ -190,8 +190,8 @@ def refuse_unwritable(path: Path, force: bool = False) -> None:
             f"{path}: cannot be written, because the folder {path.parent} does not exist: create the folder"
         )
     if path.is_dir() or not os.access(path.parent, os.W_OK):
-        obstacle = "is a folder" if path.is_dir() else f"folder {path.parent} is not writable"
-        raise OptionError(f"{path}: cannot be written: {obstacle}")
+        obstacle = "it is a folder" if path.is_dir() else f"the folder {path.parent} is not writable"
+        raise OptionError(f"{path}: cannot be written, because {obstacle}: choose another path")
     refuse_replacing(path, force)
 
 
@@ -251,7 +251,7 @@ def _digest_of(path: Path) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Convert a value to types that JSON can represent; NaN and infinity become None."""
+    """Convert a value to plain types, which JSON can represent; NaN and infinity become None."""
     if isinstance(value, StrEnum):
         return str(value)
     if hasattr(value, "as_dict"):

@@ -232,7 +232,7 @@ class Result(Outcome):
         return {"joint_results": self.joints.assign(**normal_columns(self.assembly), **limits)}
 
     def _limited_table(self, table: "pd.DataFrame", *roles: Role) -> "pd.DataFrame | None":
-        """Return a table of limited forces, such as ties, with their lines of action.
+        """Add the lines of action to a table of limited forces, such as forces of ties, and return the table.
 
         The result is None if the table is empty.
         """

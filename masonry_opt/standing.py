@@ -26,7 +26,7 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import MATRICES, find_solver
 from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 
-#: Largest number of joints for which stability under the dead load is first tested with elastic contacts. For
+#: Largest number of joints for which stability under the dead load is first tested with elastic contacts. On
 #: larger scenes, a linear program is the first test, because it finds instability faster.
 _MOST_JOINTS_AT_REST = 500
 
@@ -46,7 +46,7 @@ class DeadLoadCheck:
         return self.how.adds_incremental or self.how.chosen.name == INCREMENTAL_METHOD
 
     def fall(self) -> Solution | None:
-        """Return a solution with the reason why the scene is unstable, or None if the scene is stable."""
+        """Return the solution of a scene that falls, with the reason; None if the scene is stable."""
         self.effort.begins("stability under the dead load")
         # Programs of this check are counted in a separate record. The final result includes the time and the
         # solver of the check, but not the number of its programs.

@@ -1,8 +1,8 @@
 """Programs for exact states, in CVXPY: forces for a given mechanism, and a mechanism for given forces.
 
-Each program minimises the energy z·p of faces that move although they are not at yield. If this energy is
-zero, forces and mechanism satisfy complementarity, eq. (8), and form a collapse state. Two further programs
-are Farkas alternatives: each proves that one of the first two programs has no solution.
+Each program minimises the energy z·p of faces that have nonzero rates although they are not at yield. If this
+energy is zero, forces and mechanism satisfy complementarity, eq. (8), and form a collapse state. Two further
+programs are Farkas alternatives: each proves that one of the first two programs has no solution.
 """
 
 from dataclasses import replace
@@ -47,7 +47,7 @@ class CvxpyMotion:
     The cost, shape (faces,), may be a parameter. It usually consists of the slacks z ≥ 0 of given forces,
     with which the mechanism is then compatible; the default is zero. The slope is the opening per unit slip,
     shape (k,); the default is the joints' dilatancy. ``most`` is infinite in this declaration. The solver
-    session sets it to 0 for the faces that must not move.
+    session sets it to 0 for the faces whose rates must be zero.
     """
 
     def __init__(
@@ -83,12 +83,12 @@ class CvxpyDrivenMotion:
 
 
 class CvxpyAtYield:
-    """Program for forces that bring all moving faces of a mechanism to yield, with λ nearest to a value.
+    """Program for forces at which all faces with nonzero rates are at yield, with λ nearest to a value.
 
         min  |λ − near|    s.t.    B q + λ f_L + f_D = 0,    z = 0 on the faces at yield,    z ≥ 0 elsewhere
 
     Such forces satisfy complementarity with the mechanism, eq. (8). ``at_yield``, shape (faces,), is True for
-    the faces that move in the mechanism.
+    the faces with nonzero rates in the mechanism.
     """
 
     def __init__(self, problem: Problem, at_yield: np.ndarray, near: float) -> None:
@@ -106,9 +106,9 @@ class CvxpyNoMotion:
         min  Σ v    s.t.    B q + f_L = 0,    C(slope) q + v ≥ 0,    0 ≤ v ≤ most
 
     Every mechanism Bᵀ d = D(slope) p satisfies f_L·d = −(C(slope) q)·p. This work is at most 0 unless a face
-    with v > 0 moves. If the slope, shape (k,), is the true friction, the forces are a direction in which λ
-    grows without bound. ``most`` is infinite in this declaration. The solver session sets it to 0 for the
-    faces that may move.
+    with v > 0 has a nonzero rate. If the slope, shape (k,), is the true friction, the forces are a direction
+    in which λ grows without bound. ``most`` is infinite in this declaration. The solver session sets it to 0
+    for the faces that may have nonzero rates.
     """
 
     def __init__(self, problem: Problem, slope: np.ndarray) -> None:

@@ -99,8 +99,9 @@ class PyomoProducts:
         slacks = list(factors.other_slacks.values())
         equilibrium = list(factors.equilibrium())
         motions = [*factors.compatibility(), factors.live_work()]
-        # The products z₁ p₁ of joints that can slide are zero. The other products in the complementarity
-        # conditions have no variables.
+        # Require z₁ p₁ = 0 for joints that can slide, because z₁ is no unknown of the relaxation but a linear
+        # form. The products of all other complementarity conditions are zero too, and therefore have no
+        # variables.
         complementary = [(form, {rate: 1.0}) for rate, form in factors.other_slacks.items()]
         # Compatibility implies the products of an equilibrium row with three of a joint's four rates, if all
         # products of the row with the joint's velocities have variables. Only the product with the fourth
@@ -117,7 +118,7 @@ class PyomoProducts:
         model.complementary = self._constraint(complementary)
         lowest, highest = within
         load_factors = [{one: highest, factors.load_factor: -1.0}]
-        if lowest > 0:  # for λ₀ = 0, the bounds of the variables λ v imply these rows
+        if lowest > 0:  # if the smallest λ is 0, the lower bounds of the products λ v imply these rows
             load_factors.append({factors.load_factor: 1.0, one: -lowest})
         model.within = self._constraint(product([*slacks, *margins], [motion]), least=0.0)
         model.slack_rate = self._constraint(product([*slacks, *margins, *load_factors], all_rates), least=0.0)
@@ -134,9 +135,11 @@ class PyomoProducts:
         model.opening = self._constraint(open_beyond, least=0.0)
 
     def _follows(self, statics: Form, rate: int) -> bool:
-        """Return True if all products of a row's forces with a joint's velocities have variables.
+        """Return True if products of an equilibrium row with a joint's rates follow from compatibility.
 
-        The row is the linear form ``statics``. The joint is the one to which ``rate`` belongs.
+        Three of the four products follow if the relaxation has variables for the products of all forces in
+        the row, the linear form ``statics``, with the velocities of the joint's blocks. The joint is the one
+        to which ``rate`` belongs.
         """
         moves = self.factors.motion_of(rate // 4)
         forces = [i for i in statics if i < self.factors.load_factor]

@@ -181,7 +181,7 @@ def _run_and_flush() -> None:
 
 
 def _end(message: str | None, code: int) -> NoReturn:
-    """Print a message on standard error, unless it is None, and exit with an exit code."""
+    """End the program with an exit code, and print a message on standard error, unless it is None."""
     with contextlib.suppress(OSError):
         if message is not None and sys.stderr is not None:
             print(f"error: {message}", file=sys.stderr, flush=True)

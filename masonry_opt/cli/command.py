@@ -33,7 +33,7 @@ from masonry_opt.reporting.terminal import changing_line, print_text, print_warn
 Function = Callable[..., Any]
 T = TypeVar("T")
 
-#: Names of parameters that do not become options, because each command defines its own arguments for them.
+#: Names of parameters that do not become options, because they are arguments of each command.
 _SUBJECTS = {"self", "scene", "scenes", "path", "result", "make"}
 #: Map from the annotation of a parameter to the type of its option. For other annotations, options are text.
 _TYPES: dict[str, type] = {"bool": bool, "int": int, "float": float}
@@ -123,11 +123,11 @@ class Given(dict[str, Any]):
     called: Mapping[str, str] = {}  #: Name of the command-line option for each parameter name.
 
     def take(self, function: Function) -> dict[str, Any]:
-        """Remove and return the arguments that a function accepts as parameters."""
+        """Remove the arguments that a function accepts as parameters, and return them."""
         return {name: self.pop(name) for name in inspect.signature(function).parameters if name in self}
 
     def rest(self, function: Function) -> dict[str, Any]:
-        """Return the remaining arguments, and the options of the method, as keyword arguments.
+        """Return the arguments that were not taken, and the options of the method, as keyword arguments.
 
         The function passes the options of the method on to ``solve``. Raises OptionError if an option of the
         method does not have the form NAME=VALUE, or is a parameter of ``function`` or of ``solve``.
@@ -139,8 +139,8 @@ class Given(dict[str, Any]):
             own = inspect.signature(taking).parameters.keys() & (options.keys() - {"time_limit"})
             if own:
                 raise OptionError(
-                    f"'{min(own)}' is not an option of the method: write it without --option, in the form "
-                    "that --help shows"
+                    f"'{min(own)}' is an option of the command, not of the method: omit --option, and write "
+                    f"the option as --help shows"
                 )
         return self | options
 
@@ -282,7 +282,7 @@ def _name_and_value(text: str) -> tuple[str, Any]:
 
 @contextlib.contextmanager
 def waiting(line: str, quiet: bool = False, if_interrupted: str = "nothing was found") -> Iterator["Work"]:
-    """Show a progress line with the elapsed time within a context, which provides a Work to change the text.
+    """Show a progress line with the elapsed time during a ``with`` block, which can change its text.
 
     Ctrl-C raises InterruptedByUserError with the text of the KeyboardInterrupt, if it has one, else with
     ``if_interrupted``. If ``quiet`` is True, no line is shown.
@@ -357,14 +357,14 @@ def save(answer: Any, plot: Path | None, drawing: Mapping[str, Any]) -> None:
 
 @contextlib.contextmanager
 def interrupts() -> Iterator[Callable[[], None]]:
-    """Provide, within a context, a function that raises KeyboardInterrupt if Ctrl-C was pressed.
+    """Yield a function that raises KeyboardInterrupt if Ctrl-C was pressed in the ``with`` block.
 
     The function is needed because a solver may catch KeyboardInterrupt and stop only itself.
     """
     pressed = False
 
     def remember(*_: object) -> None:
-        """Handle Ctrl-C."""
+        """Record that Ctrl-C was pressed, and raise KeyboardInterrupt."""
         nonlocal pressed
         pressed = True
         raise KeyboardInterrupt

@@ -21,7 +21,8 @@ from masonry_opt.studies.many.draws import BY, parse
 from masonry_opt.studies.many.sweep import summary_text
 from masonry_opt.studies.writing import NEEDED
 
-_MOST_VALUES = 100_000  #: Largest number of values that --vary accepts for one parameter of the scene.
+#: Largest number of values that --vary accepts for one parameter of the scene. More values raise an error.
+_MOST_VALUES = 100_000
 _FORMS = "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..."  #: Forms of the value of option --vary.
 _VARY_EXAMPLE = "such as joints.friction=0.3:0.8:11"  #: Example of the option --vary.
 #: Help of the option --vary. A narrow terminal would cut an example off, so only the help text of the command
@@ -76,7 +77,7 @@ def _vary(text: str) -> tuple[str, list[float]]:
     out=typer.Option(help="Folder to which the table and the charts are written."),
 )
 def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> None:
-    """Write a table (runs.csv) and charts; with --sample also print statistics of the load factor.
+    """Write the results of all runs to a table (runs.csv) and charts; --sample also prints statistics of λ.
 
     Values: --vary NAME=FROM:TO:COUNT or --vary NAME=VALUE,VALUE,..., such as joints.friction=0.3:0.8:11 or
     arch.thickness=0.3,0.4.
@@ -141,13 +142,13 @@ def _names(text: str) -> list[str]:
     time_limit=typer.Option(min=0.1),
     memory_limit=typer.Option(min=1),
     cases=typer.Option(
-        help="Folder of the case files. Default: ./cases if it has the cases of the paper, or the folder in "
-        "the package."
+        help="Folder of the case files. Default: ./cases if it contains the cases of the paper; otherwise "
+        "the folder in the package."
     ),
     scenes=typer.Argument(metavar="CASE...", help="Case files, or names of cases in the folder --cases."),
 )
 def compare(given: Given, scenes: list[str] | None = None) -> None:
-    """Write tables and a report. To continue an interrupted comparison, repeat the command.
+    """Run each method and solver on each scene, and write tables and a report.
 
     Exit code 0: the comparison is complete; 1: every run crashed or was killed; 130: interrupted; 2: wrong
     case file or option.

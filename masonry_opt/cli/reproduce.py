@@ -48,10 +48,11 @@ def scripts() -> dict[str, Path]:
 
 @command(example=typer.Argument(help=_EXAMPLE_HELP), out=typer.Option(help=_OUT))
 def reproduce(_: Given, example: str = "", out: Path = Path("results"), force: bool = False) -> bool:
-    """Exit code 0: every value is as published; 1: a value differs; 2: wrong example or folder.
+    """Run an example of the paper, and compare its values with the published values.
 
-    Each example states how close a value must be to the published value. Exit code 2 also means that an extra
-    of the package is not installed.
+    Exit code 0: every value is as published; 1: a value differs; 2: wrong example or folder. Each example
+    states how close a value must be to the published value. Exit code 2 also means that an extra of the
+    package is not installed.
     """
     known = scripts()
     listed = "\n".join(f"{name:10} {_title(path)}" for name, path in known.items())
@@ -118,7 +119,10 @@ def _run(name: str, path: Path, out: Path, force: bool) -> bool:
             exec(compile(path.read_text("utf-8"), str(path), "exec", optimize=0), names)
         except (AssertionError, NoLoadFactorError) as error:
             line = traceback.extract_tb(error.__traceback__)[1].lineno  # line of the script
-            missed = f"{name}: a result is not as published ({path.name}, line {line}): {error}"
+            missed = (
+                f"{name}: a computed value differs from the published value "
+                f"({path.name}, line {line}): {error}"
+            )
     # Output is written before the next example begins, so that with Ctrl-C only the current example is lost.
     print_text(output.getvalue() + missed)
     write_folder(out, _written(name, names), force)

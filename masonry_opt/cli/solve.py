@@ -50,10 +50,11 @@ def solve(
     plot: Path | None = None,
     mechanism: str | None = None,
 ) -> bool:
-    """Exit code 0: every load case has a load factor; 1: a load factor is missing; 2: wrong input.
+    """Solve CASE for each load case, and print a summary of each result.
 
-    Exit code 1 also means that the analysis was stopped. If CASE has no live load, the command decides
-    whether CASE is stable under its dead load. Exit code 0: stable; 1: unstable or undecided.
+    Exit code 0: every load case has a load factor; 1: a load factor is missing, or the analysis was stopped;
+    2: wrong input. If CASE has no live load, the command decides whether CASE is stable under its dead load.
+    Exit code 0: stable; 1: unstable or undecided.
     """
     if json + verbose + quiet > 1:
         raise OptionError("--json, --verbose and --quiet exclude each other: give only one of the three")
@@ -150,7 +151,10 @@ def _drawn_result(answer: Any) -> mo.Result:
 
 @command(mo.check)
 def check(given: Given, case: Path, load_case: str | None = None) -> bool:
-    """Exit code 0: the load factors agree; 1: they differ, or no load factor exists; 2: wrong case file."""
+    """Compare four solutions of the associative problem of CASE, and print their differences.
+
+    Exit code 0: the load factors agree; 1: they differ, or no load factor exists; 2: wrong case file.
+    """
     with waiting("comparing the static with the kinematic formulation, and CVXPY with Pyomo"):
         report = mo.check(as_scene(case, load_case), **given)
     print_result(str(report))

@@ -77,9 +77,10 @@ def capacity(
     table: bool = False,
     json: bool = False,
 ) -> bool:
-    """Exit code 0: the capacity curve reaches λ = 0; 1: it ends at a larger λ; 2: wrong input.
+    """Compute the capacity curve of CASE: λ over the displacement of the mechanism.
 
-    Exit code 1 also means that the scene has no load factor, or that the time limit was reached.
+    Exit code 0: the capacity curve reaches λ = 0; 1: it ends at a larger λ; 2: wrong input. Exit code 1 also
+    means that the scene has no load factor, or that the time limit was reached.
     """
     drawing, checking = given.take(mo.Capacity.save), given.take(mo.Capacity.check)
     following = given.take(mo.capacity)
@@ -111,11 +112,12 @@ def capacity(
 def crossing(
     given: Given, case: Path, plot: Path | None = None, table: bool = False, json: bool = False
 ) -> bool:
-    """Exit code 0: a load factor exists; 1: no load factor exists; 2: wrong input; 130: interrupted.
+    """Solve CASE with axles at each position on the road, and print the position with the lowest λ.
 
-    Exit code 1 also means that the crossing was stopped by its time limit. With --required-factor, exit code
-    0: the load factor is sufficient; 1: too small or not decided. --time-limit is the time of the whole
-    crossing. A stopped or interrupted crossing prints the worst of the positions that were solved.
+    Exit code 0: a load factor exists; 1: no load factor exists; 2: wrong input; 130: interrupted. Exit code 1
+    also means that the crossing was stopped by its time limit. With --required-factor, exit code 0: the load
+    factor is sufficient; 1: too small or not decided. --time-limit is the time of the whole crossing. A
+    stopped or interrupted crossing prints the worst of the positions that were solved.
     """
     drawing = given.take(mo.Crossing.save)
     if plot is not None:  # report an unusable path before the scene is solved
@@ -142,9 +144,10 @@ def crossing(
 
 @command(mo.directions, mo.solve, Cases.save, leave="tolerance", vertical=_VERTICAL, plot=PICTURE)
 def directions(given: Given, case: Path, plot: Path | None = None, json: bool = False) -> bool:
-    """Exit code 0: each direction has a load factor; 1: a load factor is missing; 2: wrong input.
+    """Compute the load factor of an earthquake in each direction, and print the lowest load factor.
 
-    Exit code 1 also means that the time limit ended the analysis of a direction.
+    Exit code 0: each direction has a load factor; 1: a load factor is missing; 2: wrong input. Exit code 1
+    also means that the time limit ended the analysis of a direction.
     """
     drawing = given.take(Cases.save)
     if plot is not None:
@@ -173,10 +176,11 @@ def directions(given: Given, case: Path, plot: Path | None = None, json: bool = 
 def least(
     given: Given, case: Path, vary: str, most: bool = False, load_case: str | None = None, json: bool = False
 ) -> None:
-    """Exit code 0: the value was found; 1: an analysis was undecided; 2: wrong input.
+    """Search a range of a parameter for the value beyond which CASE becomes stable or carries its load.
 
-    Exit code 1 means that the analysis could not decide whether a scene is stable, or carries the load. Exit
-    code 2 also means that both ends of the range have the same answer: the range then contains no limit.
+    Exit code 0: the value was found; 1: an analysis could not decide whether a scene is stable, or carries
+    the load; 2: wrong input. Exit code 2 also means that both ends of the range have the same answer: the
+    range then contains no limit.
     """
     name, lower, upper = _between(vary)
     parameters = Parameters(as_scene(case, load_case))
@@ -211,10 +215,11 @@ def least(
 def settle(
     given: Given, case: Path, json: bool = False, plot: Path | None = None, greatest: bool = False
 ) -> bool:
-    """Exit code 0: both reactions were found; 1: a reaction is missing; 2: wrong case file or option.
+    """Compute the least and the greatest reaction of a support that settles, and print both.
 
-    A reaction that is proven to be unlimited counts as found. Exit code 1 also means that CASE is unstable
-    for every value of the reaction, or that the time limit was reached.
+    Exit code 0: both reactions were found; 1: a reaction is missing; 2: wrong case file or option. A reaction
+    that is proven to be unlimited counts as found. Exit code 1 also means that CASE is unstable for every
+    value of the reaction, or that the time limit was reached.
     """
     drawing = given.take(mo.Settlement.save)
     if plot is not None:

@@ -51,7 +51,7 @@ class Elements:
     assembly: Assembly  #: assembly of the scene, with the shapes of the blocks
     heading: str  #: line below the scene's title
     movement: str  #: description of the motion for captions; "" if no block moves
-    #: Full motion of each block of the scene, in the form that ``marks.moved`` accepts, shape (blocks, 3), in
+    #: Full motion of each block of the scene (see ``FULL``): translation and rotation, shape (blocks, 3), in
     #: space (blocks, 6).
     motion: np.ndarray
     loads: list[Marks]  #: marks of loads and fill
@@ -89,7 +89,7 @@ class Elements:
         return [*self.layers.get(kind, ()), *(self.loads if kind in ("scene", "mechanism") else ())]
 
     def box(self, marks: Iterable[Marks], share: float) -> np.ndarray:
-        """Return the lower left and upper right corners of the drawn area, shape (2, 2).
+        """Return the box of the drawn area: its lower left and upper right corners, shape (2, 2).
 
         The area contains movable blocks and marks, both at rest and after the fraction ``share`` of the full
         motion.
@@ -147,7 +147,7 @@ def result_elements(result: Outcome) -> Elements:
 
 
 def _still(assembly: Assembly) -> np.ndarray:
-    """Return an array of zero motions for all blocks, shape (blocks, 3), in space (blocks, 6)."""
+    """Return zero motions, with which all blocks stand still, shape (blocks, 3), in space (blocks, 6)."""
     return np.zeros((len(assembly.scene.blocks), assembly.problem.layout.rows))
 
 

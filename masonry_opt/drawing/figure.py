@@ -46,7 +46,7 @@ _NOTE_LENGTH = 95  #: Largest number of characters in a line of a note. Longer n
 _ROW_LENGTH = 84
 _SAMPLE_WIDTH = 7  #: Width of the sample of a legend entry and of the space next to it, in characters.
 
-_MAX_LETTERS = 8.0  #: Largest font size of block names, in points.
+_MAX_LETTERS = 8.0  #: Largest font size of block names in a picture, in points.
 _LETTER_WIDTH = 0.62  #: Assumed mean width of a letter, relative to the font size.
 
 #: Matplotlib markers for the shapes of marks that are drawn at one point.
@@ -149,7 +149,7 @@ def entitle(axes: Axes, title: str, heading: str) -> None:
 
 
 def fit(figure: Figure, axes: Axes, below: float = _AXIS_LABELS) -> None:
-    """Set the size of the figure so that the axes have the aspect ratio of their contents.
+    """Fit the figure to its contents: set its size so that the axes have the aspect ratio of the contents.
 
     If a box aspect is set, it is used instead of the ratio of the axis limits. ``below`` is the space below
     the axes, in inches.
@@ -410,7 +410,7 @@ def _draw_curve(
 
 
 def _levels(axes: Axes, result: Outcome, highest: float) -> tuple[list[Handle], float]:
-    """Draw the load factors of a result as horizontal lines across the picture of its curve.
+    """Draw the levels of a result's load factors as horizontal lines across the picture of its curve.
 
     ``highest`` is the highest λ of the curve. Returns the legend samples and the highest λ that is drawn.
     """

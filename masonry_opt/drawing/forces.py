@@ -15,13 +15,14 @@ from masonry_opt.scene.rows import linked
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.thresholds import IDLE
 
-#: Largest number of arrows for parallel forces, by dimension. The first number is for weights, the second for
+#: Largest number of arrows for parallel forces of one kind of load, by dimension: first for weights, then for
 #: each other kind of load. If there are more forces, a single arrow shows their direction. The numbers are
 #: smaller in space, because arrows overlap.
 _MOST_ARROWS = {2: (30, 200), 3: (1, 8)}
 
 _LONGEST = 0.09  #: Length of the longest arrow of each kind of load, relative to the size of the scene.
-#: If a kind of load has more forces than this number, the size of the blocks limits the length of the arrows.
+#: Number of forces of one kind of load above which the length of their arrows is limited by
+#: ``_LARGEST_ARROW_LENGTH``.
 _LONE = 8
 #: Largest length of an arrow if a kind of load has more than ``_LONE`` forces, relative to the median size of
 #: a block.
@@ -275,11 +276,13 @@ def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> I
     yield Marks("ends", "", "square", colours.STRUT, 4.0, at[:, None], of_ends.reshape(len(at), -1))
 
 
-#: Smallest number of consecutive blocks, each with two joints, through which a line of thrust is drawn.
+#: Smallest number of blocks in a row, each with two joints, through which a line of thrust is drawn. Shorter
+#: rows have resultants on all joints instead.
 _CHAIN = 3
 _RESULTANT = 0.12  #: Length of the longest resultant in the plane, relative to the size of the scene.
-#: Length of the longest resultant in space, relative to the size of the scene. The value is larger than in
-#: the plane, because in space a single joint often carries most of the force.
+#: Length of the longest drawn resultant force in space, relative to the size of the scene. The length is
+#: greater than in the plane, because in space a single joint often carries most of the force, and the
+#: resultants of all other joints are short.
 _RESULTANT_IN_SPACE = 0.3
 _SCALE = 0.08  #: Height of the force scale above the blocks, relative to the size of the scene.
 
@@ -303,7 +306,7 @@ def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
 
 
 def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
-    """Return the pairs of joints that a line of thrust connects, shape (pairs, 2).
+    """Return the pairs of joints on two sides of a block that a line of thrust connects, shape (pairs, 2).
 
     Each pair belongs to a movable block with exactly two joints, both in compression. At least ``_CHAIN``
     such blocks must form a row. ``acts``, shape (c,), is True for joints in compression.
@@ -384,14 +387,14 @@ def _force_scale(assembly: Assembly, largest: float, unit: float) -> Marks:
 def _through(at: np.ndarray, arrows: np.ndarray, thin: float, thick: float) -> tuple[np.ndarray, float]:
     """Return lines that represent forces, centred at the points ``at``, and the width of the lines.
 
-    If there are more lines, their width is smaller.
+    The width decreases with the number of lines.
     """
     lines = np.stack([at - arrows / 2, at + arrows / 2], axis=1)
     return lines, float(np.clip(25 / np.sqrt(len(at)), thin, thick))
 
 
 def round_below(most: float) -> float:
-    """Return the largest number up to ``most`` that is 1, 2 or 5 times a power of ten."""
+    """Return the largest round number up to ``most``: 1, 2 or 5 times a power of ten."""
     power = 10.0 ** np.floor(np.log10(most))
     return float(max(digit * power for digit in (1, 2, 5) if digit * power <= most))
 

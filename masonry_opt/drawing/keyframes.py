@@ -23,8 +23,8 @@ class Keyframes:
     """Displacements of the blocks and motions of the joints at k instants of an animation, up to collapse."""
 
     load_factor: np.ndarray  #: load factor λ, shape (k,)
-    #: Displacement of the live load at each keyframe, shape (k,). The unit is the closing of a joint of mean
-    #: length under the mean contact force of the dead load.
+    #: Displacement of the live load at each keyframe, shape (k,). The unit is the elastic shortening of a
+    #: joint of mean length that carries the mean contact force of the dead load.
     displacement: np.ndarray
     #: Displacements of the blocks at each keyframe from their state under dead load, shape (k, 3b).
     d: np.ndarray
@@ -47,7 +47,8 @@ def keyframes_of(result: Outcome) -> Keyframes | None:
     all_d = np.stack([step.d for step in history.steps])
     d = (1 - share) * all_d[before] + share * all_d[before + 1]
     load_factor = np.interp(step_number, np.arange(len(history.steps)), history.load_factors)
-    # Between two load steps, joints keep the state of the earlier step.
+    # The states of joints are known only at load steps. Between two load steps, use the states of the earlier
+    # step.
     sliding, are_open = (
         joints[step_number.astype(int)] for joints in joints_that_move(result.assembly, history.steps)
     )
@@ -64,7 +65,7 @@ def keyframes_of(result: Outcome) -> Keyframes | None:
 
 
 def _collapse(d: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Return displacements, shape (frames, 3b), that continue the last keyframe along a mechanism."""
+    """Return displacements of the collapse, shape (frames, 3b), which continue along a mechanism."""
     size = max(float(np.abs(d).max()), SMALLEST)
     step = motion * ((COLLAPSE_LENGTH - 1) * size / np.abs(motion).max())
     shares = np.linspace(0.0, 1.0, COLLAPSE_FRAMES + 1)[1:]

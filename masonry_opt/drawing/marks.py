@@ -9,7 +9,7 @@ import shapely
 
 from masonry_opt.problem.assembly import Assembly
 
-#: Smallest number of joints at which marks on joints are drawn smaller, so that they do not overlap.
+#: Number of joints from which on marks on joints are drawn smaller, so that they do not overlap.
 MANY = 1000
 
 #: Names of marks inside blocks. In space, such marks are drawn as if blocks were transparent.
@@ -42,7 +42,7 @@ class Marks:
 
     @property
     def through(self) -> bool:
-        """True if blocks in space do not hide the marks: for arrows, and for marks inside blocks."""
+        """True if the marks show through blocks in space, as arrows and marks inside blocks do."""
         return self.shape == "arrow" or self.name in _INSIDE
 
     def moved(self, share: float) -> np.ndarray:
@@ -63,7 +63,7 @@ def movable_box(assembly: Assembly) -> tuple[np.ndarray, np.ndarray]:
 
 
 def shrink_of(assembly: Assembly) -> float:
-    """Return a factor for the widths of marks on joints, which is below 1 in scenes with many joints."""
+    """Return the factor by which marks on joints shrink: 1, or less in scenes with many joints."""
     return 1.0 if len(assembly.joints.first) < MANY else 0.6
 
 

@@ -54,8 +54,8 @@ _RADIUS_THROUGH = 1 / 900
 #: Scale of the widths of marks that blocks can hide: half the drawn width of a mark with a nominal width of
 #: one point, relative to the size of the scene.
 _RADIUS = 1 / 500
-#: Largest value of the scale ``_RADIUS`` in scenes with small joints, relative to the typical joint size,
-#: which is the square root of the median joint area.
+#: Upper limit of the scale ``_RADIUS``, relative to the typical joint size, which is the square root of the
+#: median joint area. In scenes with small joints, marks therefore become thinner.
 _OF_JOINT = 1 / 80
 
 #: Text at the end of the library three.js in the pages that trimesh writes. It separates the library from the
@@ -79,8 +79,8 @@ def refuse_saving(
     refuse_view(scene, view)
     if is_page(path) and names:
         raise OptionError(
-            f"{path}: a page does not show the names of all blocks: omit 'names', and point at a joint to "
-            "see the names of its blocks"
+            f"{path}: a page does not show the names of all blocks: omit 'names', and move the mouse over a "
+            "joint to see the names of its blocks"
         )
     refuse_file(path, force)
     if is_page(path) and scene.dimension == 3:
@@ -180,7 +180,7 @@ def caption(elements: Elements) -> str:
 
 
 def _choices(layers: dict[str, list[Marks]], first: str) -> str:
-    """Return HTML buttons that select the quantity drawn on joints. Buttons without data are disabled."""
+    """Return HTML buttons for the choice of what joints show. Buttons without data are disabled."""
     states = {kind: "" if kind in layers else " disabled" for kind in (HISTORY, *PICTURE_KINDS)}
     states[first if first in layers else "mechanism"] = " checked"
     choice = '<label><input type="radio" name="show" value="{0}"{1}> {0}</label>\n'
@@ -212,7 +212,7 @@ def _curve(result: Outcome) -> str:
 
 
 def _foot(result: Outcome) -> str:
-    """Return an HTML note with the case file, method, model, solver and version."""
+    """Return the footer of a page: an HTML note with the case file, method, model, solver and version."""
     origin = result.assembly.scene.origin
     note = f"method {result.method} ({result.model}, {result.solver}) · masonry_opt {version('masonry_opt')}"
     return f'<p class="note">{text(note if origin == "scene" else f"{origin} · {note}")}</p>\n'
@@ -223,8 +223,8 @@ def _joints(result: Outcome, names: list[str]) -> dict[str, list[float | None]]:
     joints, frame = result.assembly.joints, result.joints
     scales: dict[str, float] = {}
     if result.contacts is not None:
-        # Compute a scale for each column. Values that are tiny relative to their scale are rounding errors,
-        # and are set to zero.
+        # Compute a scale for each column of the table. Values that are tiny relative to their scale are
+        # rounding errors, and are set to zero.
         force, length = float(frame["n"].abs().max()), 2 * result.assembly.problem.length_unit
         speed = 1.0 if result.solution.d is None else fastest(result.assembly, result.solution.d)
         scales = {"s": force, "torsion": force * length}
@@ -293,8 +293,8 @@ def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dic
     return data | {"marks": marks, "joints": joints, "events": events}
 
 
-#: Largest number of blocks for which a notebook shows a picture. Larger pictures would make the notebook's
-#: file too large.
+#: Largest number of blocks for which a notebook shows a picture. Results of larger scenes have no picture,
+#: because it would make the notebook's file too large.
 MOST_BLOCKS_DRAWN = 2000
 _NOTEBOOK_WIDTH = 560  #: Maximum width of a result in a notebook, in pixels.
 

@@ -32,8 +32,8 @@ _SMALLEST_NAME_SIZE = 3.0  #: Smallest font size of block names, in points.
 #: Smallest font size of block names in scenes with many blocks, in points. Names of this size are legible
 #: only if the picture is enlarged.
 _TINY_NAME = 1.0
-#: If a scene has more blocks than this number, names of blocks may be smaller than ``_SMALLEST_NAME_SIZE``
-#: and have no white rim.
+#: Number of blocks above which names of blocks may be smaller than ``_SMALLEST_NAME_SIZE`` and have no white
+#: rim.
 _MANY = 200
 
 

@@ -27,11 +27,10 @@ from masonry_opt.scene.space.shapes import Shapes
 
 ViewAngles = tuple[float, float]  #: Azimuth and elevation of the viewer, in degrees.
 
-#: Supports are cut off at this distance from the movable blocks. The distance is relative to the size of the
-#: scene.
+#: Distance from the movable blocks at which drawn supports are cut off, relative to the size of the scene.
 _SUPPORT_CUT_DISTANCE = 0.2
 _HATCH = 0.03  #: Distance between hatching lines on supports, relative to the size of the scene.
-#: Distance below which points coincide, relative to the size of the scene.
+#: Distance below which points of a drawing in space coincide, relative to the size of the scene.
 _COINCIDENT_POINT_TOLERANCE = 1e-9
 
 _ELEVATION = 22.0  #: Elevation of the default view, in degrees.

@@ -43,7 +43,7 @@ from masonry_opt.suitability import refuse_unsuited, refuse_without_live_load
 #: bound must be larger than the feasibility tolerance of solvers, and much smaller than a load factor.
 EPSILON = 1e-6
 
-#: Pyomo program, and the comment lines at the head of the file to which the program is exported.
+#: Exported program in Pyomo, and the comment lines at the top of the file to which it is written.
 Declared = tuple[pyo.ConcreteModel, list[str]]
 
 
@@ -88,7 +88,7 @@ def _global(assembly: Assembly) -> Declared:
     forces = (
         "all limits follow from statics"
         if bounds.forces_derived
-        else "a limit is assumed if statics does not limit the force"
+        else "limits follow from statics, or are assumed if statics sets no limit"
     )
     # A rocking condition with rate p opens the joint by 2 p, so the limit of its rate is half the limit of
     # openings.
@@ -102,7 +102,7 @@ def _global(assembly: Assembly) -> Declared:
     model = PyomoGlobal(problem, most_slack, most_rates, highest)
     return model.program, [
         _objective("load_factor", problem),
-        f"0 <= load_factor <= {highest:.9g} (slightly above the associative load factor)",
+        f"load_factor is between 0 and {highest:.9g}, slightly above the associative load factor",
         f"the sum of all slips and edge openings is at most {bounds.rates:.9g}; {rates}",
         f"forces: {forces}",
     ]

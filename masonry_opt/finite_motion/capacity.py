@@ -443,7 +443,7 @@ class Capacity:
         """Write the plot that :meth:`plot` returns to a file (.png, .svg or .pdf).
 
         The file is written completely or not at all. Raises OptionError if the name has another ending, or if
-        the file exists and may not be replaced (see ``force``).
+        the file exists and must not be replaced (see ``force``).
         """
         self.plot(row).save(path, force)
 
@@ -491,7 +491,7 @@ class Capacity:
 
 
 def _size(forces: Forces) -> float:
-    """Return the sum of the magnitudes of forces."""
+    """Return the size of forces: the sum of their magnitudes."""
     return float(lengths(forces.force).sum())
 
 

@@ -7,16 +7,18 @@ from masonry_opt.problem.displaced import placed, turned
 from masonry_opt.problem.loads import moment_of
 from masonry_opt.scene.rows import dots
 
-#: A singular value below this fraction of the largest singular value counts as zero. The equations are
-#: linearly dependent if joints share a hinge.
+#: Fraction of the largest singular value of the equations of a chain below which a singular value counts as
+#: zero. The equations are linearly dependent if joints share a hinge.
 _RANK_TOLERANCE = 1e-8
-#: Largest number of Newton iterations in one corrector step. A step that needs more iterations fails.
+#: Largest number of Newton iterations in one corrector step along the path. A step that needs more iterations
+#: fails.
 _NEWTON_ITERATIONS = 12
-#: Scaled residual below which Newton's method has converged.
+#: Scaled residual of the equations of a chain below which Newton's method has converged.
 _CONVERGED = 1e-13
-#: Scaled residual below which Newton's method may also stop, if rounding errors prevent a smaller residual.
+#: Scaled residual of the equations of a chain below which Newton's method may also stop, if rounding errors
+#: prevent a smaller residual.
 _STALLED = 1e-10
-#: Scaled residual above which Newton's method stops, because it diverges.
+#: Scaled residual of the equations of a chain above which Newton's method stops, because it diverges.
 _DIVERGED = 1e3
 
 

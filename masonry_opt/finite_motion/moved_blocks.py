@@ -311,7 +311,7 @@ class MovedBlocks:
         return float(np.linalg.norm(velocity, axis=1).max(initial=0.0))
 
     def relative(self, poses: np.ndarray, motion: np.ndarray) -> np.ndarray:
-        """Return the opening rates and the slip rates at the corners of the joints, shape (2, joints, 2)."""
+        """Return the relative motion at joint corners: opening rates and slip rates, shape (2, joints, 2)."""
         first, second = self._velocities(poses, motion)
         along = np.stack([self.joints.normal, self.joints.tangent])[:, :, None]
         frame = turned(along, poses[self.joints.first][:, None])
@@ -357,7 +357,7 @@ def _pressed(problem: Problem, q: np.ndarray) -> np.ndarray:
 def least_missed(
     problem: Problem, load_factor: float, effort: Effort
 ) -> tuple[float, np.ndarray, np.ndarray] | None:
-    """Minimise the violation v of equilibrium and yield at a given load factor λ.
+    """Minimise the violation v by which forces miss equilibrium and yield at a given load factor λ.
 
         min  v    s.t.    −v ≤ B q + λ f_L + f_D ≤ v,    z + v = C q + c + v ≥ 0
 

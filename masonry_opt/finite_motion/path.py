@@ -21,8 +21,8 @@ from masonry_opt.solution.motion import joint_motion
 from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.thresholds import ZERO, same
 
-#: Forces count as admissible if they violate equilibrium and yield by at most this amount, in the unit of
-#: force.
+#: Largest violation of equilibrium and yield, in the unit of force, at which the forces of displaced blocks
+#: count as admissible.
 BORNE = 1e-8
 #: A joint has just begun to open if the violation is between ``BORNE`` and this multiple of ``BORNE``. With a
 #: smaller value, openings are located more exactly, but in more steps.
@@ -30,15 +30,15 @@ _JUST_OPENING = 10.0
 #: A hinge counts as closed when the edges of its two blocks overlap by more than this angle (rad). The value
 #: must exceed rounding errors.
 _CLOSING_ANGLE = 1e-12
-#: Largest displacement of the fastest corner in one step, relative to the size of the scene.
+#: Largest displacement of the fastest corner in one step of the path, relative to the size of the scene.
 _LONGEST_STEP = 0.02
-#: Smallest displacement of the fastest corner in one step, relative to the size of the scene. If a step of
-#: this size has no solution, the mechanism counts as locked.
+#: Smallest displacement of the fastest corner in one step of the path, relative to the size of the scene. If
+#: a step of this size has no solution, the mechanism counts as locked.
 _SHORTEST_STEP = 1e-6
 #: Bisection for an event stops when its interval of step lengths is this narrow, relative to the size of the
 #: scene.
 _EVENT_WIDTH = 1e-13
-#: Blocks count as at rest if the speed of the fastest corner is below this value, for a tangent of length 1.
+#: Speed of the fastest corner below which blocks count as at rest, if the tangent of the path has length 1.
 _LEAST_SPEED = 1e-7
 #: Length of the trial step that tests in which direction blocks can move, relative to the size of the scene.
 _PROBE_STEP = 1e-5
@@ -79,16 +79,16 @@ class _PathEvent(NamedTuple):
 
 
 class _Stretch(NamedTuple):
-    """State and tangent on a stretch, a part of the path along which the rigid bodies do not change."""
+    """State and tangent on a stretch, which is a part of the path between two events."""
 
-    chain: Chain  #: rigid bodies and hinges of the stretch
+    chain: Chain  #: rigid bodies and hinges along this part of the path
     point: np.ndarray  #: point of the chain's equilibrium curve
     #: Tangent at the point, scaled so that the fastest corner moves by the size of the scene.
     row: np.ndarray
 
     @property
     def poses(self) -> np.ndarray:
-        """Poses of all blocks, shape (blocks, 3)."""
+        """Poses of all blocks at the point of the path, shape (blocks, 3)."""
         return self.chain.of_blocks(self.point)
 
     @property
@@ -168,7 +168,7 @@ class HingingPath:
         return any(self.blocks.fastest(first.poses, motion) > _LEAST_SPEED for motion in motions)
 
     def _follow(self) -> None:
-        """Compute one stretch of the path after another, until an event ends the path."""
+        """Compute the parts of the path between events, one after the other, until an event ends the path."""
         opens, hint, events_here = ~self.steps[0].touch & self.blocks.at_rest, self.motion, 0
         while True:
             last = self.steps[-1]
@@ -213,7 +213,7 @@ class HingingPath:
         return stays
 
     def _stretch(self, step: PathState, opens: np.ndarray, hint: np.ndarray) -> _Stretch:
-        """Return the stretch that begins at a state; its tangent has the direction in which the blocks move.
+        """Return the part of the path that begins at a state, with its tangent in the direction of motion.
 
         If corners open, the tangent has the direction in which they open. Otherwise it has the direction of
         ``hint``. If a small step in this direction leads to an event at once, and a step in the opposite
@@ -236,7 +236,7 @@ class HingingPath:
         return stretch if event_back else back
 
     def _onward(self, chain: Chain, point: np.ndarray, hint: np.ndarray) -> _Stretch | None:
-        """Return the stretch that starts at a point of the path and continues the motion ``hint``.
+        """Return the part of the path that starts at a point and continues the motion ``hint``.
 
         The result is None if no block can move. The path ends at a bifurcation, at which several tangents
         exist.
@@ -253,10 +253,11 @@ class HingingPath:
         return None
 
     def _to_event(self, stretch: _Stretch) -> tuple[_Stretch, _PathEvent]:
-        """Follow a stretch to its next event; return the last state before the event, and the event.
+        """Follow the path to its next event, such as a joint that opens, and return the last state before it.
 
-        If a step has no solution, its length is divided by four. After a successful step, the length is
-        doubled, up to that of ``_first_step``. If steps become too short, the mechanism is locked.
+        The event is returned too. If a step has no solution, its length is divided by four. After a
+        successful step, the length is doubled, up to that of ``_first_step``. If steps become too short, the
+        mechanism is locked.
         """
         step = self._first_step(stretch)
         while step >= _SHORTEST_STEP:

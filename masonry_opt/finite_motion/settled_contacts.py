@@ -38,7 +38,8 @@ _LARGEST_GAP = SEPARATES
 #: Largest permitted slip at a hinge, relative to the largest movement of a point. A larger slip raises an
 #: error, because the blocks then no longer move in the mechanism of a small settlement.
 _LARGEST_SLIP = 0.05
-#: A singular value below this fraction of the largest singular value counts as zero.
+#: Fraction of the largest singular value below which a singular value counts as zero in the least-squares
+#: problem of a Gauss–Newton step.
 _SINGULAR = 1e-10
 
 
@@ -180,7 +181,7 @@ class Contacts:
         return poses[body]
 
     def _rigid(self, of_body: np.ndarray, share: float) -> np.ndarray:
-        """Return the poses of all bodies after a given fraction of the movement.
+        """Return the poses of all bodies after a given fraction of the supports' movement.
 
         The reference point of each body, the centroid of its support or of its largest block, moves along a
         straight line.
@@ -365,7 +366,7 @@ class Contacts:
         return np.asarray(np.where(closed, 1.0, depth)[kept])
 
     def far_ends(self, kept: np.ndarray) -> np.ndarray:
-        """Return a mask of the joints of ``kept`` whose first end has opened, shape (joints,)."""
+        """Return True for each joint of the indices ``kept`` whose first end has opened, shape (joints,)."""
         return np.asarray(~self.touches[self.joints.first_point][kept])
 
 

@@ -20,7 +20,7 @@ from masonry_opt.solvers.driver import LpAnswer
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession
 from masonry_opt.solvers.registry import LpSize, Verdict
 
-#: Key in the ``solvers`` of a Coulomb result: its value names the solver of the associative load factor.
+#: Key of ``result.solvers`` under which a Coulomb result lists the solver of the associative load factor.
 _ASSOCIATIVE_PURPOSE = "associative"
 
 

@@ -29,13 +29,14 @@ from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.registry import find_solver
 
-#: Ratio of ε in a solve to ε in the previous solve.
+#: Ratio of ε in a relaxation to ε in the previous relaxation. With a larger ratio a series needs more solves.
 _FALL = 0.1
 
-#: Factor on the first ε of a series of solves, after a series has failed.
+#: Factor by which the first ε of a series of relaxations is multiplied if the previous series has failed.
 _SMALLER_START = 1e-3
 
-#: Smallest ε with which a series of solves may begin. If all series fail, the method ends without an answer.
+#: Smallest first ε of a series of relaxations. If all series down to this ε fail, the method ends without an
+#: answer.
 _SMALLEST_START = 1e-8
 
 #: Options of IPOPT. Each solve starts from the solution of the previous solve, and the warm-start options
@@ -73,7 +74,7 @@ class MpecOptions(Options):
 
     @model_validator(mode="after")
     def _falling(self) -> "MpecOptions":
-        """Raise ValueError if ``epsilon`` is smaller than ``epsilon_min``."""
+        """Check that ``epsilon`` falls: raise ValueError if ``epsilon`` is smaller than ``epsilon_min``."""
         if self.epsilon < self.epsilon_min:
             raise ValueError("'epsilon' must be at least 'epsilon_min'")
         return self
@@ -122,7 +123,7 @@ class CasadiIpopt:
         self.multipliers: dict[str, Any] = {}
 
     def _compiled(self) -> Any:
-        """Return an IPOPT solver of the program. The solver stops at the time limit of the analysis."""
+        """Return an IPOPT solver, compiled for the program, which stops at the time limit of the analysis."""
         import casadi
 
         # Option "expand": functions are expanded to scalar operations, so that derivatives are thirty times
@@ -177,7 +178,7 @@ def mpec(task: Task) -> Solution:
         start = of_same_scene(options.start, problem)
     else:
         # Solve the sub-problems of the loop accurately. The relaxation must start from a state that shows
-        # which faces move, and solutions with a large tolerance do not show this.
+        # which faces have nonzero rates, and solutions with a large tolerance do not show this.
         accurate = LoopOptions(sub_problems="accurate")
         start = nonassociative(task.with_options(accurate, find_solver("cvxpy", None)))
     if start.q is None or start.d is None:
@@ -188,10 +189,11 @@ def mpec(task: Task) -> Solution:
 
 
 def _relaxed(task: Task, start: State | None) -> Solution:
-    """Return the solution of the first series of solves that reaches the smallest ε.
+    """Solve by series of relaxations with decreasing ε; return the solution of the first successful series.
 
-    Each series begins at the state ``start``, or at rest if ``start`` is None. If a series from a state
-    fails, the next series begins with a smaller ε. If all series fail, the solution has no load factor.
+    A series is successful if it reaches the smallest ε. Each series begins at the state ``start``, or at rest
+    if ``start`` is None. If a series from a state fails, the next series begins with a smaller ε. If all
+    series fail, the solution has no load factor.
     """
     problem, effort, smallest = task.problem, task.effort, task.options.epsilon_min
     scaled = in_units_of_live_load(problem)
@@ -211,7 +213,7 @@ def _relaxed(task: Task, start: State | None) -> Solution:
     last: State | None = None
 
     def followed(first: float) -> bool:
-        """Solve a series that begins with ε = ``first``, and return True if it reaches the smallest ε."""
+        """Follow a series of relaxations from ε = ``first``; return True if it reaches the smallest ε."""
         nonlocal last
         model.start_from(begin)
         ipopt.multipliers = {}

@@ -35,9 +35,9 @@ from masonry_opt.solution.thresholds import APART, ZERO
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import find_solver
 
-#: Largest work of the live load, and largest energy z·p, that count as zero, relative to the work of the dead
-#: load. Energies of this size occur in the loop of linear programs, because sliding joints contract by 10⁻³ μ
-#: per unit slip.
+#: Largest work of the live load, and largest energy z·p, that count as zero in a collapse without work of the
+#: live load, relative to the work of the dead load. Energies of this size occur in the loop of linear
+#: programs, because sliding joints contract by 10⁻³ μ per unit slip.
 _NEGLIGIBLE_WORK = 1e-3
 
 #: Fractions σ of the dead load that grow with the live load, in the order in which they are tried. If the
@@ -46,12 +46,13 @@ _NEGLIGIBLE_WORK = 1e-3
 #: fails on two blocks in space.
 _DEAD_LOAD_SHARES = 0.75, 0.5
 
-#: Largest number of estimates λ₀ of the load factor that are tried. Several estimates may be needed, because
-#: the modified loads equal the loads of the scene only at λ₀. Usually the first estimate, the associative
-#: load factor, is the answer.
+#: Largest number of estimates λ₀ of the load factor that are tried in the search for a collapse without work
+#: of the live load. The search then ends without an answer. Several estimates may be needed, because the
+#: modified loads equal the loads of the scene only at λ₀. Usually the first estimate, the associative load
+#: factor, is the answer.
 _MOST_LOAD_FACTORS = 8
 
-#: Fields of a method's step records that contain load factors.
+#: Fields of a method's step records that contain load factors, which are converted to the loads of the scene.
 _LOAD_FACTORS_OF_STEPS = ("load_factor", "bound")
 
 #: Codes of reasons that are valid only for the modified loads under which this module solves the scene.
@@ -160,7 +161,11 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
 
 
 def _size(load_factor: float, at: float, share: float) -> float:
-    """Return the size s of the modified loads: at λ, they equal s times the scene's loads at λ / s."""
+    """Return the size s of the modified loads at λ, relative to proportional loads of the scene.
+
+    The modified loads at λ are s times the loads of the scene at λ / s, and s is 1 at λ = ``at``. ``share``
+    is the fraction of the dead load that grows with the live load.
+    """
     return 1 + share * (load_factor / at - 1)
 
 

@@ -82,7 +82,7 @@ FORMER_METHODS = {
     "refined": "the option search=SECONDS of method 'coulomb'",
 }
 
-#: Name of the time limit, which is an argument of ``solve`` and an option of some methods.
+#: Name of the time limit, which is an argument of ``solve`` and also an option of some methods.
 _TIME_LIMIT = "time_limit"
 
 #: Name of the argument for movements of supports, which only some functions accept.

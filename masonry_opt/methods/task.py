@@ -64,7 +64,7 @@ def of_same_scene(solution: Solution, problem: Problem) -> Solution:
 
 @dataclass(frozen=True)
 class Method:
-    """Registry entry of a method."""
+    """Registry entry of a method: how it is run, and which solvers and scenes it supports."""
 
     name: str  #: name of the method, as users write it
     runs: str  #: function that runs the method, as "module:name" in package ``methods``

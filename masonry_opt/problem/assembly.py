@@ -29,8 +29,8 @@ _MATRIX_KEYS = ("gravity", "tolerance", "contact_tolerance", "thickness", "block
 #: properties or text.
 _LOAD_KEYS = ("tilt", "edge_loads", "loads", "earthquake", "load_case")
 
-#: Largest allowed limit of a tie, prop or earth force, relative to the unit of force. With a larger limit,
-#: solvers would treat the loads as zero.
+#: Largest allowed limit of the force of a tie, prop or earth, relative to the unit of force. A larger limit
+#: raises an error, because solvers would treat the loads as zero.
 _LARGEST_LIMIT = 1e9
 
 
@@ -95,7 +95,7 @@ class Assembly:
 
     @property
     def pressed(self) -> np.ndarray:
-        """Return the indices of each joint's contact points, shape (points, c)."""
+        """Return the indices of the points where each joint is pressed together, shape (points, c)."""
         return self.joints.parts[1]
 
     @property

@@ -14,8 +14,8 @@ from masonry_opt.problem.problem import Problem
 #: Linear form of numbered unknowns: a dictionary from the index of each unknown to its coefficient.
 Form = dict[int, float]
 
-#: Magnitude below which an entry of B counts as zero. Entries of B are near one; smaller entries are rounding
-#: errors.
+#: Magnitude below which an entry of the equilibrium matrix B counts as zero. Entries of B are near one;
+#: smaller entries are rounding errors.
 _ZERO_COEFFICIENT = 1e-14
 
 
@@ -111,9 +111,10 @@ class EdgeFactors:
             }
 
     def compatibility(self) -> Iterator[Form]:
-        """Generate the three compatibility equations of each joint, Aᵀd − G v = 0, for rates v = (u, p).
+        """Generate the compatibility equations of each joint: the motion of its blocks equals its rates.
 
-        The first two equations are the openings of the joint's two edges; the third is its slip.
+        The three equations are Aᵀd − G v = 0, for rates v = (u, p). The first two equations are the openings
+        of the joint's two edges; the third is its slip.
         """
         for j in range(self.problem.joints):
             rates = self.rates_of(j)
@@ -127,9 +128,10 @@ class EdgeFactors:
                 yield form
 
     def openings(self) -> Iterator[tuple[Form, int]]:
-        """Generate the opening Aᵀd of each edge that cannot close, and the index of the edge's rate u.
+        """Generate the opening of each edge that cannot close, and the index of the edge's rocking rate u.
 
-        Edges of joints with negative dilatancy, which can also close, are left out.
+        An opening is a row of Aᵀd, a linear form of the velocities d. Edges of joints with negative
+        dilatancy, which can also close, are left out.
         """
         for j in range(self.problem.joints):
             if self._dilatancy[j] >= 0:

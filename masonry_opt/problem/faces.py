@@ -13,12 +13,12 @@ import scipy.sparse as sp
 
 from masonry_opt.brief import brief
 
-#: Number of chords on each side of the vertex of the moment parabola. More chords approximate the parabola
-#: better, but enlarge the linear programs.
+#: Number of chords, on each side of its vertex, that replace the moment parabola of joints that can crush.
+#: More chords approximate the parabola better, but enlarge the linear programs.
 _CHORDS_PER_SIDE = 12
 
-#: Number of additional knots that subdivide the first chord. More knots make the approximation more accurate
-#: at low stresses.
+#: Number of additional knots at which the first chord of the moment parabola is divided. More knots make the
+#: approximation more accurate at low stresses.
 _LOW_KNOTS = 4
 
 
@@ -48,10 +48,11 @@ class ChordCoefficients(NamedTuple):
 #: parabola. The steps of √x are equal.
 _RISING_KNOTS = np.linspace(0.0, np.sqrt(0.5), _CHORDS_PER_SIDE + 1) ** 2
 
-#: Further knots x between zero and the first rising knot. Each knot is a quarter of the next knot.
+#: Further knots x for low stresses, between zero and the first nonzero entry of ``_RISING_KNOTS``. Each knot
+#: is a quarter of the next knot.
 _LOW_STRESS_KNOTS = _RISING_KNOTS[1] / 4.0 ** np.arange(_LOW_KNOTS, 0, -1)
 
-#: All knots, from x = 0 to x = 1.
+#: All knots x = n / (f_c L) of the chords, from x = 0 to x = 1.
 _KNOTS = np.concatenate([[0.0], _LOW_STRESS_KNOTS, _RISING_KNOTS[1:], 1 - _RISING_KNOTS[-2::-1]])
 
 #: Coefficients of the chords between neighbouring knots.
@@ -83,15 +84,15 @@ def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
     p = np.zeros((2, len(opening), len(slope)))
     sense = (rotation > 0).astype(int)
     # The ratio of opening to rotation is between the slopes of the chords `after - 1` and `after`, so only
-    # these two chords have rates.
+    # these two chords have nonzero rates.
     after = (opening[:, None] < slope * turning[:, None]).sum(axis=1)
     inner = (after > 0) & (after < len(slope))
     i, k = joints[inner], after[inner]
     share = (opening[i] - slope[k] * turning[i]) / (slope[k - 1] - slope[k])
     p[sense[i], i, k - 1] = share
     p[sense[i], i, k] = turning[i] - share
-    # In the remaining joints, the ratio of opening to rotation is outside the range of slopes, so only the
-    # first or the last chord has a rate.
+    # In the remaining joints, the ratio of opening to rotation is outside the range of the chords' slopes, so
+    # only the first or the last chord has a nonzero rate.
     for end, beyond in ((0, joints[after == 0]), (-1, joints[after == len(slope)])):
         total = opening[beyond] / slope[end]
         p[:, beyond, end] = np.stack([total - rotation[beyond], total + rotation[beyond]]) / 2
@@ -179,9 +180,8 @@ class SpaceLayout(Layout):
     def rates(self, slip: np.ndarray) -> np.ndarray:
         """Return the rates of sliding in each sense, shape (senses, k), that produce given slips.
 
-        The slips have shape (2, k).
-
-        Only the one or two senses next to the direction of each slip have a rate.
+        The slips have shape (2, k). Only the one or two senses next to the direction of each slip have
+        nonzero rates.
         """
         sides = len(self.senses)
         joints = np.arange(slip.shape[1])
@@ -355,9 +355,10 @@ class Faces:
 
     @cached_property
     def bent(self) -> np.ndarray:
-        """Return the indices of the yield conditions for crushing, of all joints with limited strength.
+        """Return the indices of the yield conditions for crushing, whose chords bend the limits of rocking.
 
-        The shape (2, l, chords) is for both contact points, the l joints, and the chords.
+        The shape (2, l, chords) is for both contact points, the l joints with limited strength, and the
+        chords.
         """
         return np.arange(self.count)[self.chords].reshape(self.layout.points, -1, len(CHORDS.slope))
 

@@ -314,7 +314,7 @@ def loaded_pieces(
     if not scene.edge_loads:
         return (), ()
     tail, tip, owner = _edges_over_gaps(shapes)
-    # A joint covers a part of an edge on each of its two blocks.
+    # Use each joint twice, because a joint covers a part of an edge on each of its two blocks.
     joint_lines = np.tile(joints.start, (2, 1)), np.tile(joints.end, (2, 1))
     joint_blocks = np.concatenate([joints.first, joints.second])
     bare = []

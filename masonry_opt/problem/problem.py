@@ -294,8 +294,8 @@ class Problem(ProblemParts):
     def energy(self, q: np.ndarray, p: np.ndarray) -> float:
         """Return the energy Σ|z p|, which is the complementarity error of forces q and rates p.
 
-        The rates p have shape (faces,). The error is the energy of conditions that have a rate although they
-        are not at yield. It is zero if complementarity, eq. (8), is satisfied.
+        The rates p have shape (faces,). The error is the energy of conditions that have a nonzero rate
+        although they are not at yield. It is zero if complementarity, eq. (8), is satisfied.
         """
         sliding, crushing, others = self._energies(q, p)
         return float(sliding.sum()) + float(crushing.sum()) + float(others.sum())

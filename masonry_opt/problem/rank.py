@@ -16,11 +16,11 @@ from scipy.sparse.csgraph import connected_components, structural_rank
 _LEAST_SINGULAR_VALUE = 1e-9
 
 #: Largest number of columns of a connected component for which singular values are computed, which takes up
-#: to a second. Larger components count as dependent, so uniqueness is never claimed for them.
+#: to a second. Larger components count as dependent, so a result never claims that their forces are unique.
 _MOST_COLUMNS_OF_COMPONENT = 1500
 
-#: Number of rounds of Ruiz scaling, which scales rows and columns to about unit length. More rounds change
-#: little; fewer rounds leave rows of very different lengths.
+#: Number of rounds of Ruiz scaling before singular values are computed. Each round scales rows and columns to
+#: about unit length. More rounds change little; fewer rounds leave rows of very different lengths.
 _SCALING_ROUNDS = 5
 
 

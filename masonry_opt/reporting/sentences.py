@@ -87,9 +87,9 @@ def _sentence(reason: Reason, method: str) -> str:
 
 
 def _by_loop(v: dict[str, Any], advice: str) -> str:
-    """Return advice about the loop of linear programs.
+    """Return advice about the loop of linear programs; if another method was used, advise to use the loop.
 
-    If another method was used, also advise to use the loop.
+    ``advice`` names the options to change.
     """
     return advice if v["method"] == "nonassociative" else f"use method 'nonassociative' and {advice}"
 
@@ -131,7 +131,7 @@ def _slide(v: dict[str, Any]) -> str:
 
 
 def _slip(v: dict[str, Any]) -> str:
-    """Return a clause with the largest slip of joints and the largest slip of a hinge, or "" in space."""
+    """Return a clause that states the largest slip at a joint and at a hinge, or "" for a scene in space."""
     if "slip" not in v:
         return ""
     slip, most = numeral(100 * v["slip"], ".2g"), numeral(100 * SLIDES, "g")
@@ -153,7 +153,7 @@ def _not_hinging(v: dict[str, Any]) -> str:
     if "turning" in v:
         alone = numeral(v["turning"], ".6g")
         return (
-            f"λ differs from the load factor of the rotating body alone ({alone}), because other joints "
+            f"λ differs from the load factor of the rotating body by itself ({alone}), because other joints "
             "resist the rotation"
         )
     most = "unlimited" if v["associative"] is None else numeral(v["associative"], ".6g")
@@ -312,14 +312,14 @@ def _undecided_history(v: dict[str, Any]) -> str:
 
 
 def _bracket(v: dict[str, Any]) -> str:
-    """Return the bounds of the least load factor as inequalities, such as "1.2 ≤ λ ≤ 1.3"."""
+    """Return the bracket of the least load factor as inequalities, such as "1.2 ≤ λ ≤ 1.3"."""
     # Bounds below zero are zero except for rounding errors. Adding 0.0 removes the sign of a negative zero.
     least, most = (max(v[bound], 0.0) + 0.0 for bound in ("bound", "load_factor"))
     return f"{least:.6g} ≤ λ ≤ {most:.6g}"
 
 
 def _imposed(v: dict[str, Any]) -> str:
-    """Return a text about the limits that method "global" assumes for rates and for forces."""
+    """Return a text about the limits of rates and forces that method "global" imposes by assumption."""
     limits = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
     limits += ["normal forces of at most ten times the sum of all loads"] if v["forces"] else []
     return f"{' and '.join(limits)} (assumed limits)"
@@ -386,8 +386,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "associative load factor is reported instead"
     ),
     Code.FLOW_RULE_IDLE: lambda v: (
-        "the associative answer also obeys the joints' own flow rule, so its load factor is valid, but may "
-        "not be the lowest; to look for a lower load factor: " + _by_loop(v, "set option 'always'")
+        "the associative answer also obeys the joints' own flow rule, so its load factor is valid, but a "
+        "lower load factor may exist; to look for it: " + _by_loop(v, "set option 'always'")
     ),
     Code.STILL_CHANGES: lambda v: (
         f"λ still changes after {counted(v['count'], 'sub-problem')}, most recently between {_between(v)}: "

@@ -29,7 +29,7 @@ def answer_line(result: Outcome) -> str:
 
 
 def reserves(result: Outcome) -> dict[str, str]:
-    """Return texts on the safety margins of a stable scene, as a dict from label to text.
+    """Return texts on the reserves (safety margins) of a stable scene, as a dict from label to text.
 
     For any other result, the dict is empty.
     """

@@ -33,7 +33,7 @@ from masonry_opt.solution.thresholds import ZERO
 #: is no load factor omits these reasons if the result has other reasons.
 _TRIED = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
 
-_MOST_TIES = 4  #: Largest number of ties and props that are listed; the remaining ones are only counted.
+_MOST_TIES = 4  #: Largest number of ties and props that a summary lists; the remaining ones are only counted.
 
 
 def summary(result: Outcome, technical: bool = False) -> str:

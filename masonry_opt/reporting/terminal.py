@@ -34,8 +34,8 @@ _RESIDUAL_COLUMNS = (
     "complementarity",
 )
 
-#: Seconds between two lines of progress on a stream that is not a terminal. A smaller value makes logs
-#: longer.
+#: Seconds between two lines of progress, if the output is a file or a pipe instead of a terminal. A smaller
+#: value makes logs longer.
 SECONDS_BETWEEN_LINES = 10.0
 
 #: Pattern of a row of the table of load factors, which begins with exactly two spaces and a name.

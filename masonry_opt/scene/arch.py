@@ -12,8 +12,8 @@ from pydantic import Field, Strict
 from masonry_opt.scene.blocks import Block, NonNegative, Number, Point, Positive, Record, YesNo, rectangle
 from masonry_opt.scene.generator import AnyGenerator, Generator, polar
 
-#: Relative difference below which two lengths count as equal. For example, an arch counts as a semicircle if
-#: its rise exceeds half its span by less than this fraction.
+#: Relative difference below which two lengths of an arch count as equal. For example, an arch counts as a
+#: semicircle if its rise exceeds half its span by less than this fraction.
 _ARCH_LENGTH_TOLERANCE = 1e-9
 
 
@@ -30,7 +30,7 @@ class Stone(NamedTuple):
     area_ratio: float = 1.0  #: area from which the weight is computed, divided by the area of the polygon
 
     def mapped(self, point: Callable[[Point], Point]) -> "Stone":
-        """Return a copy of the stone whose points are transformed by the function ``point``."""
+        """Return a copy of the stone, mapped by the function ``point``, which transforms each point."""
         weight_at = self.weight_at and point(self.weight_at)
         back = self.back and point(self.back)
         return self._replace(corners=[*map(point, self.corners)], weight_at=weight_at, back=back)
@@ -191,7 +191,7 @@ class ArchRing(AnyGenerator):
             if self.skewbacks is None:
                 x, y = -turn * self.thickness * math.sin(angle), turn * self.thickness * math.cos(angle)
                 corners = [inner, outer, (outer[0] + x, outer[1] + y), (inner[0] + x, inner[1] + y)]
-            else:  # a rectangle under the skewback
+            else:  # with skewbacks, an abutment is a rectangle under a skewback
                 left, right = sorted((inner[0], inner[0] - turn * self.skewbacks))
                 corners = rectangle(left, right, inner[1] - self.thickness, inner[1])
             yield Stone(f"abutment {number}", corners, None)

@@ -19,7 +19,8 @@ else:
 
 _R = TypeVar("_R", bound="Record")
 
-#: Largest magnitude of a number in a scene. Products of several larger numbers could overflow.
+#: Largest magnitude of a number in a scene. Larger numbers raise an error, because products of several of
+#: them could overflow.
 LARGEST_NUMBER = 1e30
 
 
@@ -234,7 +235,7 @@ class Record(BaseModel, metaclass=_RecordType):
         raise self._stays(name, "deleted")
 
     def _stays(self, name: str, how: str) -> CaseError:
-        """Return the error for an attempt to change an attribute of a record."""
+        """Return the error for an attempt to change an attribute of a record, which is immutable."""
         own_name = called(type(self), vars(self))
         return CaseError(
             f"{own_name}: '{name}' cannot be {how}, because records are immutable: "

@@ -27,7 +27,7 @@ Widths = Annotated[
 #: stone next to it is lengthened by up to this fraction.
 CLOSER = 0.25
 
-#: Largest length, relative to a stone, that counts as a rounding error.
+#: Largest length, relative to a stone, that counts as a rounding error when a course is cut into stones.
 _STONE_LENGTH_TOLERANCE = 1e-9
 
 #: Keys that define a shape: ``vertices`` of a polygon, or keys of a convex part of a :class:`Solid`.
@@ -53,7 +53,10 @@ class AnyGenerator(Record):
 
     def _mistakes(self) -> Iterator[str]:
         if self.size > MOST_BLOCKS_GENERATED:
-            yield f"the generator has {self.size} blocks, but at most {MOST_BLOCKS_GENERATED} are allowed"
+            yield (
+                f"the generator has {self.size} blocks, but at most {MOST_BLOCKS_GENERATED} are allowed: "
+                "use larger blocks, or split the scene"
+            )
 
     @property
     def size(self) -> int:
@@ -173,7 +176,7 @@ def polar(radius: float, angle: float, *z: float) -> Any:
 
 
 def both(widths: float | tuple[float, float]) -> tuple[float, float]:
-    """Return a pair of widths: a single width is repeated, and a pair remains unchanged."""
+    """Return both widths as a pair: a single width is repeated, and a pair remains unchanged."""
     return widths if isinstance(widths, tuple) else (widths, widths)
 
 
@@ -189,7 +192,7 @@ def cut(
     """
 
     def within(places: Iterable[float], low: float, high: float, least: float) -> list[float]:
-        """Return the positions that are at least ``least`` stone lengths from both ends."""
+        """Return the positions between two ends that are at least ``least`` stone lengths from both ends."""
         least *= length * (1 - _STONE_LENGTH_TOLERANCE)
         return [place for place in places if low + least < place < high - least]
 

@@ -45,8 +45,8 @@ _GAP_ROUNDING = 1e-6
 #: some joints remain wedge-shaped. A larger ratio aligns more joints than necessary.
 TOLERANCE_OVER_ERROR = 3.0
 
-#: A corner is removed if its distance from the straight line between its neighbours, relative to the
-#: tolerance, is at most this value.
+#: Largest distance of a corner from the straight line between its neighbours at which the corner is removed,
+#: relative to the tolerance.
 STRAIGHT = 0.1
 
 
@@ -140,7 +140,7 @@ class Extents(ABC):
 
     @abstractmethod
     def away(self, block: int, point: np.ndarray) -> float:
-        """Return the distance of a point from a block, 0 if the point lies inside."""
+        """Return how far away a point is from a block, 0 if the point lies inside."""
 
     @abstractmethod
     def nearest(self, block: int) -> tuple[int, float]:
@@ -202,7 +202,7 @@ class Geometry(Extents):
         return shapely.distance(hulls, shapely.points(points))
 
     def away(self, block: int, point: np.ndarray) -> float:
-        """Return the distance of a point from a block, 0 if the point lies inside."""
+        """Return how far away a point is from a block, 0 if the point lies inside."""
         return float(shapely.distance(self.polygons[block], shapely.Point(point)))
 
     def nearest(self, block: int) -> tuple[int, float]:
@@ -392,7 +392,7 @@ class Profile:
 
     @property
     def depth(self) -> np.ndarray:
-        """Return the depths of the edges below the line, not less than 0, shape (pieces, 2)."""
+        """Return the depths of the edges below the line, 0 for edges above the line, shape (pieces, 2)."""
         return np.maximum(self.line - self.y, 0.0)
 
 

@@ -115,7 +115,7 @@ class Joint(_InDegrees):
     strength: Positive | None = None
 
     def over(self, defaults: JointDefaults) -> JointDefaults:
-        """Return the properties of this joint, with missing values taken from ``defaults``.
+        """Return the properties of this joint, which override those of ``defaults``.
 
         Raises CaseError if the resulting properties are inconsistent.
         """

@@ -19,7 +19,7 @@ Tilt = Annotated[
     Annotated[Literal["left", "right"], Tag("<one>")] | Annotated[Vector, Tag("<several>")], ONE_OR_SEVERAL
 ]
 
-#: Sine of the angle below which a direction counts as parallel to gravity.
+#: Sine of the angle to gravity below which a direction counts as parallel to gravity, so that it is refused.
 _PARALLEL_TOLERANCE = 1e-9
 
 #: Map from the dimension to the description of a point in error messages.
@@ -65,7 +65,7 @@ class SceneKeys(Record):
 
     @property
     def down(self) -> np.ndarray:
-        """Return the unit vector of gravity, shape (2,) or (3,)."""
+        """Return the unit vector that points down, along gravity, shape (2,) or (3,)."""
         return _unit(np.array(self.gravity))
 
     @property

@@ -12,7 +12,8 @@ from masonry_opt.scene.mistakes import instead_of
 
 #: Weight of a tonne, in kN.
 _TONNE = 9.81
-#: Number of decimal places to which uniform loads are compared with their mirror images.
+#: Number of decimal places to which uniform loads are compared with their mirror images, to find out if a
+#: group of axles is symmetric.
 _DIGITS = 9
 #: Directions of travel along a road.
 TravelDirection = Literal["right", "left"]

@@ -123,7 +123,7 @@ def following(count: np.ndarray) -> np.ndarray:
 
 
 def steps_round(ring: Sequence[int]) -> Iterator[tuple[int, int]]:
-    """Return the pairs of successive entries of a ring, including the pair of the last and first entry."""
+    """Return the steps round a ring: pairs of successive entries, including the last and the first entry."""
     return zip(ring, [*ring[1:], ring[0]], strict=True)
 
 
@@ -155,7 +155,7 @@ def chunks(sizes: np.ndarray) -> Iterator[slice]:
 def spaces(
     start: float, end: float, gaps: Iterable[Sequence[float]], least: float = 0.0
 ) -> list[tuple[float, float]]:
-    """Return the parts of the interval from ``start`` to ``end`` that are outside all gaps.
+    """Return the spaces between gaps: the parts of the interval from ``start`` to ``end`` outside all gaps.
 
     The gaps can be in any order. Parts that are not longer than ``least`` are left out.
     """

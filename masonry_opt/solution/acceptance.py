@@ -19,8 +19,9 @@ class Kind(StrEnum):
     #: violate the yield conditions. A violation may be as large as the largest force on the less loaded of
     #: the joint's two blocks.
     BARE_LOOP = "bare loop"
-    #: State that is exact except for its complementarity, because inactive yield conditions have small rates.
-    #: The energy of these rates is about 1e-9 of λ on small scenes, and up to 1e-5 on façades.
+    #: State that is exact except for its complementarity, because yield conditions that are not at yield have
+    #: small nonzero rates. The energy of these rates is about 1e-9 of λ on small scenes, and up to 1e-5 on
+    #: façades.
     NEARLY_COMPLEMENTARY = "nearly complementary"
     #: Answer of the MPEC (mathematical program with equilibrium constraints). The answer is exact except for
     #: the error of complementarity that the last relaxation permits (about 1e-8 by default).
@@ -77,10 +78,11 @@ LIMITS: dict[Kind, Limits] = {
     Kind.EXACT: Limits(1e-8, 1e-8, 1e-8, 1e-8, work=1e-3, block=1e-3, joint=1e-3),
 }
 
-#: Largest relative difference at which the command ``check`` counts two load factors as equal.
+#: Largest relative difference at which the command ``check`` counts two load factors as equal. With a larger
+#: difference the check fails.
 AGREEMENT = 1e-7
 
-#: Largest residual at which the command ``check`` accepts an answer.
+#: Largest residual at which the command ``check`` accepts a solution. With a larger residual the check fails.
 DUALITY = 1e-6
 
 #: Largest violation of complementarity at which the loop of linear programs accepts the forces and the
@@ -120,7 +122,8 @@ FEASIBLE = 1e-11
 #: whose sum exceeds a million median block weights could stop the mechanism.
 DEPARTS = 1e-6
 
-#: Size below which a slip, a shear or a violation of the associative flow rule counts as rounding.
+#: Magnitude of a slip, a shear or a violation of the associative flow rule below which it counts as a
+#: rounding error.
 ROUNDING = 1e-11
 
 #: Largest accepted error of the margin of stability under dead load. The unit is the work of a median block

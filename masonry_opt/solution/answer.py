@@ -97,7 +97,7 @@ def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.nd
 
 
 def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
-    """Return, for each joint, the smaller of the forces on its two blocks, shape (c,).
+    """Return, for each joint, the force that acts on the less loaded of its two blocks, shape (c,).
 
     The force on a block is the largest force that acts on it, ``acting``, shape (b,). Only movable blocks
     count.
@@ -251,8 +251,8 @@ class InfeasibilityCertificate:
         problem; in a result they are rows of ``Result.joints``. The self-stress is the sum of two sets of
         forces, which carry the live load and the opposite of the live load.
     static_cuts: number of sets of faces that cannot all be at yield in one state.
-    kinematic_cuts: number of sets of faces of which at least one must move. Together with the static cuts
-        they exclude every choice of moving faces.
+    kinematic_cuts: number of sets of faces of which at least one must have a nonzero rate. Together with the
+        static cuts they exclude every choice of faces with nonzero rates.
     cut_residual: largest :func:`static_residual` or :func:`kinematic_residual` of these sets.
     """
 
@@ -296,11 +296,11 @@ def ray_residuals(
 
 
 def kinematic_residual(problem: Problem, q: np.ndarray, still: np.ndarray) -> float:
-    """Return the residual of a proof: if the live load does positive work, one of the given faces moves.
+    """Return the residual of a proof that a given face must have a nonzero rate if the live load does work.
 
     The given faces (yield conditions) are those for which ``still``, shape (faces,), is True. A residual of
-    zero proves that f_L·d ≤ 0 in every mechanism in which none of these faces moves. The residual is the
-    larger value of :func:`ray_residuals` with the joints' own flow rule.
+    zero proves that f_L·d ≤ 0 in every mechanism in which the rates of all given faces are zero. The residual
+    is the larger value of :func:`ray_residuals` with the joints' own flow rule.
     """
     return max(ray_residuals(problem, q, problem.dilatancy, still))
 

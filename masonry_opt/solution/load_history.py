@@ -17,8 +17,8 @@ class LoadStep:
 
     iteration: int  #: number of the step, counted from 1; the first step is under the dead load alone
     load_factor: float  #: load factor λ at the end of the increment
-    #: Displacement of the live load: its work divided by Σ|f_L|. The unit is the elastic closing of a joint
-    #: of mean length under the mean contact force.
+    #: Displacement of the live load: its work divided by Σ|f_L|. The unit is the elastic shortening of a
+    #: joint of mean length that carries the mean contact force of the dead load.
     displacement: float
     is_jump: bool  #: True if the step is a jump: the blocks came to rest after a damped motion
     sliding: np.ndarray  #: True for contacts that are pressed and at their friction limit, shape (c,)
@@ -73,7 +73,10 @@ class LoadHistory:
             If the load factor is negative or above the last one.
         """
         if not 0 <= load_factor <= self.steps[-1].load_factor:
-            raise ValueError(f"load factor {load_factor:.6g} is not in [0, {self.steps[-1].load_factor:.6g}]")
+            raise ValueError(
+                f"the load history has load factors from 0 to {self.steps[-1].load_factor:.6g}, "
+                f"but not {load_factor:.6g}"
+            )
         after = int(np.searchsorted(self.load_factors, load_factor))
         if self.load_factors[after] == load_factor:
             return self.steps[after].d, self.steps[after].forces

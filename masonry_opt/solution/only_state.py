@@ -5,9 +5,9 @@ If the columns of B are independent, there is one vector of equilibrium forces f
 without a violated condition therefore form an interval, which contains λ = 0 (dead load alone).
 
 1. A condition that has slack at λ = 0 and none at λ* is violated above λ*. No equilibrium exists above λ*.
-2. In a collapse state between zero and λ*, each condition that moves has no slack. A nonnegative concave
-   function that vanishes inside an interval vanishes on the whole interval. The condition therefore has no
-   slack at any load between zero and λ*.
+2. In a collapse state between zero and λ*, each condition with a nonzero rate has no slack. A nonnegative
+   concave function that vanishes inside an interval vanishes on the whole interval. The condition therefore
+   has no slack at any load between zero and λ*.
 3. If the forces in these conditions vanish too, their motion dissipates no energy under any load. By virtual
    work, neither the dead load nor the live load does work in this motion, so the motion is not a collapse.
 
@@ -20,20 +20,21 @@ import numpy as np
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.rank import solve_independent
 
-#: Slack, relative to the largest force, below which a yield condition counts as possibly active. With a
-#: larger value, fewer proofs succeed.
+#: Slack, relative to the largest force, below which a yield condition counts as possibly active in the proof
+#: that no other load factor causes collapse. With a larger value, fewer proofs succeed.
 _MAY_YIELD = 1e-6
 
-#: Slack, relative to the largest force, above which a yield condition counts as inactive. With a larger
-#: value, fewer proofs succeed.
+#: Slack, relative to the largest force, above which a yield condition counts as inactive in the proof that no
+#: other load factor causes collapse. With a larger value, fewer proofs succeed.
 _HAS_SLACK = 1e-4
 
-#: Size, relative to the largest force, below which a force counts as rounding. With a smaller value, fewer
-#: proofs succeed, because rounding then counts as a force.
+#: Size, relative to the largest force, below which a force counts as zero in the proof that no other load
+#: factor causes collapse. With a smaller value, fewer proofs succeed, because rounding errors then count as
+#: forces.
 _FORCE_ROUNDING_TOLERANCE = 1e-9
 
-#: Largest unbalanced force, relative to the largest force, that counts as rounding. With a smaller value,
-#: fewer proofs succeed.
+#: Largest unbalanced force, relative to the largest force, that counts as a rounding error in the proof that
+#: no other load factor causes collapse. With a smaller value, fewer proofs succeed.
 _BALANCED = 1e-8
 
 

@@ -1,8 +1,8 @@
 """Record of a proof that no collapse state has a lower load factor.
 
-A collapse state satisfies z_i p_i = 0 for each yield condition i: the condition either moves (p_i > 0) at
-yield (z_i = 0), or does not move. One Boolean variable for each condition states if it moves. A *conflict* is
-a clause that excludes one combination of values, by the multipliers of a linear program. The proof is
+A collapse state satisfies z_i p_i = 0 for each yield condition i: the rate is either positive (p_i > 0) at
+yield (z_i = 0), or zero. One Boolean variable for each condition states if its rate is positive. A *conflict*
+is a clause that excludes one combination of values, by the multipliers of a linear program. The proof is
 complete if no assignment satisfies all clauses.
 
 The record holds data only. :func:`masonry_opt.check_proof` recomputes every conflict from the matrices.
@@ -23,8 +23,8 @@ from masonry_opt.files import JSON_KEY, WRITER, refuse_unwritable, write_whole
 #: Version of the file format. A reader refuses files of other versions.
 FORMAT = 1
 
-#: Range of forces and motions that a proof covers. The sum of all forces is at most this multiple of the sum
-#: of all loads. The sum of all motions is at most this multiple of the mean velocity of the live load. A
+#: A proof excludes all collapse states in which the sum of all forces is at most this multiple of the sum of
+#: all loads, and the sum of all motions is at most this multiple of the mean velocity of the live load. A
 #: larger range requires multipliers with smaller rounding errors.
 REACH = 1e6
 
@@ -83,7 +83,7 @@ class EnergyBound:
     """
 
     condition: int  #: index of the joint's sliding condition
-    value: float  #: lower bound of (μ − tan ψ) n, a force
+    value: float  #: lower bound of the energy per unit slip, (μ − tan ψ) n, which is a force
     d: np.ndarray  #: multiplier of each equation of equilibrium, shape (3b,)
     p: np.ndarray  #: multiplier of each yield condition, shape (faces,)
 
@@ -132,7 +132,7 @@ class Proof:
         clauses = self.clauses()
         lines = [
             f"c no collapse state of this masonry structure has a load factor in [0, {self.bound!r}]",
-            "c variable i is true if yield condition i moves",
+            "c variable i is true if yield condition i has a positive rate",
             f"p cnf {self.conditions} {len(clauses)}",
         ]
         lines += [" ".join(map(str, [*clause, 0])) for clause in clauses]

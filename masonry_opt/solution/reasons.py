@@ -54,9 +54,9 @@ class Code(StrEnum):
     The comment on each code states its meaning, and the values that its message needs.
     """
 
-    # The scene has no live load and is stable. Values: ``unique``, True if equilibrium alone determines the
-    # joint forces; ``elastic``, True if elastic contacts determine the forces, False if the forces are a
-    # solution of a linear or cone program.
+    # The scene has no live load and is stable. The value ``unique`` is True if equilibrium alone determines
+    # the joint forces. The value ``elastic`` is True if elastic contacts determine the forces, and False if
+    # the forces are a solution of a linear or cone program.
     CARRIED = "carried"
     # The scene is unstable under its dead load. Value: ``blocks``, the names of the blocks that fall.
     FALLS = "falls"
@@ -65,19 +65,19 @@ class Code(StrEnum):
     HANGS = "hangs"
     # The scene would be unstable even if no joint could slide. Value: ``blocks``, the falling blocks.
     NO_FRICTION_HOLDS = "no friction holds"
-    # The scene would be stable with more friction. Values: ``pairs``, the two blocks of each joint that
-    # slides; ``factor``, a sufficient multiplier of all friction coefficients, None if unknown; ``above``,
-    # the largest multiplier that is known to be too small; ``hangs``, True if at least one falling block has
-    # no joint that supports it from below.
+    # The scene would be stable with more friction. The value ``pairs`` lists the two blocks of each joint
+    # that slides. The value ``factor`` is a sufficient multiplier of all friction coefficients, or None if
+    # unknown. The value ``above`` is the largest multiplier that is known to be too small. The value
+    # ``hangs`` is True if at least one falling block has no joint that supports it from below.
     FRICTION_WOULD_HOLD = "friction would hold"
     # The scene would be stable if no joint could crush. The message needs no values.
     STRENGTH_WOULD_HOLD = "strength would hold"
-    # Solvers could not decide if the scene is stable. Values: ``word``, status of the last solver; ``ratio``,
-    # largest divided by smallest dead load of a block.
+    # Solvers could not decide if the scene is stable. The value ``word`` is the status of the last solver.
+    # The value ``ratio`` is the largest dead load of a block divided by the smallest.
     DEAD_LOAD_UNDECIDED = "dead load undecided"
     # Only forces between wedged blocks could carry the dead load, but such forces do not arise under the flow
-    # rule of the joints, so the answer is withdrawn. Values: ``load_factor``, λ of the withdrawn answer, or
-    # None; ``blocks``, the names of the blocks that move.
+    # rule of the joints, so the answer is withdrawn. The value ``load_factor`` is λ of the withdrawn answer,
+    # or None. The value ``blocks`` lists the names of the blocks that move.
     WEDGED = "wedged"
     # The only collapse state that was found has a load factor of zero or less, although the scene is stable
     # under its dead load from rest. Value: ``load_factor``, λ of this state.
@@ -91,29 +91,29 @@ class Code(StrEnum):
     # The live load does no positive work in any mechanism, so it cannot cause collapse. The message needs no
     # values.
     NO_MECHANISM = "no mechanism"
-    # It is proven that no collapse state exists. Values: ``static_cuts``, the number of sets of yield
-    # conditions that cannot all be at yield in one state; ``kinematic_cuts``, the number of sets of yield
-    # conditions of which at least one must yield if the live load does work.
+    # It is proven that no collapse state exists. The value ``static_cuts`` is the number of sets of yield
+    # conditions that cannot all be at yield in one state. The value ``kinematic_cuts`` is the number of sets
+    # of yield conditions of which at least one must yield if the live load does work.
     NO_COLLAPSE = "no collapse"
     # It is proven that every multiple of the live load can be carried within the friction limits. The message
     # needs no values.
     CARRIES_ANY = "carries any"
     # Self-stress in some joints carries the live load. Value: ``pairs``, the two blocks of each such joint.
     CLAMPED = "clamped"
-    # Some joints prevent the live load from causing collapse. Values: ``status`` of the analysis; ``pairs``,
-    # the two blocks of each such joint.
+    # Some joints prevent the live load from causing collapse. The value ``status`` is the status of the
+    # analysis. The value ``pairs`` lists the two blocks of each of these joints.
     JOINTS = "joints"
-    # The live load does not drive the mechanism. Values: ``fixed``, True if equilibrium alone determines all
-    # forces, so that no other load factor above zero exists; ``against``, True if the mechanism moves against
-    # the live load.
+    # The live load does not drive the mechanism. The value ``fixed`` is True if equilibrium alone determines
+    # all forces, so that no other load factor above zero exists. The value ``against`` is True if the
+    # mechanism moves against the live load.
     NO_WORK = "no work"
-    # The time limit ended the analysis. Values: ``seconds``, the time limit; ``phase`` of the analysis;
-    # ``carried``, the largest load factor that a load history has reached, or None; ``last``, λ of the last
-    # step of a method without a load history, or None. If there is an answer, ``carried`` and ``last`` are
-    # None.
+    # The time limit ended the analysis. The value ``seconds`` is the time limit. The value ``phase`` is the
+    # phase of the analysis at that time. The value ``carried`` is the largest load factor that a load history
+    # has reached, or None. The value ``last`` is λ of the last step of a method without a load history, or
+    # None. If there is an answer, ``carried`` and ``last`` are None.
     TIME_LIMIT = "time limit"
-    # The answer is rejected because of its residuals. Values: ``load_factor``, λ of the answer;
-    # ``residuals``, the residuals that exceed their limits, by name.
+    # The answer is rejected because of its residuals. The value ``load_factor`` is λ of the answer. The value
+    # ``residuals`` contains the residuals that exceed their limits, by name.
     NOT_CERTIFIED = "not certified"
 
     # The loop ended above the associative load factor, so the associative load factor is the result. Value:
@@ -123,56 +123,59 @@ class Code(StrEnum):
     # The associative answer already satisfies the joints' own flow rule, so the loop stops. The message needs
     # no values.
     FLOW_RULE_IDLE = "flow rule idle"
-    # λ still changes at the last iteration of the loop. Values: ``count``, the number of sub-problems;
-    # ``lowest`` and ``highest`` λ of the last sub-problems.
+    # λ still changes at the last iteration of the loop. The value ``count`` is the number of sub-problems.
+    # The values ``lowest`` and ``highest`` are the range of λ in the last sub-problems.
     STILL_CHANGES = "still changes"
-    # λ grows without limit in the loop. Values: ``load_factor``, λ of the last sub-problem; ``count``, the
-    # number of sub-problems.
+    # λ grows without limit in the loop. The value ``load_factor`` is λ of the last sub-problem. The value
+    # ``count`` is the number of sub-problems.
     GROWS = "grows"
-    # The load factors of the loop repeat in a cycle. Values: ``period``, the number of sub-problems in a
-    # cycle; ``lowest`` and ``highest`` λ in the cycle; ``exact``, True if the loop ends with an exact state.
+    # The load factors of the loop repeat in a cycle. The value ``period`` is the number of sub-problems in a
+    # cycle. The values ``lowest`` and ``highest`` are the range of λ in the cycle. The value ``exact`` is
+    # True if the loop ends with an exact state.
     REPEATS = "repeats"
-    # A linear program of the loop was not solved. Values: ``number`` of this sub-problem; ``word``, status of
-    # the solver.
+    # A linear program of the loop was not solved. The value ``number`` is the number of this sub-problem. The
+    # value ``word`` is the status of the solver.
     SUB_PROBLEM_FAILED = "sub-problem failed"
-    # A linear program of the loop has no equilibrium state. Value: ``number`` of this sub-problem.
+    # A linear program of the loop has no equilibrium state. The value ``number`` is the number of this
+    # sub-problem.
     SUB_PROBLEM_EMPTY = "sub-problem empty"
-    # The loop was repeated with other options. Values: ``first``, status of the first run; ``remedies``, the
-    # options that were changed in the repeated runs; ``in_vain``, True if all repeated runs failed.
+    # The loop was repeated with other options. The value ``first`` is the status of the first run. The value
+    # ``remedies`` lists the options that were changed in the repeated runs. The value ``in_vain`` is True if
+    # all repeated runs failed.
     BEGAN_AGAIN = "began again"
     # The loop did not converge. Value: ``load_factor``, the lowest load factor of a sub-problem whose state
     # satisfies the joints' own flow rule; None if no sub-problem has such a state.
     LEAST_BORNE_OUT = "least borne out"
 
-    # The load history of the incremental analysis ends in an exact state. Values: ``steps`` and ``jumps``,
-    # the numbers of load steps and of jumps.
+    # The load history of the incremental analysis ends in an exact state. The values ``steps`` and ``jumps``
+    # are the numbers of load steps and of jumps.
     COLLAPSE = "collapse"
-    # Equilibrium is lost in a load history, but no exact state was found nearby. Values: ``steps`` and
-    # ``jumps``, the numbers of load steps and of jumps; ``carried`` and ``not_carried``, the load factors
-    # between which equilibrium is lost.
+    # Equilibrium is lost in a load history, but no exact state was found nearby. The values ``steps`` and
+    # ``jumps`` are the numbers of load steps and of jumps. Equilibrium is lost between the load factors
+    # ``carried`` and ``not_carried``.
     RANGE = "range"
     # The live load grows without limit in the load history, because the contact forces grow with the load.
     # Value: ``steps``, the number of load steps.
     UNBOUNDED = "unbounded"
-    # The load history led to no collapse state. Values: ``word``, how the history ended; ``steps``, the
-    # number of load steps; ``looped``, True if the loop of linear programs also found no collapse;
-    # ``searched``, True if a search found no collapse state.
+    # The load history led to no collapse state. The value ``word`` states how the history ended. The value
+    # ``steps`` is the number of load steps. The value ``looped`` is True if the loop of linear programs also
+    # found no collapse. The value ``searched`` is True if a search found no collapse state.
     UNDECIDED = "undecided"
     # In the load history, the live load grows without limit, beyond λ of the answer. Value: ``carried``, the
     # largest load factor of the load history.
     CARRIES_MORE = "carries more"
     # There is no load history, because the dilatancy falls with stress. The message needs no values.
     DILATANCY_FALLS = "dilatancy falls"
-    # The scene is too large for a load history. Value: ``joints`` (in space ``contacts``), the number of
-    # joints (in space, of contact points).
+    # The scene is too large for a load history. The value ``joints`` is the number of joints. In space the
+    # value ``contacts`` is the number of contact points instead.
     NOT_COMPUTED = "incremental not computed"
-    # Load histories were repeated with random input. Values: ``draws``, the number of load histories with
-    # random stiffness, and the equal number with random self-stress; ``stiffness`` and ``stress``, the ranges
-    # of the incremental load factor in these two groups, or None; ``without``, the number of load histories
-    # without a collapse.
+    # Load histories were repeated with random input. The value ``draws`` is the number of load histories with
+    # random stiffness; an equal number has random self-stress. The values ``stiffness`` and ``stress`` are
+    # the ranges of the incremental load factor in these two groups, or None. The value ``without`` is the
+    # number of load histories without a collapse.
     SPREAD = "spread"
-    # The result contains a load–displacement curve. Values: ``states``, the number of load steps; ``jumps``,
-    # the number of jumps among them.
+    # The result contains a load–displacement curve. The value ``states`` is the number of load steps. The
+    # value ``jumps`` is the number of jumps among them.
     CURVE = "curve"
 
     # The answer of the MPEC is a local minimum. Value: ``epsilon``, the largest permitted product of a slack
@@ -180,21 +183,21 @@ class Code(StrEnum):
     LOCAL_MINIMUM = "local minimum"
     # The loop, which provides the start of the MPEC, failed.
     START_FAILED = "start failed"
-    # IPOPT failed at one relaxation of the MPEC. Values: ``word``, status of IPOPT; ``epsilon`` of the
-    # program that failed.
+    # IPOPT failed at one relaxation of the MPEC. The value ``word`` is the status of IPOPT. The value
+    # ``epsilon`` is the ε of the program that failed.
     RELAXATION_STOPPED = "relaxation stopped"
     # IPOPT failed at the first relaxation of the MPEC.
     NOTHING_SOLVED = "nothing solved"
 
-    # The method found exact states from several starts. Values: ``candidates``, the number of starts;
-    # ``count``, the number of different exact states; ``least`` and ``most``, the smallest and largest of
-    # their load factors.
+    # The method found exact states from several starts. The value ``candidates`` is the number of starts. The
+    # value ``count`` is the number of different exact states. The values ``least`` and ``most`` are the
+    # smallest and the largest of their load factors.
     STATES_MET = "states met"
     # All starts led to one load factor, but there were only few starts. Value: ``candidates``, the number of
     # starts.
     FEW_STARTS = "few starts"
-    # The search for lower load factors has ended. Values: ``candidates``, the number of starts;
-    # ``interrupted``, True if the user ended the search.
+    # The search for lower load factors has ended. The value ``candidates`` is the number of starts. The value
+    # ``interrupted`` is True if the user ended the search.
     SEARCHED = "searched"
     # The search found no exact state near the forces from which it started.
     NOT_FOUND = "no exact state near the forces"
@@ -202,21 +205,22 @@ class Code(StrEnum):
     NO_TIME = "no time"
 
     # The lower bound agrees with the lowest load factor, and is valid without assumptions. All codes of
-    # method "global" have the values ``bound``, the lower bound of λ; ``load_factor``, λ of the answer;
-    # ``rates``, the largest sum of rates for which the bound is valid, or None; ``forces``, True if the bound
-    # assumes a limit of normal forces.
+    # method "global" have four values. The value ``bound`` is the lower bound of λ. The value ``load_factor``
+    # is λ of the answer. The value ``rates`` is the largest sum of rates for which the bound is valid, or
+    # None. The value ``forces`` is True if the bound assumes a limit of normal forces.
     PROVEN = "proven"
     # The lower bound agrees with the lowest load factor, but is valid only for states within the assumed
     # limits of rates and forces.
     WITHIN_IMPOSED = "within imposed"
-    # The answer exceeds the assumed limits of rates or forces, so nothing is proven.
+    # The answer is not within the limits of rates or forces that the lower bound assumes, so nothing is
+    # proven.
     TOUCHES_IMPOSED = "touches imposed"
-    # The time limit was reached before the lower bound of λ agreed with the lowest load factor. Values: as
-    # for PROVEN, and ``time_limit``, in seconds.
+    # The time limit was reached before the lower bound of λ agreed with the lowest load factor. In addition
+    # to the values of PROVEN, the value ``time_limit`` is the time limit in seconds.
     OUT_OF_TIME = "out of time"
     # The time limit was reached before the lower bound of λ agreed with the lowest load factor. The lower
-    # bound is valid only for states within the assumed limits of rates and forces. Values: as for PROVEN,
-    # and ``time_limit``, in seconds.
+    # bound is valid only for states within the assumed limits of rates and forces. The values are those of
+    # OUT_OF_TIME.
     OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"
     # The time limit was reached before an exact state was found, so there is no upper bound. Value:
     # ``time_limit``, in seconds.
@@ -229,14 +233,15 @@ class Code(StrEnum):
     JOINT_CLOSES = "joint closes"
     # A closed joint opens in the finite motion. Value: ``pairs``, the two blocks of the joint.
     JOINT_OPENS = "joint opens"
-    # Joints slide at the onset of collapse, so no finite motion is computed. Values: ``associative`` load
-    # factor, None if unlimited; ``pairs``, the two blocks of each joint that slides; ``slip`` (for plane
-    # scenes only), the largest slip rate of a joint divided by the speed of the fastest corner; ``turning``
-    # (for scenes in space only), the load factor at which the rotating body alone would collapse.
+    # Joints slide at the onset of collapse, so no finite motion is computed. The value ``associative`` is the
+    # associative load factor, or None if it is unlimited. The value ``pairs`` lists the two blocks of each
+    # joint that slides. In the plane, the value ``slip`` is the largest slip rate of a joint divided by the
+    # speed of the fastest corner. In space, the value ``turning`` is the load factor at which the body that
+    # rotates in the mechanism would collapse by itself.
     NOT_HINGING = "not hinging"
-    # Joints begin to slide in the finite motion. Values: ``pairs``, the two blocks of each sliding joint;
-    # ``slip``, the largest slip rate of a joint divided by the speed of the fastest corner. Scenes in space
-    # have no value ``slip``.
+    # Joints begin to slide in the finite motion. The value ``pairs`` lists the two blocks of each sliding
+    # joint. In the plane, the value ``slip`` is the largest slip rate of a joint divided by the speed of the
+    # fastest corner.
     JOINTS_SLIDE = "joints slide"
     # Two blocks without a joint between them touch in the finite motion. Value: ``blocks``, the names of the
     # two blocks.
@@ -251,13 +256,13 @@ class Code(StrEnum):
     # The solver did not solve the linear program for the forces in the next state.
     FORCES_UNDECIDED = "forces undecided"
 
-    # The friction is larger than in any dry joint. Values: ``friction``, the friction coefficient; ``pairs``,
-    # the two blocks of each joint, empty if the default for all joints is too large. All codes from here on
-    # are warnings about properties of the scene that look unintended.
+    # The friction is larger than in any dry joint. The value ``friction`` is the friction coefficient. The
+    # value ``pairs`` lists the two blocks of each joint; it is empty if the default for all joints is too
+    # large. All codes from here on are warnings about properties of the scene that look unintended.
     FRICTION_HIGH = "friction high"
-    # The dilatancy is negative, and its magnitude is larger than the friction. Values: ``dilatancy`` and
-    # ``friction``, the two coefficients; ``pairs``, the two blocks of each joint, empty if the default for
-    # all joints is wrong.
+    # The dilatancy is negative, and its magnitude is larger than the friction. The values ``dilatancy`` and
+    # ``friction`` are the two coefficients. The value ``pairs`` lists the two blocks of each joint; it is
+    # empty if the default for all joints is wrong.
     DILATANCY_LOW = "dilatancy low"
     # Some supports have no function, because no movable block, fill, tie or prop touches them. Value:
     # ``blocks``, the names of these supports.
@@ -265,43 +270,48 @@ class Code(StrEnum):
     # Some joints transfer friction only because of self-stress. Value: ``pairs``, the two blocks of each such
     # joint.
     HELD_BY_CLAMPING = "held by clamping"
-    # Some blocks are far away from all other blocks. Values: ``blocks``, the names of the blocks far away;
-    # ``distance``, their distance from all other blocks; ``size``, the extent of all other blocks.
+    # Some blocks are far away from all other blocks. The value ``blocks`` lists the names of the blocks far
+    # away. The value ``distance`` is their distance from all other blocks. The value ``size`` is the extent
+    # of all other blocks.
     FAR_AWAY = "far away"
-    # Unit weights of blocks are so different that some of them probably have a wrong unit. Values:
-    # ``blocks``, the names of the blocks with an unusual unit weight; ``ratio``, unit weight of the first of
-    # these blocks divided by the median; ``median`` of all unit weights; ``per_area``, True if unit weights
-    # are per area (in the plane without a thickness).
+    # Unit weights of blocks are so different that some of them probably have a wrong unit. The value
+    # ``blocks`` lists the names of the blocks with an unusual unit weight. The value ``median`` is the median
+    # of all unit weights. The value ``ratio`` is the unit weight of the first listed block divided by the
+    # median. The value ``per_area`` is True if unit weights are per area (in the plane without a thickness).
     WEIGHTS_DIFFER = "weights differ"
-    # The unit weight of a fill or backing is so large or so small that its unit is probably wrong. Values:
-    # ``fill``, number of the fill, from 1; ``backing``, True for the fill's backing and False for the fill;
-    # ``unit_weight`` of the fill or backing; ``other``, the unit weight with which it is compared;
-    # ``beside``, "blocks" or "fill", the origin of ``other``.
+    # The unit weight of a fill or backing is so large or so small that its unit is probably wrong. The value
+    # ``fill`` is the number of the fill, from 1. The value ``backing`` is True for the fill's backing and
+    # False for the fill. The value ``unit_weight`` is compared with the unit weight ``other``. The value
+    # ``beside`` states to what ``other`` belongs: "blocks" or "fill".
     FILL_WEIGHT_DIFFERS = "fill weight differs"
-    # The strength or prestress of a tie or prop is so small or so large that its unit is probably wrong.
-    # Values: ``kind``, "tie" or "prop"; ``name`` of the tie or prop; ``key``, "strength" or "prestress";
-    # ``value`` of the strength or prestress; ``weight`` with which the value is compared: the weight of a
-    # median block if the value is too small, or the sum of all dead loads if the value is too large.
+    # The strength or prestress of a tie or prop is so small or so large that its unit is probably wrong. The
+    # value ``kind`` is "tie" or "prop", and ``name`` is the name of the tie or prop. The value ``key`` is
+    # "strength" or "prestress". The strength or prestress ``value`` is compared with ``weight``: the weight
+    # of a median block if the value is too small, or the sum of all dead loads if the value is too large.
     STRENGTH_DIFFERS = "strength differs"
-    # The strength or the cohesion of joints seems to have another unit than the weights. Values: ``key``,
-    # "strength" or "cohesion"; ``value``, the strength or cohesion; ``weight``, the stress below a column
-    # with the median unit weight, as high as the largest dimension of the scene.
+    # The strength or the cohesion of joints seems to have another unit than the weights. The value ``key`` is
+    # "strength" or "cohesion". The strength or cohesion ``value`` is compared with ``weight``: the stress
+    # below a column with the median unit weight, as high as the largest dimension of the scene.
     STRESS_DIFFERS = "stress differs"
-    # Small gaps between blocks carry no force. Values: ``pairs``, the two blocks at each gap; ``widths``, the
-    # widths of the gaps; ``option``, the option of the scene that closes all gaps, "tolerance" or
-    # "contact_tolerance"; ``tolerance``, the value of this option.
+    # Small gaps between blocks carry no force. The value ``pairs`` lists the two blocks at each gap. The
+    # value ``widths`` lists the widths of the gaps. The value ``option`` is the option of the scene that
+    # closes all gaps, "tolerance" or "contact_tolerance". The value ``tolerance`` is the value of this
+    # option.
     SMALL_GAPS = "small gaps"
-    # Blocks face each other but have no joint, because their sides are too short for the tolerance. Values:
-    # ``pairs``, the two blocks that face each other; ``widths``, the widths of the gaps between them.
+    # Blocks face each other but have no joint, because their sides are too short for the tolerance. The value
+    # ``pairs`` lists the two blocks that face each other. The value ``widths`` lists the widths of the gaps
+    # between them.
     LOST_JOINTS = "lost joints"
-    # A large tolerance closes gaps as wide as mortar joints. Values: ``pairs``, the two blocks at each gap;
-    # ``widths``, the widths of the gaps.
+    # A large tolerance closes gaps as wide as mortar joints. The value ``pairs`` lists the two blocks at each
+    # gap. The value ``widths`` lists the widths of the gaps.
     BRIDGED_BY_TOLERANCE = "bridged by tolerance"
-    # Alignment rotated some joints. Values: ``pairs``, the two blocks of each such joint; ``turn``, the
-    # largest rotation, in radians; ``tolerance`` of the scene.
+    # The alignment rotated some joints. The value ``pairs`` lists the two blocks of each rotated joint. The
+    # value ``turn`` is the largest rotation, in radians. The value ``tolerance`` is the tolerance of the
+    # scene.
     ALIGNED = "aligned"
-    # Joints of one block are nearly parallel. Values: ``pairs``, the two blocks of each such joint;
-    # ``angle``, the largest angle between two joints, in radians; ``tolerance`` that aligns these joints.
+    # Joints of one block are nearly parallel. The value ``pairs`` lists the two blocks of each of these
+    # joints. The value ``angle`` is the largest angle between two joints, in radians. The value ``tolerance``
+    # is a tolerance that aligns these joints.
     NEARLY_PARALLEL = "nearly parallel"
     # Two blocks have a joint although only their corners touch (in space, only parallel edges). Value:
     # ``pairs``, the two blocks of each such joint.
@@ -314,20 +324,21 @@ class Code(StrEnum):
     # The order of the vertices was reversed in some faces of a solid. Value: ``blocks``, the names of the
     # solids.
     FACES_TURNED = "faces turned"
-    # Corners press on edges of limited strength. Values: ``pairs``, the two blocks of each joint at such a
-    # corner; ``normal_forces`` of the joints, largest first.
+    # Corners press on edges of limited strength. The value ``pairs`` lists the two blocks of each joint at
+    # such a corner. The value ``normal_forces`` lists the normal forces of the joints, largest first.
     CORNERS_BEAR = "corners bear"
-    # A part of an edge load has no effect, because it is not on a free edge of a movable block. Values:
-    # ``number`` of the edge load, from 1; ``length`` of this part.
+    # A part of an edge load has no effect, because it is not on a free edge of a movable block. The value
+    # ``number`` is the number of the edge load, from 1. The value ``length`` is the length of this part.
     BARE_EDGE_LOAD = "bare edge load"
     # The scene was solved without its axles. Value: ``names``, the names of the groups of axles.
     AXLES_LEFT_OUT = "axles left out"
-    # A force acts outside of its block. Values: ``load``, "live" or "dead"; ``blocks``, the blocks with such
-    # a force; ``distance``, the distance of the first such force from its block.
+    # A force acts outside of its block. The value ``load`` is "live" or "dead". The value ``blocks`` lists
+    # the blocks with a force outside. The value ``distance`` is the distance of the first of these forces
+    # from its block.
     ACTS_OUTSIDE = "acts outside"
     # Forces on blocks are so large or so small compared with the weights that their unit is probably wrong.
-    # Values: ``load``, "live" or "dead"; ``blocks`` with an unusual force; ``ratio`` of the force on the
-    # first of these blocks to its weight.
+    # The value ``load`` is "live" or "dead". The value ``blocks`` lists the blocks with an unusual force. The
+    # value ``ratio`` is the force on the first of these blocks divided by its weight.
     FORCES_DIFFER = "forces differ"
 
 

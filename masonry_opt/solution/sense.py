@@ -64,7 +64,7 @@ _WEIGHT_TO_FORCE_RATIO = 3000.0
 #: root of its area or volume). A force at a larger distance causes a warning.
 _OUTSIDE = 0.02
 
-#: A difference of forces counts as rounding below this fraction of a block's weight.
+#: Fraction of a block's weight below which a difference of forces counts as a rounding error.
 _FORCE_DIFFERENCE_TOLERANCE = 1e-9
 
 #: Map from the dimension to the code of the warning about blocks that meet without a joint.

@@ -62,8 +62,8 @@ FEW_STARTS = 8
 #: against the live load.
 APART = 1e-2
 
-#: Smallest change of the load factor in a narrow interval of a parameter that counts as a jump, relative to
-#: the largest load factor.
+#: Smallest change of the load factor in a narrow interval of a varied parameter that counts as a jump,
+#: relative to the largest load factor.
 JUMP = 1e-3
 
 

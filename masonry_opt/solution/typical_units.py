@@ -20,9 +20,9 @@ _PER_KILONEWTON: dict[str, float] = {"kN/m³": 1.0, "N/m³": 1000.0, "kg/m³": 1
 
 
 def typical_unit(unit_weight: float) -> str:
-    """Return the unit in which a unit weight is typical of masonry and earth.
+    """Return the unit for which the value of a unit weight is plausible for masonry or earth.
 
-    The result is an empty string if there is no such unit.
+    The result is an empty string if no unit makes the value plausible.
     """
     for unit, (light, heavy) in _TYPICAL.items():
         if light <= unit_weight <= heavy:

@@ -40,7 +40,7 @@ _MOST_JOINTS_COMPARED = 300
 
 
 def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
-    """Generate warnings about wedges: blocks whose sliding joints are nearly parallel or were aligned."""
+    """Generate warnings about wedges: blocks whose sliding joints are, or were drawn, nearly parallel."""
     able = _slides_without_lifting(assembly)
     joints = assembly.joints
     turned = np.where(able, joints.turn, 0.0)

@@ -29,7 +29,7 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
 from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 
-#: Key in a result's ``solvers`` for the optimisation programs that determine why there is no load factor.
+#: Key of ``result.solvers`` under which the solvers are listed that determine why there is no load factor.
 DIAGNOSIS = "diagnosis"
 
 #: Largest number of programs that are solved to decide if a load drives a mechanism. If more programs are
@@ -42,19 +42,20 @@ _MOST_PROGRAMS = 40
 #: question then remains undecided.
 _SIMPLEX_UP_TO = 2000
 
-#: Largest number of joints for which the smallest stabilising factor on friction is computed. With more
-#: joints, the factor remains unknown.
+#: Largest number of joints for which the smallest stabilising factor on friction is computed. On larger
+#: scenes the factor remains unknown.
 FACTOR_UP_TO = 2000
 
 #: Largest number of friction factors that the search for the smallest stabilising factor tries. The search
 #: then ends with the smallest stable factor so far.
 _MOST_FACTORS = 12
 
-#: The search ends if the smallest stable and the largest unstable friction factor differ by at most this
-#: fraction. A smaller value needs more programs.
+#: The search for the smallest stabilising friction factor ends if the smallest stable and the largest
+#: unstable factor differ by at most this fraction. A smaller value needs more programs.
 _NEAR = 1e-3
 
-#: Largest friction coefficient that the search tries. Solvers are less accurate with larger coefficients.
+#: Largest friction coefficient that the search for the smallest stabilising friction factor tries. Solvers
+#: are less accurate with larger coefficients.
 _LARGEST_FRICTION = 100.0
 
 #: A joint supports a block if the cosine of the angle between the joint's normal and the block's dead load
@@ -71,7 +72,7 @@ class DeadLoadUndecided(Exception):
     def __init__(self, problem: Problem, word: str) -> None:
         super().__init__(word)
         size = problem.force_sizes(problem.dead)
-        #: Values for the reason: the status of the last solver, and the ratio of the largest to the smallest
+        #: Values of the reason: the status of the last solver, and the ratio of the largest to the smallest
         #: dead load of a block.
         self.values = {"word": word, "ratio": float(size.max() / size[size > 0].min(initial=np.inf))}
 
@@ -316,7 +317,7 @@ def _decide(
 def _finer(
     problem: Problem, motion_and_forces: tuple[np.ndarray, np.ndarray] | None, senses: Senses | None
 ) -> Senses:
-    """Return the slip directions of the polygons that replace the friction circles in the next program.
+    """Return finer polygons for the next program: the slip directions that replace the friction circles.
 
     Polygons inside the circles alternate with polygons around the circles. The first directions are evenly
     spaced. The directions of slip in a motion, shape (3b,), and the directions opposite to the shears in

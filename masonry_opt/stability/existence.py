@@ -1,12 +1,13 @@
 """Prove that no load factor exists, and give the reasons why an analysis ended without a load factor.
 
-The proof that no mechanism is compatible with a state of equilibrium is a branch and cut on the moving faces
-(yield conditions). In a Coulomb state with λ ≥ 0, each face either moves and is at yield, or does not move.
-Linear programs refute choices of moving faces. Their Farkas multipliers identify the few faces that cause the
-contradiction. These faces form combinatorial Benders cuts (Codato & Fischetti 2006) of two kinds:
+The proof that no mechanism is compatible with a state of equilibrium is a branch and cut on the faces (yield
+conditions) with nonzero rates. In a Coulomb state with λ ≥ 0, each face either is at yield, or has a rate of
+zero. Linear programs refute choices of faces with nonzero rates. Their Farkas multipliers identify the few
+faces that cause the contradiction. These faces form combinatorial Benders cuts (Codato & Fischetti 2006) of
+two kinds:
 
 - faces that cannot all be at yield in one state;
-- faces of which at least one must move.
+- faces of which at least one must have a nonzero rate.
 
 If the cuts exclude every choice, no Coulomb state exists. Each cut is certified from the matrices.
 """
@@ -36,47 +37,51 @@ from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Solver, Verdict
 from masonry_opt.stability.diagnosis import locking_joints
 
-#: Largest number of joints for which this module tries to prove that no load factor exists.
+#: Largest number of joints of a scene on which a proof is sought that no load factor exists. On larger scenes
+#: no proof is sought.
 _RAYS_UP_TO = 2000
 
-#: Largest number of joints for which branch and cut is used. For larger scenes, branch and cut is skipped.
+#: Largest number of joints of a scene on which branch and cut tries to prove that no load factor exists. On
+#: larger scenes this attempt is skipped.
 _CUTS_UP_TO = 100
 
-#: Branch and cut stops without a proof if the number of linear programs times the number of joints exceeds
-#: this value. Most random scenes in which joints jam need 5 to 400 programs, and a few need up to 3300.
+#: Limit of the number of linear programs of branch and cut, multiplied by the number of joints. Beyond the
+#: limit, branch and cut stops without a proof. Most random scenes in which joints jam need 5 to 400 programs,
+#: and a few need up to 3300.
 _MOST_WORK = 120_000
 
-#: Key in a result's ``solvers`` for the linear programs that decide if a load factor exists.
+#: Key of ``result.solvers`` under which the solver is listed that decides if a load factor exists.
 _EXISTENCE_PURPOSE = "existence"
 
-#: Rate above which a face counts as moving. Mechanisms are scaled such that the live load does the work
-#: Σ|f_L|. Proofs do not depend on this threshold, because the residual of each cut is compared with
-#: ``PROOF``.
+#: Rate of a face (yield condition) above which the rate counts as nonzero in a mechanism of branch and cut.
+#: Mechanisms are scaled such that the live load does the work Σ|f_L|. Proofs do not depend on this threshold,
+#: because the residual of each cut is compared with ``PROOF``.
 _MOVING_RATE = 1e-9
 
-#: A face belongs to a cut if its Farkas multiplier exceeds this fraction of the largest multiplier. With a
-#: larger fraction, cuts contain fewer faces, but their residuals may be too large for a proof.
+#: A face belongs to a cut, a set of faces that contradict each other, if its Farkas multiplier exceeds this
+#: fraction of the largest multiplier. With a larger fraction, cuts contain fewer faces, but their residuals
+#: may be too large for a proof.
 _TO_BLAME = 1e-9
 
-#: Number of latest cuts in which the search counts how often each face occurs. It branches on the most
-#: frequent face.
+#: Number of latest cuts in which branch and cut counts how often each face occurs. The search branches on the
+#: most frequent face.
 _OF_LATE = 200
 
-#: Value of a face (yield condition) in a choice: it is not yet decided whether the face moves.
+#: Value of a face (yield condition) in branch and cut: the search has not chosen yet if its rate is zero.
 _OPEN = -1
 
-#: Value of a face (yield condition) in a choice: the face does not move.
+#: Value of a face (yield condition) in branch and cut: its rate is zero.
 _RESTING = 0
 
-#: Value of a face (yield condition) in a choice: the face moves and is therefore at yield.
+#: Value of a face (yield condition) in branch and cut: its rate may be nonzero, so it must be at yield.
 _MOVING = 1
 
 
 class _Undecided(Exception):
     """Exception that is raised if branch and cut ends without a proof.
 
-    Either a choice of moving faces cannot be refuted, the residual of a cut is too large, or too many
-    programs were solved.
+    Either a choice of faces with nonzero rates cannot be refuted, the residual of a cut is too large, or too
+    many programs were solved.
     """
 
 
@@ -85,15 +90,17 @@ class Cuts:
 
     The problem is in units of its load.
 
-    A *choice* has one value for each face, shape (faces,): the face moves and is at yield, does not move, or
-    is open. The search for cuts solves at most ``most_programs`` linear programs.
+    A *choice* has one value for each face (yield condition), shape (faces,): its rate may be nonzero, so that
+    it is at yield; its rate is zero; or this is still open. The search for cuts solves at most
+    ``most_programs`` linear programs.
 
     Attributes
     ----------
     exclude: True if the cuts exclude every choice, so that no Coulomb state exists.
     residual: largest residual of the conditions of a cut.
     static: number of sets of faces that cannot all be at yield in one state.
-    kinematic: number of sets of faces of which one moves in every mechanism in which the live load does work.
+    kinematic: number of sets of faces of which one has a nonzero rate in every mechanism in which the live
+        load does work.
     """
 
     def __init__(self, problem: Problem, most_programs: int, effort: Effort) -> None:
@@ -105,9 +112,9 @@ class Cuts:
             HighsSession(model.program, effort, _EXISTENCE_PURPOSE)
             for model in (self._motion, self._no_motion, self._no_forces)
         )
-        # A cut states that at least one of its faces is at rest, or that at least one moves. Each of the two
-        # kinds has a matrix, with a row for each cut and a column for each face. Each cut requires a linear
-        # program, so ``most_programs`` rows suffice.
+        # A cut states that at least one of its faces has a rate of zero, or that at least one has a nonzero
+        # rate. Each of the two kinds has a matrix, with a row for each cut and a column for each face. Each
+        # cut requires a linear program, so ``most_programs`` rows suffice.
         self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (_RESTING, _MOVING)}
         self._count = {_RESTING: 0, _MOVING: 0}
         self.residual, self.exclude = 0.0, False
@@ -117,14 +124,14 @@ class Cuts:
         self.static, self.kinematic = self._count[_RESTING], self._count[_MOVING]
 
     def _refute(self, choice: np.ndarray) -> None:
-        """Prove that no Coulomb state agrees with ``choice``, which states which faces move or rest.
+        """Prove that no Coulomb state agrees with a choice of the faces whose rates are zero or nonzero.
 
         Raises _Undecided if the proof fails.
         """
         branch = self._branch(choice)
         while branch is not None:
-            # First try the branch in which the face moves: it excludes more states, because the face must be
-            # at yield.
+            # First try the branch in which the rate may be nonzero: it excludes more states, because the face
+            # must then be at yield.
             choice[branch] = _MOVING
             self._refute(choice.copy())
             choice[branch] = _RESTING
@@ -134,7 +141,7 @@ class Cuts:
         """Return the face on which to branch next, or None if no Coulomb state agrees with ``choice``.
 
         All values that the cuts imply are first added to ``choice``. Raises _Undecided if the open faces can
-        move and be at yield in one state.
+        have nonzero rates and be at yield in one state.
         """
         while self._follows(choice):
             moving = choice == _MOVING
@@ -146,21 +153,22 @@ class Cuts:
                 return None
             cut = self._static_cut(moving | (rates > _MOVING_RATE))
             if cut is None:
-                # No cut was found: all faces that move in the choice or in the mechanism may be at yield in
-                # one state. The choice therefore cannot be excluded, and the proof fails.
+                # No cut was found: all faces that have nonzero rates in the choice or in the mechanism can be
+                # at yield in one state. The choice therefore cannot be excluded, and the proof fails.
                 raise _Undecided
             open_faces = [face for face in cut if choice[face] == _OPEN]
             if len(open_faces) > 1:
-                # Branch on the face that most of the latest cuts contain, because this keeps the search
+                # Branch on the face that occurs in most of the latest cuts, because this keeps the search
                 # short.
                 blame = self._rows[_RESTING][max(self._count[_RESTING] - _OF_LATE, 0) :].sum(axis=0)
                 return max(open_faces, key=lambda face: (blame[face], rates[face]))
         return None
 
     def _follows(self, choice: np.ndarray) -> bool:
-        """Set the open faces of a choice that must move, or must rest, according to the cuts.
+        """Set those open faces of a choice whose values follow from the cuts.
 
-        The result is False if a cut contradicts the choice.
+        According to the cuts, their rates must be zero, or must be nonzero. The result is False if a cut
+        contradicts the choice.
         """
         changed = True
         while changed:
@@ -177,9 +185,10 @@ class Cuts:
         return True
 
     def _mechanism(self, choice: np.ndarray) -> np.ndarray | None:
-        """Return rates p, shape (faces,), of a mechanism with few moving faces, or None if none is found.
+        """Return rates p, shape (faces,), of a mechanism with few nonzero rates, or None if none is found.
 
-        Faces that move in the choice have low costs; faces that do not move in the choice have zero rates.
+        Faces with nonzero rates in the choice have low costs; faces with zero rates in the choice keep zero
+        rates.
         """
         p = self._motion.mechanism.p
         self._mechanisms.set_most(p, np.where(choice == _RESTING, 0.0, np.inf))
@@ -202,10 +211,10 @@ class Cuts:
         return frozenset(np.flatnonzero(blamed).tolist())
 
     def _kinematic_cut(self, still: np.ndarray) -> None:
-        """Find faces of which at least one moves in every mechanism, and add them as a cut.
+        """Find faces of which at least one has a nonzero rate in every mechanism, and add them as a cut.
 
-        The faces of the cut are among the resting faces, for which the mask ``still``, shape (faces,), is
-        True.
+        The faces of the cut are among the faces with zero rates, for which the mask ``still``, shape
+        (faces,), is True.
         """
         model = self._no_motion
         self._kinematics.set_most(model.v, np.where(still, np.inf, 0.0))
@@ -216,10 +225,10 @@ class Cuts:
         self._keep(_MOVING, kinematic_residual(self.problem, q, blamed), blamed)
 
     def _keep(self, implied: int, residual: float, blamed: np.ndarray) -> None:
-        """Store a cut: faces that cannot all rest, or faces that cannot all move, in one Coulomb state.
+        """Store a cut: faces whose rates cannot all be zero, or cannot all be nonzero, in one Coulomb state.
 
-        ``implied`` is ``_MOVING`` if at least one face must move, and ``_RESTING`` if at least one must rest.
-        ``blamed``, shape (faces,), is True for the faces of the cut.
+        ``implied`` is ``_MOVING`` if at least one rate must be nonzero, and ``_RESTING`` if at least one must
+        be zero. ``blamed``, shape (faces,), is True for the faces of the cut.
 
         Raises _Undecided if the residual is too large for a proof.
         """
@@ -254,8 +263,8 @@ def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> In
 
 def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> InfeasibilityCertificate:
     """Return the certificate of :func:`existence` for a problem that is scaled by its load."""
-    # If the dilatancy falls with stress, it may fall to zero. The proof then uses zero for each joint with a
-    # positive dilatancy.
+    # If the dilatancy falls with stress, its value in a collapse state is not known in advance. The proof
+    # then uses the smallest possible value, zero, for each joint with a positive dilatancy.
     dilatancy_falls = problem.dilatancy_depends_on_stress
     own_flow = np.minimum(problem.dilatancy, 0.0) if dilatancy_falls else problem.dilatancy
     against_mechanisms = _ray(problem, own_flow, effort)

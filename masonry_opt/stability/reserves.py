@@ -17,12 +17,13 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver
 from masonry_opt.stability.diagnosis import FACTOR_UP_TO, DeadLoadUndecided, falling_mechanism
 
-#: A bisection ends if the distance between the largest unstable value and the smallest stable value is at
-#: most this fraction of the stable value. With a smaller tolerance, more linear programs are solved.
+#: The bisection for a safety margin ends if the distance between the largest unstable value and the smallest
+#: stable value is at most this fraction of the stable value. With a smaller tolerance, more linear programs
+#: are solved.
 _BISECTION_TOLERANCE = 2e-4
 
-#: A bisection also ends if the smallest stable value is at most this limit, regardless of the tolerance. With
-#: a smaller limit, more linear programs are solved.
+#: The bisection for a safety margin also ends if the smallest stable value is at most this limit, regardless
+#: of the tolerance. With a smaller limit, more linear programs are solved.
 _NEGLIGIBLE_VALUE = 1e-4
 
 #: Largest number of joints for which the geometric margin is computed. It is omitted for larger scenes,

@@ -34,7 +34,7 @@ TIME_LIMIT = "time limit"  #: Outcome of a task that exceeded its time limit.
 MEMORY_LIMIT = "memory limit"  #: Outcome of a task whose process used too much memory.
 #: Outcomes of a task that has no value.
 UNSOLVED = (REFUSED, CRASHED, DIED, TIME_LIMIT, MEMORY_LIMIT)
-MOST_DEATHS = 3  #: A task whose worker process dies is run at most this many times.
+MOST_DEATHS = 3  #: Largest number of times that a task is run if its worker process dies.
 _MEMORY_INTERVAL = 0.02  #: Seconds between two measurements of the memory of a process.
 #: Number of submitted and unfinished tasks per worker. With fewer tasks, workers may be idle; with more
 #: tasks, memory grows.
@@ -131,7 +131,7 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
 
 
 def whole(name: str, value: Any, least: int) -> int:
-    """Return an argument as an int. Raises OptionError unless it is an integer of at least ``least``."""
+    """Return an argument as a whole number. Raises OptionError unless it is at least ``least``."""
     if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
         raise OptionError(f"{name} must be a whole number, {least} or more (found {value!r})")
     return int(value)

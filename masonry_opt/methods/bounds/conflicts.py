@@ -2,9 +2,9 @@
 
 Statics and kinematics share only the conditions z_i p_i = 0. The program of statics is infeasible if no
 forces with λ up to the bound bring a set of conditions to yield together. The program of kinematics is
-infeasible if no mechanism leaves a set of conditions at rest. The multipliers of an infeasible program name
-the few conditions that cause the contradiction. A conflict is used only if the matrices confirm it by weak
-duality.
+infeasible if in no mechanism the rates of a set of conditions are all zero. The multipliers of an infeasible
+program name the few conditions that cause the contradiction. A conflict is used only if the matrices confirm
+it by weak duality.
 """
 
 from abc import ABC, abstractmethod
@@ -22,11 +22,12 @@ from masonry_opt.solution.proof import REACH, Conflict, EnergyBound, KinematicCo
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict
 
-#: Key in the ``solvers`` of a result: its value names the solver that finds conflicts.
+#: Key of ``result.solvers`` under which the solver is listed that finds the conflicts of a proof.
 _CONFLICTS_PURPOSE = "conflicts"
 
-#: Largest residual of multipliers with which HiGHS may report a program as infeasible. Every conflict is
-#: verified later, so a large value does no harm. A smaller value leaves more programs undecided.
+#: Largest residual of multipliers with which HiGHS may report a program as infeasible in the search for a
+#: proof. Every conflict is verified later, so a large value does no harm. A smaller value leaves more
+#: programs undecided.
 _RAY_RESIDUAL = 1e-7
 
 #: Largest permitted residual of a conflict, as a fraction of the residual that the proof check allows. If the
@@ -69,15 +70,17 @@ class Refutation:
     ``blamed`` are the conditions that contradict each other according to the multipliers.
     """
 
-    ray: np.ndarray  #: multipliers, shape (rows,)
-    #: True for each yield condition that the program fixed at yield or at rest, shape (faces,).
+    ray: np.ndarray  #: row multipliers that prove infeasibility, shape (rows,)
+    #: True for each yield condition whose slack (in statics) or rate (in kinematics) the program sets to
+    #: zero, shape (faces,).
     restricted: np.ndarray
-    #: True for each fixed condition whose multiplier is larger than rounding errors, shape (faces,).
+    #: True for each restricted yield condition that the proof of infeasibility needs, because its multiplier
+    #: is larger than rounding errors, shape (faces,).
     blamed: np.ndarray
 
 
 class Theory(ABC):
-    """Base class of the two linear programs of a proof, in which chosen yield conditions can be fixed."""
+    """Base class of the two linear programs of a proof, which set chosen slacks or rates to zero."""
 
     def __init__(self, scaled: Scaled, lp: LinearProgram, effort: Effort, settings: ProofSettings) -> None:
         self._problem, self._scaled, self._settings = scaled.problem, scaled, settings
@@ -99,15 +102,15 @@ class Theory(ABC):
 
     @abstractmethod
     def _restrict(self, conditions: np.ndarray) -> None:
-        """Impose the conditions that a mask of shape (faces,) marks, and release all other conditions.
+        """Set the slack or rate of each marked yield condition to zero, and release all other conditions.
 
-        A program of statics keeps each marked yield condition at yield (its slack is zero). A program of
-        kinematics keeps each marked yield condition at rest (its rate is zero).
+        ``conditions`` is a mask of shape (faces,). The program of statics sets slacks to zero, so that the
+        conditions are at yield. The program of kinematics sets rates to zero.
         """
 
     @abstractmethod
     def _needed(self, ray: np.ndarray, rounding: float) -> np.ndarray:
-        """Return a mask of the yield conditions that the proof by row multipliers needs, shape (faces,).
+        """Return a mask of the yield conditions that a proof of infeasibility needs, shape (faces,).
 
         Multipliers up to ``rounding`` times the largest multiplier count as zero.
         """
@@ -131,9 +134,10 @@ class Theory(ABC):
         return self._confirmed(found.ray, self._needed(found.ray, 0.0) & found.restricted, problem, highest)
 
     def refutes(self, conditions: np.ndarray) -> Refutation | None:
-        """Fix the conditions that a mask marks, and return a refutation if the program becomes infeasible.
+        """Set the marked slacks or rates to zero, and return a refutation if the program becomes infeasible.
 
-        Return None if the program is feasible. Raise Undecided if HiGHS does not decide.
+        ``conditions`` is a mask of yield conditions. Return None if the program is feasible. Raise Undecided
+        if HiGHS does not decide.
         """
         if not np.array_equal(conditions, self._restricted):
             self._restrict(conditions)
@@ -149,7 +153,7 @@ class Theory(ABC):
 
 
 class Statics(Theory):
-    """Linear program of admissible forces for 0 ≤ λ ≤ ``highest``, with chosen conditions fixed at yield."""
+    """Linear program of admissible forces for 0 ≤ λ ≤ ``highest``, with chosen conditions at yield."""
 
     def __init__(self, scaled: Scaled, effort: Effort, settings: ProofSettings) -> None:
         forces, _ = programs(scaled.problem)
@@ -269,7 +273,7 @@ class Statics(Theory):
 def _without_departure(
     problem: Problem, d: np.ndarray, p: np.ndarray, departure: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Correct velocities d and rates p by the least change that removes a residual of the flow rule."""
+    """Correct velocities d and rates p by the least change that removes a departure from the flow rule."""
     support = np.flatnonzero(p)
     rows = np.hstack([problem.B.T.toarray(), -problem.true_yield[support].T.toarray()])
     change = np.linalg.lstsq(rows, -departure, rcond=1e-12)[0]
@@ -281,10 +285,10 @@ def _without_departure(
 class Kinematics(Theory):
     """Linear program of mechanisms that a load factor up to ``highest`` can drive.
 
-    Chosen conditions can be fixed at rest. The constraints are Bᵀd = D(tan ψ) p, f_L·d = Σ|f_L|, p ≥ 0 and
-    e·p − f_D·d ≤ highest Σ|f_L|. In a collapse state λ f_L·d = c·p + Σ (μ − tan ψ) n γ − f_D·d, in which γ is
-    the slip of each joint that slides. The energy e of a condition, shape (faces,), is its cohesion c. For
-    sliding the least (μ − tan ψ) n is added. All values are in scaled units.
+    The rates of chosen conditions can be set to zero. The constraints are Bᵀd = D(tan ψ) p, f_L·d = Σ|f_L|,
+    p ≥ 0 and e·p − f_D·d ≤ highest Σ|f_L|. In a collapse state λ f_L·d = c·p + Σ (μ − tan ψ) n γ − f_D·d, in
+    which γ is the slip of each joint that slides. The energy e of a condition, shape (faces,), is its
+    cohesion c. For sliding the least (μ − tan ψ) n is added. All values are in scaled units.
     """
 
     def __init__(self, scaled: Scaled, energy: np.ndarray, effort: Effort, settings: ProofSettings) -> None:
@@ -305,8 +309,8 @@ class Kinematics(Theory):
         self._session.set_most("p", np.where(conditions, 0.0, np.full(len(conditions), inf)))
 
     def _needed(self, ray: np.ndarray, rounding: float) -> np.ndarray:
-        # The proof needs a resistance C(tan ψ) q + weight · e ≥ 0 of each condition that may move. Conditions
-        # with a negative resistance must therefore be at rest.
+        # The proof is valid only if the resistance C(tan ψ) q + weight · e of each yield condition with a
+        # nonzero rate is ≥ 0. The rates of conditions with a negative resistance must therefore be zero.
         resistance = self._flow @ ray[: self._flow.shape[1]] - min(ray[-1], 0.0) * self.energy
         return np.asarray(resistance < -rounding * np.abs(resistance).max(initial=0.0))
 

@@ -36,7 +36,7 @@ from masonry_opt.solution.thresholds import ZERO, is_lower
 
 
 class ConflictSearchTimeout(Exception):
-    """Error that is raised if the search reaches its time limit or its number of linear programs."""
+    """Error that is raised if the search reaches its limit of time or of linear programs."""
 
 
 class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no types
@@ -63,8 +63,9 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._statics.set_highest(self.highest / self._scaled.load_factor)
         self._kinematics = Kinematics(self._scaled, self._energy(), self._effort, settings)
         self._kinematics.set_highest(self.highest / self._scaled.load_factor)
-        #: Value of each yield condition, shape (faces,). The SAT solver assigns 1 if the face moves and −1 if
-        #: it is at rest; 0 means that no value is assigned.
+        #: Value of each yield condition, shape (faces,). The SAT solver assigns 1 if the condition may have a
+        #: nonzero rate and must then be at yield, and −1 if its rate is zero; 0 means that no value is
+        #: assigned.
         self._values = np.zeros(task.problem.faces, dtype=int)
         self._trail: list[int] = []  # yield conditions in the order of their assignment
         self._levels: list[int] = []  # length of the trail at each decision
@@ -102,14 +103,14 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         if self._stopped is not None:
             raise self._stopped
         if satisfiable is not False:
-            raise Undecided("the linear programs could not refute a combination of moving joints")
+            raise Undecided("the linear programs could not exclude a combination of yielding joints")
 
     @cached_property
     def _refiner(self) -> Refiner:
         return refiner_of(self._task)
 
     def lower_to(self, load_factor: float) -> None:
-        """Restrict the search to load factors below ``load_factor``.
+        """Lower the range of the search to load factors below ``load_factor``.
 
         All conflicts remain valid, because they hold for every lower load factor. Raise Undecided if the load
         factor is zero, because no lower load factor remains.
@@ -161,16 +162,19 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._clause = None
 
     def propagate(self) -> list[int]:
-        """Try to refute the partial assignment. Return an empty list, because no value is assigned."""
+        """Check if the partial assignment can be refuted, and learn a conflict if so.
+
+        The returned list is empty, because this propagator assigns no values.
+        """
         self._guarded(self._examine)
         return []
 
     def provide_reason(self, lit: int) -> list[int]:
-        """Return an empty list, because this propagator never assigns a value."""
+        """Return an empty list of reasons, because this propagator never assigns a value."""
         return []
 
     def check_model(self, model: list[int]) -> bool:
-        """Try to refute a complete assignment. If this fails, return True, which ends the search."""
+        """Check if a complete assignment can be refuted; if not, return True, which ends the search."""
         values = np.sign(np.array(model[: self._problem.faces]))
         self._values[:] = values
         self._examined = False
@@ -187,7 +191,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return clause or []
 
     def decide(self) -> int:
-        """Choose the unassigned face with the largest product of slack z and rate p as a moving face.
+        """Decide that the unassigned yield condition with the largest product z p of slack and rate yields.
 
         Return its SAT variable. Zero leaves the decision to the SAT solver.
         """
@@ -212,7 +216,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
             self._stopped, self._clause = error, []
 
     def _examine(self) -> None:
-        """Try to refute the present assignment. If this fails, look for an exact state with a lower λ."""
+        """Check if the present assignment can be refuted; if not, look for an exact state with a lower λ."""
         self._examined = True
         while True:
             if time.perf_counter() >= self._ends or self.programs >= self._most_programs:
@@ -234,10 +238,11 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
                 return
 
     def _refuted(self, theory: Theory, conditions: np.ndarray) -> bool:
-        """Fix conditions in a program. If it becomes infeasible, learn a minimal conflict and return True.
+        """Set slacks or rates of a program to zero. If it becomes infeasible, learn a minimal conflict.
 
-        Return True without a conflict if HiGHS or the matrices do not confirm the refutation. The assignment
-        then remains, and a conflict may be confirmed after more values are assigned.
+        Return True in this case. Return True without a conflict if HiGHS or the matrices do not confirm the
+        refutation. The assignment then remains, and a conflict may be confirmed after more values are
+        assigned.
         """
         try:
             found = theory.refutes(conditions)
@@ -259,7 +264,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return True
 
     def _learn(self, theory: Theory, refutations: list[Refutation]) -> None:
-        """Store the conflict that the last of the confirmed refutations proves, and its clause.
+        """Store the conflict that the most recent confirmed refutation proves, and the conflict's clause.
 
         A refutation is confirmed if a check with the matrices shows that it proves a conflict. Nothing is
         stored if no refutation is confirmed.
@@ -272,7 +277,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
                 return
 
     def _descended(self) -> bool:
-        """Look for an exact state with a lower load factor; if it exists, store it and return True.
+        """Descend to an exact state with a lower load factor; if it exists, store it and return True.
 
         The state must be near the last mechanism. Raise Undecided if the net load of all blocks that move in
         the state is zero. The state is then no answer, and it prevents a proof.
@@ -294,8 +299,8 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         """Return the exact state with the lowest λ near the present forces and a mechanism, or None.
 
         Three sets of forces are tested: the present forces of the program, the forces with the least λ at
-        which the moving faces of the mechanism are at yield, and the forces that the search for exact states
-        finds near these. The result is None if no state has a lower λ than all known states.
+        which all conditions with a nonzero rate in the mechanism are at yield, and the forces that the search
+        for exact states finds near these. The result is None if no state has a lower λ than all known states.
         """
         points = [self._statics.point()]
         least = self._statics.least(rates > self._settings.zero)
@@ -333,10 +338,11 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
 
 
 def _refutes(theory: Theory, conditions: np.ndarray) -> Refutation | None:
-    """Return multipliers that prove a linear program with fixed conditions infeasible, or None.
+    """Return multipliers that prove a linear program infeasible if chosen slacks or rates are zero, or None.
 
-    The given conditions, shape (faces,), are at yield in the program of forces, and at rest in the program of
-    mechanisms. None is returned if the program is feasible or if HiGHS does not decide.
+    The mask of the chosen conditions has shape (faces,). Their slacks are zero in the program of forces, and
+    their rates are zero in the program of mechanisms. None is returned if the program is feasible or if HiGHS
+    does not decide.
     """
     try:
         return theory.refutes(conditions)

@@ -12,39 +12,42 @@ from masonry_opt.solution.thresholds import ZERO
 class ProofSettings(Settings):
     """Settings of the proof by conflict learning. Proofs are valid for all values of the settings."""
 
-    #: Gap between the lowest known load factor and the proven bound, relative to the load factor. With a
-    #: smaller gap, rounding errors make more conflicts of a proof invalid.
+    #: Gap between the lowest known load factor and the load factor up to which a proof excludes states,
+    #: relative to the lowest known load factor. With a smaller gap, rounding errors make more conflicts of a
+    #: proof invalid.
     gap: float = 5e-7
 
-    #: Slack below which a yield condition counts as at yield, and rate below which it counts as at rest. With
-    #: a larger value the search solves fewer linear programs, but must refute more combinations of moving
-    #: conditions later.
+    #: Slack below which a yield condition counts as at yield, and rate below which its rate counts as zero.
+    #: With a larger value the search solves fewer linear programs, but must later refute more combinations of
+    #: conditions with nonzero rates.
     zero: float = 1e-9
 
-    #: The search looks for a collapse state near its last forces and mechanism if the largest product z_i
-    #: p_i, in units of the load, is at most this value. With a larger value more of these attempts fail.
-    #: After all conditions are assigned, the search always makes an attempt.
+    #: Largest product z_i p_i of the slack and the rate of a yield condition, in units of the load, at which
+    #: the search looks for a collapse state near its last forces and mechanism. With a larger value more of
+    #: these attempts fail. After all conditions are assigned, the search always makes an attempt.
     energy: float = 1e-7
 
-    #: Multipliers below this fraction of the largest multiplier count as rounding errors. With a larger
-    #: fraction the conflicts of a proof consist of fewer conditions, but more conflicts are invalid.
+    #: Multipliers of the search for a proof that are below this fraction of the largest multiplier count as
+    #: rounding errors. With a larger fraction the conflicts of a proof consist of fewer conditions, but more
+    #: conflicts are invalid.
     rounding: float = 1e-9
 
-    #: Safety margin, relative to the loads, by which a lower bound of friction energy is smaller than the
-    #: optimum of its linear program. With a smaller margin rounding errors make more bounds invalid.
+    #: Safety margin, relative to the loads, by which a proof reduces a lower bound of friction energy below
+    #: the optimum of its linear program. With a smaller margin rounding errors make more bounds invalid.
     margin: float = 1e-6
 
     #: Number of linear programs after which a search ends without a proof. A program takes about 0.3 ms on
     #: scenes of 30 joints. Unlike a time limit, this number makes results independent of the machine.
     most_programs: int = 10_000_000
 
-    #: Time limit of a linear program in seconds, because HiGHS may never end without a limit. With a shorter
-    #: limit more programs are stopped, and more combinations of moving conditions remain undecided.
+    #: Time limit in seconds of a single linear program in the search for a proof, because HiGHS may never end
+    #: without a limit. With a shorter limit more programs are stopped, and more combinations of yield
+    #: conditions remain undecided.
     longest_program: float = 5.0
 
-    #: In every n-th decision of the SAT solver, the search chooses which yield condition moves: the condition
-    #: with the largest energy z_i p_i. The SAT solver makes all other decisions. With n = 1, 2 and 3, times
-    #: differed by less than 20 % on six scenes of 14 to 20 joints.
+    #: In every n-th decision of the SAT solver, the search chooses which yield condition is assumed to yield:
+    #: the condition with the largest energy z_i p_i. The SAT solver makes all other decisions. With n = 1, 2
+    #: and 3, times differed by less than 20 % on six scenes of 14 to 20 joints.
     decide_every: int = 2
 
 
@@ -70,16 +73,17 @@ class ProofBudget(Settings):
     #: is short. With a larger number more searches end without a proof.
     few_redundant_forces: int = zero_or_more(3)
 
-    #: Number of linear programs of the full budget, which take about 1 s in total. With a larger budget more
-    #: searches end with a proof, and all other searches take longer.
+    #: Largest number of linear programs that a search for a proof with the full budget may solve (the default
+    #: takes about 1 s). With a larger number more searches end with a proof, and searches without a proof
+    #: take longer.
     programs: int = zero_or_more(4500)
 
     #: No proof is tried on scenes with more than this number of joints, because it would hardly ever succeed.
     most_joints: int = zero_or_more(60)
 
-    #: Budget of linear programs for scenes without the full budget, relative to the number of programs that
-    #: the method has already solved. With a larger value more searches end with a proof, and the method is
-    #: slower.
+    #: Largest number of linear programs in the search for a proof on scenes without the full budget, relative
+    #: to the number of programs that the method has already solved. With a larger value more searches end
+    #: with a proof, and the method is slower.
     share: float = zero_or_more(0.6)
 
     #: Without option ``search``, no proof is tried on scenes that have more joints than this number and do
@@ -87,13 +91,14 @@ class ProofBudget(Settings):
     #: 16 to 25 joints, and on hardly any larger scene.
     most_joints_with_share: int = zero_or_more(25)
 
-    #: Time limit of the proof in seconds. Searches reach it only if linear programs are very slow.
+    #: Time limit of the search for a proof in seconds. The search reaches it only if linear programs are very
+    #: slow, and then ends without a proof.
     seconds: float = 30.0
 
-    #: Upper end of the range of load factors to search, relative to the last load factor of the load history.
-    #: The value is used if neither an exact state nor the associative load factor is known. With a smaller
-    #: value the search may miss states. With a very large value, rounding errors leave more searches
-    #: undecided.
+    #: Upper end of the range of load factors that the search for a proof covers, relative to the last load
+    #: factor of the load history. The value is used if neither an exact state nor the associative load factor
+    #: is known. With a smaller value the search may miss states. With a very large value, rounding errors
+    #: leave more searches undecided.
     load_range: float = 10.0
 
     #: Number of linear programs in the first period of search, and also in the first period of proof. With

@@ -26,17 +26,18 @@ from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.stopped import without_answer
 from masonry_opt.solvers.registry import MATRICES, find_solver
 
-#: Number of joints above which the lower and the upper end of the bracket seldom become equal. On scenes with
-#: more joints, the method first searches for states with a lower λ. Such a state lowers the upper end of the
-#: bracket, and with it the limits of the forces.
+#: Number of joints above which the lower and the upper bound of the least load factor seldom become equal. On
+#: scenes with more joints, method "global" first searches for states with a lower λ. A lower state lowers the
+#: upper bound, and with it the limits of the forces.
 _MANY_JOINTS = 60
 
-#: Fraction of the time limit that the search for states with a lower λ may use on scenes with many joints.
+#: Fraction of the time limit of method "global" that the search for states with a lower λ may use on scenes
+#: with many joints.
 _SEARCHING = 0.05
 
 
 class GlobalOptions(Options):
-    """Options of the bracket.
+    """Options of method "global", which encloses the least load factor between two bounds.
 
     Attributes
     ----------

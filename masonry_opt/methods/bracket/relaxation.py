@@ -25,15 +25,15 @@ from masonry_opt.solution.acceptance import BEYOND_LIMITS, CLOSED, SMALLEST
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 
-#: If statics set no limit to the forces, this multiple of the sum of all loads is assumed as their limit. A
-#: smaller value may exclude states with large forces.
+#: Limit of the joint forces that method "global" assumes if statics set no limit, relative to the sum of all
+#: loads. A smaller value may exclude states with large forces.
 _TIMES_LOADS = 10.0
 
 #: Largest rate or velocity of the mechanisms that an infeasibility proof must exclude. Faster mechanisms are
 #: not considered.
 _LARGEST_MOTION = 1e9
 
-#: Tolerance of the interior-point methods.
+#: Tolerance of the interior-point methods that solve the programs of method "global".
 _TOLERANCE = 1e-7
 
 #: Number of rows up to which the older interior-point method of HiGHS is tried before the newer method, HiPO.
@@ -51,14 +51,15 @@ _COARSE = 0.05
 #: The proof of the lower bound does not use this number.
 _FASTEST = 20.0
 
-#: Rate or velocity below which a face or a block counts as at rest.
+#: Rate or velocity below which a motion counts as zero when joint forces are computed from the products of
+#: forces and motions, in units of the live load's mean velocity.
 _NEGLIGIBLE_MOTION = 1e-3
 
-#: Largest number of solver iterations for one program. This number also ends programs that have no time
-#: limit.
+#: Largest number of iterations of a solver for one program of method "global". The solver then stops, and the
+#: bound follows from its last multipliers. The limit also ends programs that have no time limit.
 _MOST_PROGRAM_ITERATIONS = 500
 
-#: Smallest time limit of one program, in seconds.
+#: Smallest time limit of one program of method "global", in seconds.
 LEAST_TIME = 1.0
 
 #: Largest distances, in blocks, between the two factors of a product: one pair of distances for each program.
@@ -75,16 +76,16 @@ _LOAD_FACTOR_MARGIN = 1e-4
 #: products and takes three to ten times as long.
 _WORTH_REPEATING = 0.5
 
-#: Largest number of products in a program. Programs with more products are skipped, because they would need
-#: too much memory.
+#: Largest number of products of a force and a motion in one program of method "global". Programs with more
+#: products are skipped, because they would need too much memory.
 _MOST_PRODUCTS = 400_000
 
-#: If kinematics set no limit to the sum of all rates, the assumed limit is at least this value, in units of
+#: Smallest limit of the sum of all rates that method "global" assumes if kinematics set no limit, in units of
 #: the mean velocity of the live load.
 _LEAST_RATES = 100.0
 
-#: If kinematics set no limit to the sum of all rates, the assumed limit is the sum in the lowest known state,
-#: multiplied by this value. A smaller value may exclude states with large rates. On walls, the sum in the
+#: Limit of the sum of all rates that method "global" assumes if kinematics set no limit, relative to the sum
+#: in the lowest known state. A smaller value may exclude states with large rates. On walls, the sum in the
 #: lowest known state is 30 to 140.
 _OVER_KNOWN = 10.0
 
@@ -107,7 +108,7 @@ class StateBounds:
     rates_derived: bool
 
     def allow(self, problem: Problem, q: np.ndarray, d: np.ndarray) -> bool:
-        """Return True if forces q, shape (3c,), and velocities d, shape (3b,), are within assumed limits."""
+        """Return True if the assumed limits allow forces q, shape (3c,), and velocities d, shape (3b,)."""
         first, second, shear = np.abs(q.reshape(3, -1))
         forces, limits = np.stack([first + second, shear]), np.stack([self.normal, self.forces[2::3]])
         is_within = self.forces_derived or bool((forces <= limits + BEYOND_LIMITS * (1 + limits)).all())
@@ -224,7 +225,7 @@ def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
         if verdict is Verdict.INFEASIBLE:
             value, shortfall = session.contradiction()
             if value > _LARGEST_MOTION * shortfall.sum():
-                continue  # No such mechanism exists.
+                continue  # no mechanism has a nonzero rate at this yield condition
         if verdict is not Verdict.OPTIMAL:
             return inf
         least, shortfall = session.least()

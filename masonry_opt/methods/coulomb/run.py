@@ -190,8 +190,8 @@ class LowestState:
             self._keep(self._search.start(start.q))
         if self._lowest is not None:
             return
-        # Compute the certificate of the start again: a state that is exact with a friction polygon may not be
-        # exact with the friction cone.
+        # Compute the certificate of the start again: the start may be exact with a friction polygon, but not
+        # with the friction cone.
         start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)
         exact = start if start.exact and self._counts(start) else None
         self._by_programs = _exact_or_lower(self._by_programs, exact)
@@ -237,7 +237,7 @@ class LowestState:
             self._effort.lowers(self.answer.load_factor)
 
     def _counts(self, state: Answer | ExactState, below: float = inf) -> bool:
-        """Record the λ of a physically meaningful state. Return True if the state may be the answer.
+        """Record the λ of a physically meaningful state. Return True if it counts as a possible answer.
 
         If the forces at rest are prescribed, a state with a negative load factor is not an answer.
         """

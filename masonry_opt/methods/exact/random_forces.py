@@ -11,7 +11,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 
-#: Key in a result's ``solvers`` for the programs that find random forces.
+#: Key of ``result.solvers`` under which the solvers of the programs that find random forces are listed.
 _RANDOM_FORCES_PURPOSE = "random forces"
 
 

@@ -7,7 +7,7 @@ rule. The faces with p > 0 are the support S of the mechanism.
 
 The forces of (b) and the mechanism of (a) together satisfy every condition exactly. The dual variables of
 z = 0 on S show which faces keep λ from decreasing, and how strongly. Another mechanism of the faces at yield,
-which moves these faces as little as possible, may have a lower λ.
+in which the rates of these faces are as small as possible, may have a lower λ.
 """
 
 import time
@@ -34,7 +34,8 @@ from masonry_opt.solvers.registry import LpSize, Verdict
 if TYPE_CHECKING:
     from masonry_opt.methods.exact.alternation import Alternation
 
-#: Key in a result's ``solvers`` for the two linear programs that compute an exact state.
+#: Key of ``result.solvers`` under which the solver of the two linear programs that compute an exact state is
+#: listed.
 _REFINEMENT_PURPOSE = "refinement"
 
 #: Largest residual of a dual ray with which HiGHS may report the program of forces as infeasible. This is the
@@ -51,11 +52,12 @@ class ExactState:
     load_factor: float  #: load factor λ
     q: np.ndarray  #: joint forces, shape (3c,)
     d: np.ndarray  #: block velocities, shape (3b,)
-    rates: np.ndarray  #: rates p of the mechanism, shape (faces,)
-    #: Dual variable of the condition z = 0 of each moving face, shape (faces,). The larger the dual variable
-    #: is, the more λ would decrease without this condition.
+    rates: np.ndarray  #: rates p of the mechanism, one for each yield condition, shape (faces,)
+    #: Dual variable of the condition z = 0 of each yield condition with a nonzero rate, shape (faces,). The
+    #: larger the dual variable is, the more λ would decrease without this condition.
     strength: np.ndarray
-    #: Load factor λ ≤ 0 of a state that was reached from this state; infinite if no such state is known.
+    #: Load factor λ ≤ 0 of a state that the search for lower states reached from this state; infinite if no
+    #: state of this kind is known.
     below: float = inf
 
     @property
@@ -116,8 +118,8 @@ class StateFinder(ABC):
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self.problem, self.effort = problem, effort
         self.deadline = inf  #: value of ``time.perf_counter`` at which the search must end
-        #: Number of programs, since the last decrease of λ, that the solver neither solved nor proved
-        #: infeasible. If the number is not zero, a state with a lower λ may have been missed. None if the
+        #: Number of programs that the solver neither solved nor proved infeasible, counted since λ last
+        #: decreased. If the number is not zero, a state with a lower λ may have been missed. None if the
         #: finder does not count these programs.
         self.undecided: int | None = None
         self.size: LpSize | None = None  #: size of the linear program of forces; None if unknown
@@ -156,9 +158,9 @@ class Refiner(StateFinder):
         self.size = forces.size
         self._kinematics = HighsSession(motion, effort, _REFINEMENT_PURPOSE)
         self.undecided = 0
-        #: Results of earlier searches for states with a lower λ. A key identifies the state from which a
-        #: search began. Results are reused, because many starts lead to the same few states. A result is not
-        #: stored if the solver left programs undecided.
+        #: Results of earlier searches for states with a lower λ. The key of a result identifies the state
+        #: from which the search began. Results are reused, because many starts lead to the same few states. A
+        #: result is not stored if the solver left programs undecided.
         self._ends: dict[tuple[str, bytes], ExactState | None] = {}
 
     def mechanism(
@@ -166,8 +168,8 @@ class Refiner(StateFinder):
     ) -> tuple[np.ndarray, np.ndarray] | None:
         """Return the rates p and the velocities d of the mechanism with the least total cost·p.
 
-        The shapes are (faces,) and (3b,). This is program (a) of this module. The banned faces are at rest.
-        None is returned if there is no mechanism.
+        The shapes are (faces,) and (3b,). This is program (a) of this module. The rates of the ``banned``
+        faces are zero. None is returned if there is no mechanism.
         """
         self._kinematics.set_costs("p", cost)
         self._kinematics.set_most("p", np.where(banned, 0.0, np.full(len(cost), inf)))
@@ -176,10 +178,10 @@ class Refiner(StateFinder):
         return self._kinematics.values("p"), self._kinematics.values("d")
 
     def least(self, rates: np.ndarray, d: np.ndarray) -> ExactState | None:
-        """Return the state of least λ with a given mechanism, or None if no such state exists.
+        """Return the state of least λ with a given mechanism, or None if no state has this mechanism.
 
-        This is program (b) of this module: all moving faces are at yield. The mechanism has the rates
-        ``rates``, shape (faces,), and the velocities ``d``, shape (3b,).
+        This is program (b) of this module: all faces with a nonzero rate are at yield. The mechanism has the
+        rates ``rates``, shape (faces,), and the velocities ``d``, shape (3b,).
         """
         support = rates > self._settings.at_rest
         if not self._forces_at(self.problem.live_norm, np.zeros(self.problem.B.shape[1]), support):
@@ -214,7 +216,7 @@ class Refiner(StateFinder):
         return state
 
     def _lowest_from(self, first: ExactState) -> ExactState | None:
-        """Step from ``first`` to lower and lower λ. Return the last state if it is exact, otherwise None."""
+        """Step from a state to lower and lower λ. Return the last state if it is exact, otherwise None."""
         state, lower = first, self._lower(first)
         while lower is not None and not lower.load_factor <= ZERO < state.load_factor:
             state, lower = lower, self._lower(lower)
@@ -225,10 +227,10 @@ class Refiner(StateFinder):
         return state
 
     def first(self, q: np.ndarray) -> ExactState | None:
-        """Return the state that the two linear programs find from forces ``q``, or None if they find none.
+        """Return the first state that the two linear programs find from given forces, or None.
 
-        The shape of ``q`` is (3c,). If no forces bring all moving faces to yield, the next attempt starts
-        from the forces that are nearest to yield, which have the least z·p.
+        The forces ``q`` have shape (3c,). If no forces bring all faces with a nonzero rate to yield, the next
+        attempt starts from the forces that are nearest to yield, which have the least z·p.
         """
         for _ in range(1 + self._settings.repairs):
             mechanism = self.mechanism(np.maximum(self.problem.slacks(q), 0.0) / self.problem.steep)
@@ -243,11 +245,12 @@ class Refiner(StateFinder):
         return None
 
     def _lower(self, state: ExactState) -> ExactState | None:
-        """Return a state with a lower λ than the given state, or None if no such state is found.
+        """Return a state with a lower λ than the given state, or None if none is found.
 
-        The new mechanism moves only faces at yield. It moves the faces that keep λ from decreasing as little
-        as possible, each weighted by its dual variable. If this does not lower λ, or if only blocks without a
-        load move, the mechanism with the least energy for the forces of the state is tried.
+        In the new mechanism, only faces at yield have nonzero rates. The faces that keep λ from decreasing
+        have rates that are as small as possible, each weighted by its dual variable. If this does not lower
+        λ, or if only blocks without a load move, the mechanism with the least energy for the forces of the
+        state is tried.
         """
         self.undecided = 0
         if state.strength.any():
@@ -260,7 +263,7 @@ class Refiner(StateFinder):
         return again if again and is_lower(again.load_factor, state.load_factor) else None
 
     def _weightless(self, state: ExactState) -> bool:
-        """Return True if λ is negative and no moving block carries a net load at this λ."""
+        """Return True if λ is negative and the moving blocks are weightless: without net load at this λ."""
         return weightless(self.problem, state.load_factor, state.d)
 
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:

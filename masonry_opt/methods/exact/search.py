@@ -31,7 +31,8 @@ class StateRecord:
     def __init__(self) -> None:
         self.load_factors: list[float] = []  #: distinct load factors of exact states, in order of discovery
         self.candidates = 0  #: number of starts, including those without an exact state
-        #: Lowest load factor of all physically meaningful states. The answer may have a higher load factor.
+        #: Lowest load factor of all physically meaningful states. The answer of the search may have a higher
+        #: load factor.
         self.lowest = inf
 
     def count(self, state: ExactState | Answer | None) -> None:
@@ -105,7 +106,7 @@ class Search:
         return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
-        """Count a start, and return the exact state that is found from the forces of the start, or None.
+        """Count a start of the search, and return the exact state that is found from its forces, or None.
 
         The joint forces ``q`` have shape (3c,). They are None if no forces were found for the start.
         """
@@ -115,7 +116,7 @@ class Search:
         return state
 
     def until_in_vain(self, lowest: ExactState | None, starts: int) -> Iterator[ExactState | None]:
-        """Generate states from further starts, until ``starts`` successive starts do not lower λ."""
+        """Generate states from further starts, until ``starts`` successive starts have not lowered λ."""
         in_vain = 0
         for _, state in self.endless(lowest, 0):
             yield state
@@ -145,7 +146,7 @@ class Search:
 
     @property
     def _starts_with_weaker_ties(self) -> dict[str, "_Start"]:
-        """Starts from random forces in which ties may use only a fraction of their strength.
+        """Start from random forces in which ties may use only a fraction of their strength.
 
         If a scene has ties or other limited forces, these starts come first, because states with a lower λ
         may exist in which a tie does not yield.
@@ -267,11 +268,17 @@ def lower_of(one: _L | None, other: _L | None) -> _L | None:
     return other if is_lower(other.load_factor, one.load_factor) else one
 
 
-_LOWEST = "lowest state"  #: Kind of start: the forces of the state with the lowest λ found so far.
-_RANDOM_FORCES = "random forces"  #: Kind of start: random forces in equilibrium.
-_STRESS = "self-stress"  #: Kind of start: forces of a load history with a random preload.
-_FIXED = "fixed point"  #: Kind of start: forces from a fixed-point iteration over costs of normal forces.
-_NEIGHBOUR = "neighbour"  #: Kind of start: forces close to the forces of the state with the lowest λ so far.
+#: Kind of start of the search for lower states: the forces of the state with the lowest λ found so far.
+_LOWEST = "lowest state"
+#: Kind of start of the search for lower states: random forces in equilibrium.
+_RANDOM_FORCES = "random forces"
+#: Kind of start of the search for lower states: the final forces of a load history with a random preload.
+_STRESS = "self-stress"
+#: Kind of start of the search for lower states: forces from a fixed-point iteration over costs of normal
+#: forces.
+_FIXED = "fixed point"
+#: Kind of start of the search for lower states: forces close to those of the lowest state so far.
+_NEIGHBOUR = "neighbour"
 
 #: Type of a function that returns the forces of a start. Its arguments are the search, the state with the
 #: lowest λ so far, and a random number generator.

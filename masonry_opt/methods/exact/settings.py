@@ -13,8 +13,9 @@ class SearchSettings(Settings):
     lowest load factor that is known.
     """
 
-    #: Range of load factors for random forces, relative to the lowest known load factor. With smaller values
-    #: the starts lead to a larger number of different states, but more starts lead to no state.
+    #: Range of load factors at which random forces are drawn as starts of the search, relative to the lowest
+    #: known load factor. With smaller values the starts lead to a larger number of different states, but more
+    #: starts lead to no state.
     load_shares: tuple[float, float] = (0.5, 1.0)
 
     #: Range of the fraction of yield conditions that are chosen at random to draw random forces: the forces
@@ -22,13 +23,13 @@ class SearchSettings(Settings):
     #: to each other.
     yielding_shares: tuple[float, float] = (0.02, 0.3)
 
-    #: Number of successive starts that do not lower λ after which the default method ends its search on small
+    #: Number of successive starts without a lower λ after which the default method ends its search on small
     #: scenes in the plane. With more starts the search takes proportionally longer, and rarer states are
     #: found.
     starts_in_vain: int = 100
 
-    #: Number of successive starts that do not lower λ after which the search ends if λ is proven to be the
-    #: least. These starts look only for negative load factors, which the proof does not cover. With more
+    #: Number of successive starts without a lower λ after which the search ends if λ is already proven to be
+    #: the least. These starts look only for negative load factors, which the proof does not cover. With more
     #: starts the search takes proportionally longer.
     starts_after_proof: int = 20
 
@@ -59,7 +60,8 @@ class SearchSettings(Settings):
     #: fraction for each start. With more fractions, states in which ties do not yield are found more often.
     strength_shares: tuple[float, ...] = (0.75, 0.5, 0.25)
 
-    #: Largest number of linear programs in a fixed-point iteration. More programs seldom change the state.
+    #: Largest number of linear programs in a fixed-point iteration, which is one kind of start of the search.
+    #: More programs seldom change the state.
     fixed_point_iterations: int = 15
 
     #: Largest number of joints of a "small" plane scene. In the plane, the default method tries further
@@ -67,45 +69,50 @@ class SearchSettings(Settings):
     #: steps together. Further starts in the plane also need the simplex method, see ``simplex_up_to``.
     small: int = 60
 
-    #: Rate above which a yield condition counts as moving. With a smaller value rounding errors count as
-    #: motion. With a larger value slow parts of a mechanism are ignored.
+    #: Rate of a yield condition in a mechanism up to which the rate counts as zero. With a smaller value
+    #: rounding errors count as motion. With a larger value slow parts of a mechanism are ignored.
     at_rest: float = 1e-9
 
-    #: Slack below which a yield condition counts as at yield. With a smaller value rounding errors may hide
-    #: conditions at yield. With a larger value conditions that are not at yield may move.
+    #: Slack below which a yield condition counts as at yield in the search for exact states. With a smaller
+    #: value rounding errors may hide conditions at yield. With a larger value conditions that are not at
+    #: yield may have nonzero rates.
     at_yield: float = 1e-7
 
     #: Largest number of times that the forces of a start are replaced by forces nearer to a collapse state,
-    #: if no state is found. More replacements seldom lower λ.
+    #: as long as the search finds no exact state from them. More replacements seldom lower λ.
     repairs: int = zero_or_more(2)
 
-    #: Time limit of a linear program in seconds per joint, because HiGHS may never end without a limit.
+    #: Time limit of a linear program of the search, in seconds per joint of the scene, because HiGHS may
+    #: never end without a limit. A program that reaches the limit counts as undecided.
     seconds_per_joint: float = 0.2
 
-    #: Weight of the energy z·p relative to λ if a mechanism is known only roughly. With a smaller weight more
-    #: energy remains: 50 % more on façades if the weight is 10. With a larger weight λ is higher: by up to
-    #: 0.2 % if the weight is 100.
+    #: Weight of the energy z·p relative to λ in the program of forces, if the mechanism is known only
+    #: roughly. With a smaller weight more energy remains: 50 % more on façades if the weight is 10. With a
+    #: larger weight λ is higher: by up to 0.2 % if the weight is 100.
     weight: float = 30.0
 
-    #: Successive weights of the energy z·p relative to λ, for the alternation between mechanisms and forces
-    #: in the plane. With smaller weights λ is lower. With larger weights less energy remains.
+    #: Successive weights of the energy z·p relative to λ, with which the alternation between mechanisms and
+    #: forces minimises λ in the plane. With smaller weights λ is lower. With larger weights less energy
+    #: remains.
     weights_in_plane: tuple[float, ...] = (1e3, 1e4)
 
-    #: Series of weights for the alternation in space. If a series finds no state, the next series is tried.
-    #: Further starts use only the first series. Slowly increasing weights lead to a lower λ. Weights that are
-    #: large from the beginning keep the forces near the start, which helps on many rings of wedges.
+    #: Series of weights of the energy z·p relative to λ, for the alternation between mechanisms and forces in
+    #: space. If a series finds no state, the next series is tried. Further starts use only the first series.
+    #: Slowly increasing weights lead to a lower λ. Weights that are large from the beginning keep the forces
+    #: near the start, which helps on many rings of wedges.
     weight_series_in_space: tuple[tuple[float, ...], ...] = (
         (3.0, 10.0, 30.0, 1e2, 3e2, 1e3, 1e4),
         (*5 * [1e4], *2 * [1e5, 1e6]),
     )
 
-    #: Tolerances of the interior-point solver for scenes in space. If the solver does not reach a tolerance,
-    #: the next tolerance is tried. For scenes in the plane only the first tolerance is used: on façades, a
-    #: tolerance of 1e-10 already permits violations of yield conditions by 3e-8.
+    #: Tolerances of the interior-point solver in the search for exact states. In space, the next tolerance is
+    #: tried if the solver does not reach a tolerance. In the plane only the first tolerance is used: on
+    #: façades, a tolerance of 1e-10 already permits violations of yield conditions by 3e-8.
     tolerances: tuple[float, ...] = (1e-11, 1e-10, 1e-9)
 
-    #: Largest energy z·p, relative to λ, of a state that the alternation may return. With a larger limit
-    #: states are less exact. With a smaller limit more starts lead to no state.
+    #: Largest energy z·p, relative to λ, of a state that the alternation between mechanisms and forces may
+    #: return. Other states are discarded. With a larger limit states are less exact. With a smaller limit
+    #: more starts lead to no state.
     largest_energy: float = 1e-5
 
 

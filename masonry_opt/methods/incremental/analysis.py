@@ -69,8 +69,8 @@ class IncrementalResult:
     #: Unbalanced forces under the load factor ``carried``, divided by the norm of the live load, shape (3b,).
     #: The forces are small enough to count as equilibrium. None if the scene is unstable.
     unbalanced: np.ndarray | None = None
-    #: Largest excess of ``carried`` over the load factor of an exact state that unbalanced forces are assumed
-    #: to explain. The excess is less than the accuracy of the load history.
+    #: Largest excess of ``carried`` over the load factor of an exact state at which the excess still counts
+    #: as an effect of unbalanced forces. It is less than the accuracy of the load history.
     most_excess: float = 0.0
 
     @property
@@ -199,7 +199,7 @@ class _LoadRaising:
         self.progress = progress
         self.reached, self.carried = preload, 0.0
         self.not_carried = self.unreached = inf
-        # Load factors of motions, since the last equilibrium, that ended undecided.
+        # Load factors under which a damped motion ended undecided since the last equilibrium.
         self.slow: list[float] = []
         self.collapse: Collapse | None = None
         self.state: Answer | None = None
@@ -213,7 +213,7 @@ class _LoadRaising:
 
     @cached_property
     def rate(self) -> np.ndarray:
-        """Derivative of the block displacements with respect to the load factor, shape (3b,)."""
+        """Rate of the block displacements with respect to the load factor, shape (3b,)."""
         return self.solver.solve_linear(self.reached.response.tangent, 0.0, self.problem.live)
 
     def run(self) -> IncrementalResult:
@@ -237,7 +237,7 @@ class _LoadRaising:
         return self._result(End.UNDECIDED)
 
     def _raise_to(self, load_factor: float) -> None:
-        """Apply a larger load factor, and record whether equilibrium or collapse follows."""
+        """Apply a larger load factor, and record whether the blocks find equilibrium or collapse."""
         if load_factor < self.unreached and self._reach(load_factor):
             return
         found = self.solver.move(self.reached.state, self._load(load_factor))
@@ -257,7 +257,7 @@ class _LoadRaising:
         self.state_in_motion = state if is_lower else None
 
     def _pass_slow_motion(self) -> bool:
-        """Try larger loads after a slow motion. Return False if the resulting motions are slow too."""
+        """Try larger loads after an undecided slow motion. Return False if they are undecided too."""
         slow, increment = self.slow[0], self.settings.smallest_increment
         while self.slow and self.not_carried == inf and increment < 1:
             self._raise_to(slow * (1 + increment))
@@ -275,7 +275,7 @@ class _LoadRaising:
         return True
 
     def _go_on_from(self, found: Equilibrium, load_factor: float) -> None:
-        """Record an equilibrium under a larger load. The search continues from this equilibrium."""
+        """Record an equilibrium under a larger load, from which the load history continues."""
         last = self.carried
         self.reached, self.carried, self.last_increment = found, load_factor, load_factor - last
         self.__dict__.pop("rate", None)
@@ -300,7 +300,7 @@ class _LoadRaising:
 
     @property
     def _most_excess(self) -> float:
-        """Largest excess of ``carried`` over an exact state's λ that unbalanced forces may explain.
+        """Largest excess of ``carried`` over an exact state's λ that can be due to unbalanced forces.
 
         It is half the distance between an exact state and the load that is tested above it, so that this load
         is larger than ``carried``.
@@ -308,7 +308,7 @@ class _LoadRaising:
         return self.settings.tolerance / 4 * self._size_of(self.carried)
 
     def _size_of(self, load_factor: float) -> float:
-        """Return the size of a load factor, or a positive minimum, as reference for relative differences."""
+        """Return the magnitude of a load factor, at least a positive minimum, for relative differences."""
         return max(load_factor, self.settings.smallest_increment * self.unit)
 
     def _choose_increment(self) -> float:
@@ -325,7 +325,7 @@ class _LoadRaising:
         least = settings.smallest_increment * load_factor
         motion = solver.size_of_motion(self.rate)
         if motion == 0:
-            # No elastic deformation can balance the live load, so the smallest increment already leads to
+            # No elastic deformation can balance the live load. The smallest increment already leads to
             # collapse.
             return least
         by_forces = settings.increment * forces / motion
@@ -360,7 +360,7 @@ class _LoadRaising:
         return larger - load_factor <= self.settings.tolerance * self._size_of(larger)
 
     def _beside(self, state: Answer) -> tuple[float, float]:
-        """Return two load factors beside that of an exact state: slightly below and slightly above it."""
+        """Return two load factors close to that of an exact state: slightly below and slightly above it."""
         apart = self.settings.tolerance / 2 * self._size_of(state.load_factor)
         return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
 

@@ -66,7 +66,7 @@ def mean_force_and_compliance(
 
 @dataclass(frozen=True)
 class Response:
-    """Contact forces for given trial forces, with one column per joint and per limited force (tie, prop)."""
+    """Response of all contacts to trial forces: forces with one column per joint and per limited force."""
 
     #: Forces n₁, n₂ and s (in space n, s and t) of each joint, shape (3, m). Limited forces are in the last
     #: row.
@@ -80,7 +80,7 @@ class Response:
 
 
 class ContactLaw:
-    """Return mapping of all joints and limited forces (ties, props) of a problem, eqs (1) to (4)."""
+    """Contact law of all joints and limited forces of a problem: the return mapping, eqs (1) to (4)."""
 
     def __init__(
         self,
@@ -211,9 +211,10 @@ class ContactLaw:
         tangent[shear, shear] += np.where(slides, ratio * across, np.eye(2)[:, :, None])
 
     def _press(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the normal forces by eq. (1) without slip, shape (points, c), and their derivative.
+        """Return the normal forces of the contact points without slip, by eq. (1), and their derivative.
 
-        The derivative with respect to the trial forces has shape (points, points, c).
+        The forces have shape (points, c). The derivative with respect to the trial forces has shape (points,
+        points, c).
         """
         closed = trial >= -self._touching
         forces, rates = np.maximum(trial, 0.0), np.zeros((self.points, *trial.shape))

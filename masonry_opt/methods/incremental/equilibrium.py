@@ -65,9 +65,9 @@ class Collapse:
 
 @dataclass(frozen=True)
 class SlowMotion:
-    """Damped motion that has led to neither rest nor collapse after ``motion_solves`` linear solves."""
+    """Damped motion that reached neither rest nor collapse within ``motion_solves`` linear solves."""
 
-    state: BlockState  #: state at the end of the motion
+    state: BlockState  #: state of the blocks at the end of the motion
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,8 @@ class _Step:
     response: Response
     displacement: np.ndarray  #: d, shape (3b,)
     unbalanced: np.ndarray  #: r, shape (3b,)
-    residual: np.ndarray  #: residual of eq. (2), or of eq. (1) if there is no damping, shape (3b,)
+    #: Unbalanced forces: residual of eq. (2), or of eq. (1) if there is no damping, shape (3b,).
+    residual: np.ndarray
 
 
 class EquilibriumSolver:
@@ -116,7 +117,7 @@ class EquilibriumSolver:
         self._last: tuple[np.ndarray, float, Factors] | None = None
 
     def at_rest(self, forces: np.ndarray | None = None) -> BlockState:
-        """Return a state without displacement. The forces, shape (3c + t,), are zero by default."""
+        """Return a state of blocks without displacement. The forces, shape (3c + t,), are zero by default."""
         if forces is None:
             forces = np.zeros(self.problem.B.shape[1])
         return BlockState(by_joint(forces, self.law.joints), np.zeros(self.matrix.size))
@@ -184,7 +185,7 @@ class EquilibriumSolver:
         return self.size(self.trial_change(displacement))
 
     def size(self, forces: np.ndarray) -> float:
-        """Return the root mean square of forces, relative to the mean contact force."""
+        """Return the size of forces: their root mean square, relative to the mean contact force."""
         flat = forces.ravel()
         return sqrt(float(flat @ flat) / flat.size) / self.mean_force
 
@@ -221,7 +222,7 @@ class EquilibriumSolver:
         return self.factors(tangent, damping).solve(right)
 
     def far(self, load: np.ndarray) -> float:
-        """Return the displacement beyond which the blocks count as collapsed under a load.
+        """Return the displacement beyond which the blocks are so far away that they count as collapsed.
 
         The load has shape (3b,).
         """
@@ -250,9 +251,10 @@ class EquilibriumSolver:
         return self.size_of_motion(displacement) <= self.settings.rounding * float(np.abs(displacement).max())
 
     def _find_endless_motion(self, step: _Step, load: np.ndarray) -> np.ndarray | None:
-        """Return a displacement of size ``far`` along a mechanism, or None if the blocks may still stop.
+        """Return a displacement along a mechanism that does not end, or None if the blocks may still stop.
 
-        Without damping, the unbalanced forces cause such a large displacement only along a mechanism.
+        The displacement has the size ``far``. Without damping, the unbalanced forces cause such a large
+        displacement only along a mechanism.
         """
         far = self.far(load)
         motion = self.solve_linear(step.response.tangent, 0.0, step.unbalanced)

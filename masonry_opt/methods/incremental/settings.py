@@ -36,12 +36,12 @@ class IncrementalSettings(Settings):
     #: use the default value.
     most_joints: int = 3000
 
-    #: Smallest increment, relative to the load factor. The search also ends if a range of this width contains
-    #: an exact state. With a smaller value there are more increments near collapse. With a larger value the
-    #: load history is less accurate near collapse.
+    #: Smallest load increment, relative to the load factor. The load history also ends if a range of this
+    #: width contains an exact state. With a smaller value there are more increments near collapse. With a
+    #: larger value the load history is less accurate near collapse.
     smallest_increment: float = 1e-2
-    #: Largest number of increments. With a smaller number, analyses of unlimited loads end earlier, but
-    #: analyses that need many increments may end undecided.
+    #: Largest number of load increments in a load history. With a smaller number, analyses of unlimited loads
+    #: end earlier, but analyses that need many increments end undecided.
     increments: int = 2000
     #: The load counts as unlimited if it can grow by this factor without a change at any contact. If contacts
     #: change, the load is raised at most to this multiple of the mean contact force. With a smaller factor, a
@@ -52,12 +52,13 @@ class IncrementalSettings(Settings):
     #: is larger. With a smaller value Newton's method takes more iterations. With a larger value errors
     #: accumulate over the load history.
     equilibrium: float = 1e-9
-    #: Largest number of Newton iterations. With fewer iterations Newton's method fails more often, and the
-    #: slower damped motion replaces it. With more iterations unsuccessful solves take longer.
+    #: Largest number of Newton iterations for one equilibrium. If more would be needed, Newton's method
+    #: fails, and the slower damped motion replaces it. With more iterations unsuccessful solves take longer.
     newton_iterations: int = 20
-    #: Largest number of halvings of a Newton step that does not reduce the residual, and of a time step that
-    #: is too long. With fewer halvings Newton's method fails more often, and the slower damped motion
-    #: replaces it. With more halvings unsuccessful solves take longer.
+    #: Largest number of times that a Newton step is halved if it does not reduce the residual, and that a
+    #: time step of a damped motion is halved if it is too long. If more halvings would be needed, the step
+    #: fails. With fewer halvings Newton's method fails more often, and the slower damped motion replaces it.
+    #: With more halvings unsuccessful solves take longer.
     halvings: int = zero_or_more(4)
 
     #: Factor by which the damping decreases after a complete time step and increases after a shortened time

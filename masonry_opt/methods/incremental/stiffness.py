@@ -19,7 +19,7 @@ from masonry_opt.problem.problem import Problem
 
 
 class Factors(Protocol):
-    """Factors of a stiffness matrix."""
+    """Factors of a stiffness matrix, with which systems of equations with this matrix are solved."""
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """Solve the system for right-hand sides of shape (3b,) or (3b, count)."""
@@ -40,8 +40,8 @@ class StiffnessMatrix:
         self.B = sp.csr_array((B.data, (B.row, column)), shape=(B.shape[0], 3 * m))
         self.Bt = self.B.T.tocsr()
         self.size = B.shape[0]
-        # Two entries of B that belong to one joint contribute their product to one entry of S. Find all such
-        # pairs.
+        # In S = B J k Bᵀ, two entries of B that belong to one joint contribute their product to one entry of
+        # S. Find all pairs of such entries.
         kind, joint = np.divmod(column, m)
         of_joints = sp.csr_array((np.ones(B.nnz), (np.arange(B.nnz), joint)), shape=(B.nnz, m))
         first, second = (of_joints @ of_joints.T).nonzero()
@@ -64,7 +64,7 @@ class StiffnessMatrix:
         self._order: Band | SparseOrder = band if is_narrow else SparseOrder(rows, columns, self.size)
 
     def suits(self, problem: Problem, law: ContactLaw) -> bool:
-        """Return True if a problem has the joints and elastic stiffness for which this matrix was built."""
+        """Return True if this matrix fits a problem: it was built for equal joints and elastic stiffness."""
         return self._source is problem.B and np.array_equal(self._stiffness, law.stiffness)
 
     def factorise(self, tangent: np.ndarray, damping: float) -> Factors:

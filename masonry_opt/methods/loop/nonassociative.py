@@ -19,7 +19,7 @@ from masonry_opt.stability.diagnosis import no_optimum
 
 
 class Shortfall(StrEnum):
-    """Reasons to reject a converged run and to try a remedy."""
+    """Shortfall of a converged run of the loop: a reason to reject its answer and to try a remedy."""
 
     INEXACT = "converged to no exact state"
     ROUGH = "converged to the associative answer, but only within a large tolerance"
@@ -29,8 +29,8 @@ class Shortfall(StrEnum):
 #: that is rejected (a shortfall).
 Failure = Status | Shortfall
 
-#: Function that returns the next attempt, given the last attempt. The function returns None if the next
-#: attempt would equal the last attempt.
+#: Function that returns the next attempt to run the loop, given the last attempt. The function returns None
+#: if the next attempt would equal the last attempt.
 Remedy = Callable[[Attempt], Attempt | None]
 
 #: Remedies that are still to be tried, for each kind of failure.
@@ -38,7 +38,7 @@ _RemainingRemedies = dict[Failure | None, Iterator[Remedy]]
 
 
 def _accurately(last: Attempt) -> Attempt | None:
-    """Return an attempt with accurate sub-problems, or None if the failed run had accurate sub-problems."""
+    """Return an attempt of the loop with accurate sub-problems, or None if the failed run had them."""
     if last.parameters.tolerance is None:
         return None
     parameters = last.parameters.model_copy(update={"tolerance": None})
@@ -46,7 +46,7 @@ def _accurately(last: Attempt) -> Attempt | None:
 
 
 def less_slope(last: Attempt) -> Attempt | None:
-    """Return an attempt with a third of the slope α, or None if α has reached its minimum.
+    """Return an attempt of the loop with a third of the slope α, or None if α has reached its minimum.
 
     A contracting limit |s| ≤ c − αμn also limits n to c / (αμ). A smaller slope raises this limit.
     """
@@ -56,12 +56,12 @@ def less_slope(last: Attempt) -> Attempt | None:
 
 
 def _more_damping(last: Attempt) -> Attempt | None:
-    """Return an attempt with half of the weight β of the latest normal forces."""
+    """Return an attempt of the loop with half of the weight β of the latest normal forces."""
     return _with(last, "beta", last.parameters.beta / 2)
 
 
 def _cohesive_start(last: Attempt) -> Attempt | None:
-    """Return an attempt with the paper's cohesive start (section 6.3), or None if the last attempt had it.
+    """Return an attempt of the loop with the cohesive start (section 6.3), or None if the last one had it.
 
     Dilatancy cannot lock the joints in the first sub-problem of this start.
     """
@@ -78,7 +78,7 @@ def _another_solver(last: Attempt) -> Attempt | None:
 
 
 def _with(last: Attempt, option: str, value: float | str) -> Attempt:
-    """Return an attempt with a new value of one option. ``remedy`` records the change."""
+    """Return an attempt of the loop with a new value of one option. ``remedy`` records the change."""
     text = value if isinstance(value, str) else f"{value:.2g}"
     parameters = last.parameters.model_copy(update={option: value})
     return replace(last, parameters=parameters, remedy=f"{option}={text}")
@@ -100,7 +100,7 @@ REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
 
 @dataclass(frozen=True)
 class _Ran:
-    """A finished run of the loop, with its parameters."""
+    """Run of the loop that has ended, with its parameters."""
 
     attempt: Attempt  #: parameters and solver of the run
     solution: Solution

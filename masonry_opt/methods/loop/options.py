@@ -23,11 +23,11 @@ PAPER: dict[str, Any] = {
     "remedies": "slope",
 }
 
-#: Default parameters of a run with accurate sub-problems, from section 5 of the paper.
+#: Default parameters of a run of the loop with accurate sub-problems, from section 5 of the paper.
 _ACCURATE: dict[str, Any] = {"alpha": 0.3, "shrink": 0.5, "beta": 0.6, "tolerance": None}
 
-#: Default parameters of a run with rough sub-problems, which are solved to a larger tolerance and for fewer
-#: values of α.
+#: Default parameters of a run of the loop with rough sub-problems, which are solved to a larger tolerance and
+#: for fewer values of α.
 _ROUGH: dict[str, Any] = {"alpha": 0.1, "shrink": 0.1, "beta": 0.8, "tolerance": 1e-4}
 
 #: Smallest number of joints at which sub-problems are rough (solved to a large tolerance) by default, if the
@@ -65,10 +65,10 @@ class LoopOptions(Options):
     max_iterations: largest number of sub-problems in a run of the loop.
     always: True to run the loop even if the associative answer obeys the joints' own flow rule. The loop may
         then find a lower load factor.
-    finish: True to end with exact forces. One more linear program finds forces with the moving faces at
-        yield, and with the nearest load factor. After rough sub-problems two programs are solved. The first
-        finds forces that leave least energy in faces that move without being at yield. The second finds the
-        mechanism that leaves least energy for these forces.
+    finish: True to end with exact forces. One more linear program finds forces at which the faces with
+        nonzero rates are at yield, with the nearest load factor. After rough sub-problems two programs are
+        solved. The first finds forces that leave least energy in faces with nonzero rates that are not at
+        yield. The second finds the mechanism that leaves least energy for these forces.
     remedies: changes that are tried if a run of the loop fails: "all", "slope" (only a smaller slope, after
         an infeasible sub-problem), or "none". A rough associative answer is always solved again accurately.
     revise: function that replaces the rule for the shear limits (section 6.4). It takes a

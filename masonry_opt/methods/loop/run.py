@@ -28,35 +28,39 @@ from masonry_opt.solvers.registry import Solved, Solver, in_cvxpy
 #: times as many. The constant ``MOST_ENERGY`` limits the energy error of the exact state.
 _NEARLY_TRUE = 5e-3
 
-#: Number of sub-problems between two attempts to end a run early with an exact state.
+#: Number of sub-problems between two attempts to end a run of the loop early with an exact state. With a
+#: smaller number, more attempts fail.
 _PAUSE = 2
 
-#: Number of successive doublings of λ after which the loop counts as divergent.
+#: Number of times in a row that λ must double from one sub-problem to the next for the loop to count as
+#: divergent. The run then ends.
 _DOUBLINGS = 5
 
-#: Least relative increase of λ per sub-problem that counts as steady growth.
+#: Smallest relative increase of λ from one sub-problem to the next that counts as steady growth of the loop.
 _RISE = 1e-2
 
-#: Number of successive increases of λ by at least ``_RISE`` after which the loop counts as divergent, if λ
-#: also exceeds ``_GROWN`` times its first value.
+#: Number of increases of λ in a row, each by at least the fraction ``_RISE``, after which the loop counts as
+#: divergent, if λ also exceeds ``_GROWN`` times its first value. The run then ends.
 _RISES = 30
 
-#: Ratio of λ to its first value above which steady growth counts as divergence.
+#: Ratio of λ to its first value above which steady growth counts as divergence of the loop.
 _GROWN = 1e3
 
-#: Largest length of a cycle that can be detected, in sub-problems.
+#: Largest length of a cycle of the loop that is detected, in sub-problems. A loop with a longer cycle ends at
+#: its iteration limit.
 LONGEST_PERIOD = 6
 
 #: Largest change of λ from one cycle of the loop to the next, relative to the range of λ in a cycle. With a
 #: larger value slowly damped oscillations count as cycles.
 _STEADY = 0.05
 
-#: Rates, relative to the largest rate, above which a yield condition counts as moving. The first value is
-#: larger than the rates that solvers return in place of zero. The second value is tried if the first value
+#: Rates, relative to the largest rate, above which a rate in a mechanism counts as nonzero. The first value
+#: is larger than the rates that solvers return in place of zero. The second value is tried if the first value
 #: leads to no exact state, which happens in some cycles.
 _MOVING_RATE_SHARES = (1e-6, 1e-4)
 
-#: Key in a result's ``solvers`` for the programs that find the exact state at the end of a run.
+#: Key of ``result.solvers`` under which the solvers of the programs that find the exact state at the end of a
+#: run are listed.
 _EXACT_END_PURPOSE = "exact end"
 
 
@@ -168,7 +172,8 @@ class Run:
     def _nothing_to_do(self, last: SubProblem) -> Solution | None:
         """Return the associative answer if it also obeys the joints' own flow rule, otherwise None.
 
-        None is also returned for a cohesive start and with the option ``always``.
+        The loop then has nothing to do. None is also returned for a cohesive start and with the option
+        ``always``.
         """
         parameters, state = self.parameters, last.state
         if parameters.start != "associative" or parameters.always or not obeys_own_flow(self.problem, state):
@@ -304,8 +309,8 @@ def accurate_end(
 ) -> Answer | None:
     """Return the exact state with the mechanism of an accurate sub-problem and the λ nearest to ``near``.
 
-    None is returned if no forces bring the moving faces to yield, or if forces and mechanism do not form one
-    collapse state.
+    None is returned if no forces bring the faces with nonzero rates to yield, or if forces and mechanism do
+    not form one collapse state.
     """
     scaled = in_units_of_live_load(problem)
     for share in _MOVING_RATE_SHARES:
@@ -322,10 +327,10 @@ def accurate_end(
 def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) -> Answer | None:
     """Return an exact state near a sub-problem's inaccurate solution, or None if no state is found.
 
-    None of the rates of this solution is exactly zero, so the moving faces are not known. The first program
-    finds forces of low λ that leave little energy z·p for the rates of the solution. The second program finds
-    the mechanism of the true flow rule that leaves least energy for these forces. If the second program has
-    no optimum, the mechanism of the sub-problem is used.
+    None of the rates of this solution is exactly zero, so it is not known which faces yield. The first
+    program finds forces of low λ that leave little energy z·p for the rates of the solution. The second
+    program finds the mechanism of the true flow rule that leaves least energy for these forces. If the second
+    program has no optimum, the mechanism of the sub-problem is used.
     """
     scaled = in_units_of_load(problem.by_cone)
     solver = in_cvxpy(solver, scaled.problem.by_friction.conic)

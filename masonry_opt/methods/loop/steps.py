@@ -13,15 +13,16 @@ from masonry_opt.solution.answer import largest_acting, of_lesser_block
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Verdict
 
-#: Largest number of increases of the trial cohesion, if the first sub-problem is infeasible.
+#: Largest number of times that the trial cohesion of a cohesive start is raised, if the first sub-problem is
+#: infeasible. If the sub-problem is still infeasible, the run fails.
 _MOST_RAISES = 8
 
-#: Factor by which the trial cohesion is multiplied at each increase.
+#: Factor by which the trial cohesion of a cohesive start is multiplied each time that it is raised.
 _RAISE_FACTOR = 4
 
-#: Limit of the normal force that scales the small cohesion of a joint, relative to the largest force on the
-#: joint's own blocks. The limit prevents very large forces on other blocks from making the cohesion too
-#: large.
+#: Normal forces elsewhere in a connected component scale the small cohesion of a joint only up to this
+#: multiple of the largest force on the joint's own blocks. The limit prevents very large forces on other
+#: blocks from making the cohesion too large.
 _DWARFS = 1e3
 
 
@@ -34,9 +35,9 @@ class SubProblem:
     state: State  #: the optimum
     limits: ShearLimits  #: the shear limits of the program
     alpha: float  #: slope α of the shear limits; NaN for the first sub-problem, whose limits have no α
-    #: Small cohesion c⁰ of each joint that can slide, in the limits of the program, shape (k,).
+    #: Small cohesion c⁰ of each joint that can slide, in the shear limits of the program, shape (k,).
     small_cohesion: np.ndarray
-    stands_still: bool  #: True if the relative change of λ is below option ``tol`` (step 3)
+    stands_still: bool  #: True if λ stands still: its relative change is below option ``tol`` (step 3)
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class LimitUpdate:
     problem: Problem  #: the problem of the loop
     last: SubProblem  #: the last sub-problem that was solved
     alpha: float  #: α of the next sub-problem
-    #: Small cohesion c⁰ of each joint that can slide, in the next sub-problem, shape (k,).
+    #: Small cohesion c⁰ of each joint that can slide, in the next sub-problem's shear limits, shape (k,).
     small_cohesion: np.ndarray
     #: Weighted mean of the normal force of each joint in the last two sub-problems, shape (c,). The later
     #: sub-problem has the weight β. At this mean, the next shear limits equal Coulomb's limits.
@@ -132,7 +133,7 @@ def corrected(problem: Problem, last: SubProblem) -> float:
 
 
 def _largest_nearby(problem: Problem, state: State) -> np.ndarray:
-    """Return, for each joint, the normal force that scales its small cohesion, shape (c,).
+    """Return, for each joint, the largest nearby normal force, which scales its small cohesion, shape (c,).
 
     The force is the largest normal force in the joint's connected component, but at most ``_DWARFS`` times
     the largest force on the joint's own blocks. The cohesion is then small for each joint.

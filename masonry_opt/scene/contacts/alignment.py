@@ -71,7 +71,7 @@ class AlignedContacts:
 
 
 def aligned(drawn: DrawnContacts, settings: AlignmentSettings = DEFAULT_SETTINGS) -> AlignedContacts:
-    """Correct small errors of a drawing.
+    """Align the contacts of a drawing, to correct its small errors.
 
     Joints that are nearly parallel become parallel, and joints that are nearly perpendicular become
     perpendicular. Contact points near a common line (in space: plane) are moved onto it.

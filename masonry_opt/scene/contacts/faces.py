@@ -19,16 +19,16 @@ from masonry_opt.scene.space.shapes import Shapes
 #: Smaller contacts are not joints. With a larger value, more slivers of inexact drawings are ignored.
 NARROWEST = 10
 
-#: Cosine of the largest angle between faces that share a polygon. A smaller value also accepts faces at a
-#: larger angle to each other.
+#: Cosine of the largest angle at which two faces of different blocks count as facing each other, so that they
+#: can share a polygon. A smaller value also accepts faces at a larger angle.
 _FACING = 0.94
 
 #: Smallest difference between the vectors ``SolidCorners.inwards`` of two crossing edges, measured along
-#: their common normal. Edges with a smaller difference form no contact: the faces at both edges lie nearly in
-#: one plane, and the blocks do not touch from opposite sides.
+#: their common normal, at which the edges form a contact. With a smaller difference, the faces at both edges
+#: lie nearly in one plane, and the blocks do not touch from opposite sides.
 _FLAT = 1e-3
 
-#: Sine of the largest angle between two faces that may be due to rounding alone.
+#: Sine of the largest angle between two faces that counts as a rounding error.
 _FACE_ANGLE_TOLERANCE = 1e-7
 
 

@@ -45,7 +45,8 @@ class Bridge:
     remaining: np.ndarray  #: indices of the blocks that remain without support
     #: For each block, the index of the block that it faces, and the width of the gap.
     neighbour: dict[int, tuple[int, float]]
-    #: True if the scene has a tolerance as large as a mortar joint, which the contact tolerance replaces.
+    #: True if the scene's ``tolerance`` is as large as a mortar joint. The advice is then to remove it, and
+    #: to set ``contact_tolerance`` in its place.
     replaces_tolerance: bool
 
     def advice(self, scene: Scene) -> str:
@@ -295,6 +296,6 @@ def _mean_gap(facing: Facing) -> np.ndarray:
 
 
 def _codes(ends: np.ndarray, scene: Scene) -> np.ndarray:
-    """Return a number that identifies each pair of blocks, regardless of their order, shape (pairs,)."""
+    """Return a code (a number) for each pair of blocks, regardless of their order, shape (pairs,)."""
     codes: np.ndarray = ends.min(axis=1) * len(scene.blocks) + ends.max(axis=1)
     return codes

@@ -237,8 +237,9 @@ class BlockCorners(ABC):
     met: Items  #: corners (in space: edges) that another block's corner can touch without a contact normal
     start: np.ndarray  #: start of each corner or edge of ``met``, shape (items, 2) or (items, 3)
     end: np.ndarray  #: end of each corner or edge of ``met``, shape (items, 2) or (items, 3)
-    #: Smallest distance, relative to the tolerance, of a contact from the sides that its two blocks share. A
-    #: contact at a smaller distance is part of the shared side.
+    #: Threshold, relative to the tolerance, that separates contacts from the sides that their two blocks
+    #: share. A contact nearer to a shared side is part of this side; a contact farther away is a separate
+    #: contact.
     apart: float
 
     @abstractmethod

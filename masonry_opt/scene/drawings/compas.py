@@ -122,7 +122,7 @@ def read_compas(  # noqa: PLR0913 - options of the public API are keywords
 
 
 def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
-    """Project the solids along the given direction, or by default along the only possible direction.
+    """Project the solids as seen along the given direction, or by default along the only possible direction.
 
     Raises ValueError if the solids are not prisms along the direction, or if several directions are possible.
     """

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from masonry_opt.scene.drawings.stones import refuse
 
-#: Largest number of places that a message lists for one kind of defect.
+#: Largest number of places that a message lists for one kind of defect; further places are only counted.
 _MOST_PLACES = 10
 
 

@@ -34,7 +34,7 @@ WINDOWS = ("window", "door", "opening")
 _SMALLEST_DRAWING = 0.1
 _LARGEST_DRAWING = 1000.0
 
-#: Largest number of copies of outlines that one warning lists.
+#: Largest number of copies of outlines that one warning lists; further copies are only counted.
 _MOST_COPIES = 10
 
 
@@ -186,7 +186,7 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
 
 
 def _scale(document: Any) -> float:
-    """Return the length of the drawing's unit in metres. Raises ValueError if the drawing has no unit."""
+    """Return the scale of the drawing, its unit in metres. Raises ValueError if it has no unit."""
     scale = outlines.metres(document)
     if scale is None:
         raise ValueError(

@@ -25,7 +25,8 @@ MESHES = (".obj", ".ply", ".stl", ".glb", ".gltf")
 #: all other files is z.
 _UPWARDS = {".glb": "y", ".gltf": "y"}
 
-#: Largest size of a mesh file, or of all files of a folder, in bytes. A triangle needs about 100 bytes.
+#: Largest size of a mesh file, or of all files of a folder, in bytes. Larger files raise an error. A triangle
+#: needs about 100 bytes.
 _LARGEST_MESH = 200_000_000
 
 #: For each upward axis of a file, the axes x, y and z of the scene in the coordinates of the file, one axis

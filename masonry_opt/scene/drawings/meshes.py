@@ -23,7 +23,8 @@ _NOISE = 4.0
 #: farther.
 _LEAST_NORMAL_SPREAD = 0.02
 
-#: Cosine of the largest angle between faces that may be merged into one plane side.
+#: Cosine of the largest angle between faces that may be merged into one plane side. Faces at a larger angle
+#: belong to different sides.
 _PARALLEL_COSINE = 0.9
 
 #: Angle between two faces at a common edge, in radians, below which the faces count as coincident.
@@ -291,7 +292,8 @@ def _through_inside(
 ) -> Iterator[list[int]]:
     """Find pairs of faces that bound one block at an edge that more than two faces share.
 
-    Each face is paired with the first face behind it that traverses the edge in the opposite direction.
+    Faces are compared by their angle about the edge. Each face that traverses the edge forwards is paired
+    with the face of the next smaller angle that traverses it backwards.
     """
     low, high = points[list(edge)]
     u, v = across((high - low) / np.linalg.norm(high - low))
@@ -308,7 +310,7 @@ def _through_inside(
 
 
 def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:
-    """Return the faces after merging corners that are nearer to each other than the tolerance.
+    """Return the faces after corners that are nearer to each other than the tolerance have been joined.
 
     Faces with fewer than three corners are left out.
     """
@@ -465,7 +467,7 @@ def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side 
 
 
 def rings_of(following: dict[int, int]) -> list[list[int]]:
-    """Return the cycles of a permutation as lists.
+    """Return the rings (cycles) of a permutation as lists.
 
     ``following`` maps each number to the next number. It is empty afterwards.
     """

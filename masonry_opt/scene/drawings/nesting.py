@@ -17,7 +17,8 @@ from masonry_opt.scene.rows import linked
 #: larger value, a hole that almost fills a block would count as a copy of the block's outline.
 _EQUAL_AREA_TOLERANCE = 1e-9
 
-#: Smallest number of outlines inside a frame. With the value 1, a block with one hole would count as a frame.
+#: Smallest number of outlines inside an outline that can be a frame around the drawing. With the value 1, a
+#: block with one hole would count as a frame.
 _FEWEST_IN_FRAME = 2
 
 

@@ -17,7 +17,7 @@ from masonry_opt.scene.drawings.meshes import first_near, rings_of
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
 from masonry_opt.scene.tables import broken, library, read_bytes
 
-#: Largest size of a DXF file, in bytes. A block needs about 500 bytes.
+#: Largest size of a DXF file, in bytes. A larger file raises an error. A block needs about 500 bytes.
 _LARGEST_DXF = 50_000_000
 
 #: Largest number of points of one curve. A curve that needs more points raises an error. Curves in drawings
@@ -32,8 +32,8 @@ SAGITTA = 1e-4
 #: outlines or to the default tolerance of a scene, whichever is smaller.
 _GRID_SHARE = 0.01
 
-#: A corner is removed if its distance from the line through its two neighbours is at most this number of
-#: grid steps.
+#: Largest distance of a corner of a cell from the line through its two neighbours at which the corner is
+#: removed, in grid steps.
 _STRAIGHT_STEPS = 10.0
 
 #: DXF entities that are read as outlines or as parts of outlines.
@@ -68,7 +68,7 @@ class Outline(NamedTuple):
 
     polygon: shapely.Polygon
     curve: Curve
-    holes: tuple[Curve, ...] = ()  #: empty for cells of a net
+    holes: tuple[Curve, ...] = ()  #: curves of the holes; empty for cells of a net
 
 
 def ezdxf() -> Any:
@@ -214,7 +214,9 @@ def _points_of(entity: Any, sagitta: float) -> np.ndarray:
             "an entity that has no points or has a coordinate that is not a finite number", "delete it"
         )
     if np.ptp(points[:, 2]) > 1e-6 * np.ptp(points[:, :2], axis=0).max():
-        raise _UnreadableError("not parallel to the xy plane of the drawing", "rotate or flatten it")
+        raise _UnreadableError(
+            "an entity that is not parallel to the xy plane of the drawing", "rotate or flatten it"
+        )
     return points[:, :2]
 
 
@@ -354,8 +356,7 @@ def _loops(
         end: int | None = start
         while end is not None:
             end = following.pop(end, None)
-    # Each ring is a closed loop. For each curve of the loop, in order, it has the index of the end at which
-    # the loop enters the curve.
+    # Each ring is a closed loop: the indices of the ends at which the loop enters its curves, in order.
     loops = []
     for ring in rings_of(following):
         if ring[0] % 2 == 0:  # skip the second copy of each loop, which runs in the opposite direction
@@ -470,7 +471,7 @@ def _add_loose(
 
 
 def _noded(lines: np.ndarray, tolerance: float, grid: float) -> np.ndarray:
-    """Extend lines that end just before another line, and divide all lines at their intersections."""
+    """Divide lines at their intersections (nodes), and extend lines that end just before another line."""
     ends = shapely.get_point(np.repeat(lines, 2), np.tile([0, -1], len(lines)))
     end, other = shapely.STRtree(lines).query(ends, predicate="dwithin", distance=tolerance)
     missed = shapely.shortest_line(ends[end], lines[other])[end // 2 != other]

@@ -23,14 +23,15 @@ from masonry_opt.scene.space.shapes import shapes
 #: Largest number of characters in the name of a block. Longer names are shortened.
 _LONGEST_NAME = 200
 
-#: Largest number of mistakes of a drawing that one error message lists.
+#: Largest number of mistakes of a drawing that one error message lists; further mistakes are only counted.
 _MOST_LINES = 20
 
 #: Words that mark supports: a block is a support if the name of its layer or object contains one of these
 #: words.
 SUPPORT_WORDS = ("fixed", "support")
 
-#: Largest number of decimal places that is tested to detect rounded coordinates.
+#: Largest number of decimal places that is tested to detect rounded coordinates. Coordinates with more
+#: decimal places count as not rounded.
 _MOST_DECIMALS = 7
 
 #: Thickness of the slab that replaces a single-face support, relative to the square root of the face's area.

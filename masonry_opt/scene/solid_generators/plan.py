@@ -65,29 +65,29 @@ class PlanWall(Record):
 
 
 class WallCrossing(NamedTuple):
-    """Place where a stretch (a straight piece of a wall) crosses another wall, or ends at another wall."""
+    """Place where a straight piece of a wall crosses another wall, or ends at another wall."""
 
-    start: float  #: position of the other wall's nearer face along the stretch
-    end: float  #: position of the other wall's farther face along the stretch
+    start: float  #: position, along this wall, of the other wall's nearer face
+    end: float  #: position, along this wall, of the other wall's farther face
     leaves: int  #: number of leaves of the other wall
     courses: int  #: number of courses of the other wall
-    #: Two flags, for even courses (counted from 0) and for odd courses. A flag is True if the stretch passes
-    #: through the other wall.
+    #: Two flags, for even courses (counted from 0) and for odd courses. A flag is True if this wall passes
+    #: through the other wall, and False if the other wall interrupts it.
     passes: tuple[bool, bool]
 
     @property
     def middles(self) -> list[float]:
-        """Return the middle line of each leaf of the other wall, as a position along the stretch."""
+        """Return the middle line of each leaf of the other wall, as a position along this wall."""
         leaf = (self.end - self.start) / self.leaves
         return [self.start + (number + 0.5) * leaf for number in range(self.leaves)]
 
 
 class _Hole(NamedTuple):
-    """Opening in a straight piece (stretch) of a wall."""
+    """Opening in a straight piece of a wall."""
 
     number: int  #: number of the opening in its wall, from 1
-    jambs: _Run  #: positions of the jambs along the stretch
-    lintel: _Run  #: positions of the lintel's ends along the stretch
+    jambs: _Run  #: positions of the jambs along the wall
+    lintel: _Run  #: positions of the lintel's ends along the wall
     sill: int  #: first course of the opening, from 0
     top: int  #: course of the lintel
 
@@ -95,21 +95,21 @@ class _Hole(NamedTuple):
 class WallStretch(NamedTuple):
     """Stretch of a wall: a straight piece along x or y, with its openings and crossings."""
 
-    wall: PlanWall  #: wall to which the stretch belongs
-    along: int  #: direction of the stretch: 0 for x, 1 for y
-    line: float  #: y of the axis if the stretch is along x, and x if the stretch is along y
-    #: Coordinate along the axis at which the stretch begins, less than ``end``. At a corner of two walls, the
-    #: stretch begins at the outer face of the other wall.
+    wall: PlanWall  #: wall to which this straight piece belongs
+    along: int  #: direction of this piece of wall: 0 for x, 1 for y
+    line: float  #: y of the axis if this piece of wall is along x, and x if it is along y
+    #: Coordinate along the axis at which this piece of wall begins, less than ``end``. At a corner of two
+    #: walls, it begins at the outer face of the other wall.
     start: float
-    #: Coordinate along the axis at which the stretch ends. At a corner of two walls, the stretch ends at the
+    #: Coordinate along the axis at which this piece of wall ends. At a corner of two walls, it ends at the
     #: outer face of the other wall.
     end: float
     thickness: float  #: thickness of the wall
     courses: int  #: number of courses of the wall
-    #: Openings of the wall. After the crossings have been computed, openings outside the stretch or at
+    #: Openings of the wall. After the crossings have been computed, openings outside this piece of wall or at
     #: crossings are removed.
     holes: tuple[_Hole, ...]
-    #: Other walls that cross or meet the stretch, in ascending order of position.
+    #: Other walls that cross or meet this piece of wall, in ascending order of position.
     crossings: tuple[WallCrossing, ...] = ()
 
     @property
@@ -119,7 +119,7 @@ class WallStretch(NamedTuple):
 
     @property
     def bounds(self) -> tuple[_Run, _Run]:
-        """Return the smallest and largest x of the stretch, and its smallest and largest y."""
+        """Return the smallest and largest x of this piece of wall, and its smallest and largest y."""
         along = self.start, self.end
         return (self.faces, along) if self.along else (along, self.faces)
 
@@ -135,7 +135,7 @@ class WallStretch(NamedTuple):
                 yield start, end, left
 
     def clear(self, hole: _Hole, nothing: float) -> bool:
-        """Return True if an opening and its lintel are inside the stretch and outside all crossing walls.
+        """Return True if an opening and its lintel are inside this piece of wall, outside crossing walls.
 
         ``nothing`` is the largest length that counts as zero.
         """
@@ -143,9 +143,9 @@ class WallStretch(NamedTuple):
         return any(low - nothing <= left and right <= high + nothing for low, high, _ in self.bays())
 
     def runs(self, course: int) -> list[_Run]:
-        """Return the runs of a course: start and end of each uninterrupted piece.
+        """Return the runs of a course: start and end of each uninterrupted row of blocks.
 
-        Walls that pass through the stretch, openings and lintels interrupt the course.
+        Walls that pass through this wall, openings and lintels interrupt the course.
         """
         here = [hole for hole in self.holes if hole.sill <= course <= hole.top]
         taken = [hole.lintel if course == hole.top else hole.jambs for hole in here]
@@ -202,7 +202,7 @@ class Plan(SolidGenerator):
         yield from mistakes or self._slivers(stretches)
 
     def _wrong_axes(self) -> Iterator[str]:
-        """Generate an error message for each mistake in the names and axes of walls."""
+        """Generate an error message for each wall whose name is not unique or whose axis is wrong."""
         for name in repeated(wall.name for wall in self.walls):
             yield f"two walls are named '{name}': rename one of them"
         for wall in self.walls:
@@ -222,7 +222,7 @@ class Plan(SolidGenerator):
                 )
 
     def _wrong_openings(self, stretches: list[WallStretch]) -> Iterator[str]:
-        """Generate an error message for each opening that does not fit the wall or overlaps another one."""
+        """Generate an error message for each opening that does not fit its wall or overlaps another."""
         valid = {(stretch.wall.name, hole.number) for stretch in stretches for hole in stretch.holes}
         for wall in self.walls:
             top = wall.courses or self.courses
@@ -249,7 +249,7 @@ class Plan(SolidGenerator):
                     )
 
     def _slivers(self, stretches: list[WallStretch]) -> Iterator[str]:
-        """Generate an error message for each stretch with a sliver: a piece shorter than a quarter block."""
+        """Generate an error message for each sliver: a piece of a course shorter than a quarter block."""
         for stretch in stretches:
             for course in range(stretch.courses):
                 pieces = [high - low for low, high in stretch.runs(course)]
@@ -277,7 +277,7 @@ class Plan(SolidGenerator):
         """Return the straight pieces of all walls, before their crossings are computed."""
         stretches = []
         for wall in self.walls:
-            before = 0.0  # length of the axis before the stretch
+            before = 0.0  # length of the wall's axis before this piece of wall
             courses = wall.courses or self.courses
             for first, second in pairwise(wall.axis):
                 along = 0 if first[1] == second[1] else 1
@@ -290,9 +290,9 @@ class Plan(SolidGenerator):
         return stretches
 
     def _holes(self, wall: PlanWall, origin: float, sign: float) -> Iterator[_Hole]:
-        """Iterate over the openings of a wall, with their positions along one of its stretches.
+        """Iterate over the openings of a wall, with their positions along one of its straight pieces.
 
-        Distances along the wall's axis begin at ``origin``. They increase along the stretch if the sign is 1,
+        Distances along the wall's axis begin at ``origin``. They increase along the piece if the sign is 1,
         and decrease if the sign is −1.
         """
         for number, opening in enumerate(wall.openings, start=1):
@@ -358,7 +358,7 @@ class Plan(SolidGenerator):
         return built
 
     def _course(self, stretch: WallStretch, course: int) -> list[tuple[_Run, _Run]]:
-        """Return the blocks of one course of a stretch, each as its extents along and across the wall."""
+        """Return the blocks of a course of a straight piece of wall, as extents along and across the wall."""
         whole, double = stretch.faces, stretch.wall.leaves == 2
         headers = double and self.headers is not None and (course + 1) % self.headers == 0
         leaves = [(whole[0], stretch.line), (stretch.line, whole[1])] if double and not headers else [whole]
@@ -378,7 +378,7 @@ class Plan(SolidGenerator):
 
 
 def _overlaps(stretches: list[WallStretch]) -> Iterator[str]:
-    """Generate an error message for each pair of wall stretches that overlap and cannot be bonded."""
+    """Generate an error message for each pair of pieces of walls that overlap and cannot be bonded."""
     near = _AXIS_TOLERANCE * _size(stretches)
     for one, other in combinations(stretches, 2):
         overlap = [min(a[1], b[1]) - max(a[0], b[0]) for a, b in zip(one.bounds, other.bounds, strict=True)]
@@ -400,7 +400,7 @@ def _overlaps(stretches: list[WallStretch]) -> Iterator[str]:
 
 
 def _size(stretches: list[WallStretch]) -> float:
-    """Return the size of the plan: the largest coordinate or thickness of its stretches."""
+    """Return the size of the plan: the largest coordinate or thickness of its walls."""
     return max(
         max(abs(stretch.line), abs(stretch.start), abs(stretch.end), stretch.thickness)
         for stretch in stretches

@@ -170,9 +170,10 @@ class Frames(Rows):
         return dots(points - self.base[frame], self.normal[frame])
 
     def up(self, points: np.ndarray, frame: np.ndarray) -> np.ndarray:
-        """Convert coordinates in the axes of planes to points in space, shape (points, 3).
+        """Lift points from planes into space, and return their positions, shape (points, 3).
 
-        ``frame`` is the index of the frame of each point.
+        The points are given by coordinates in the axes of the planes, shape (points, 2). ``frame`` is the
+        index of the frame of each point.
         """
         return self.base[frame] + points[:, :1] * self.u[frame] + points[:, 1:] * self.v[frame]
 

@@ -24,13 +24,19 @@ from masonry_opt.solvers.registry import find_solver
 #: Largest relative width (upper − lower) / |λ| of the bounds that a solver may provide. If the width is
 #: larger, the next solver is used.
 CLOSE = 1e-9
-#: Model, solver and tolerance with which the static program is solved to obtain bounds, in the order of use.
+#: Model, solver and tolerance with which the static program is solved to obtain certified bounds. A later
+#: entry is used if the bounds of all earlier entries are not close enough.
 _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo", "highs", 1e-10))
-#: HiGHS is not used for scenes with this number of joints or more, because it would take minutes.
+#: Number of joints from which on HiGHS is not used to compute certified bounds, because it would take
+#: minutes.
 _LARGE_SCENE_JOINTS = 1000
 _UNBOUNDED = 3  #: Status of scipy's linprog for an unbounded program.
-_LEAST_SLACK = 1e-9  #: A point counts as interior if all its slacks are larger than this value.
-_PROJECTIONS = 6  #: Number of repeated projections on A x = b, each of which reduces rounding errors.
+#: Slack above which an inequality counts as satisfied with a margin: a point is interior if all its slacks
+#: are larger.
+_LEAST_SLACK = 1e-9
+#: Number of times that a point is projected on the equations A x = b. Each projection reduces rounding
+#: errors.
+_PROJECTIONS = 6
 #: The step towards the interior point is multiplied by this factor. Otherwise the point could violate
 #: inequalities by rounding errors.
 _STEP_EXCESS = 1.001
@@ -169,7 +175,7 @@ class _Convex:
 
     @cached_property
     def _normal(self) -> SuperLU:
-        """Sparse factorisation of the regularised matrix A Aᵀ."""
+        """Sparse factorisation of the normal equations, whose matrix is the regularised A Aᵀ."""
         normal = self.A @ self.A.T + _REGULARISATION * sp.eye_array(self.A.shape[0])
         return splu(sp.csc_matrix(normal), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 

@@ -25,13 +25,14 @@ from masonry_opt.studies.compare.runs import CaseScene, Pair, RunLimits, RunPlan
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone, whole
 from masonry_opt.studies.writing import Journal, chart_files, csv_text, digest, machine, versions
 
-#: Time limit for computing the certified bounds of a scene, in seconds. If the time limit of runs is longer,
-#: it is used instead.
+#: Time limit for computing the certified bounds of a scene, in seconds. If the time limit of the runs is
+#: longer, the limit of the runs is used instead.
 _BOUNDS_TIME = 120.0
 #: Default methods, each of which solves a wall of the paper's Table 1 in seconds.
 DEFAULT_METHODS = ("static", "kinematic", "nonassociative", "coulomb", "mpec")
 DEFAULT_SOLVERS = ("clarabel", "highs", "highs-ipm")  #: Default solvers, which the package installs.
-#: Default tolerances of solvers: a coarse tolerance, and the default of the package.
+#: Tolerances with which a comparison runs each solver by default: a coarse tolerance, and the default
+#: tolerance of the package.
 TOLERANCES = (1e-6, 1e-9)
 OUT = Path("results/compare")  #: Default folder of the results.
 _PAGE_FILE = "report.html"  #: Name of the page of a comparison, with all charts.

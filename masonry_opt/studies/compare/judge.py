@@ -37,8 +37,9 @@ ASSOCIATIVE = "associative"  #: Value of column "question" for load factors with
 COULOMB = "Coulomb"  #: Value of column "question" for load factors whose flow rule has the joints' dilatancy.
 
 ANSWER = "answer"  #: Claim of a run that reports a load factor of the scene.
-#: Claims of a run about its scene: a load factor, or the reason why there is no load factor. A run that ends
-#: in another way (not converged, solver failed, limit exceeded) makes no claim about the scene.
+#: Claims that a run of a comparison can make about its scene, and that can be true or false: a load factor,
+#: or the reason why there is no load factor. A run that ends in another way (not converged, solver failed,
+#: limit exceeded) makes no claim.
 CLAIMS = (ANSWER, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
 
 CERTIFIED = "certified"  #: Verdict on a run whose load factor is certified.
@@ -106,7 +107,7 @@ NUMBER_FORMATS = {
     **dict.fromkeys(("tolerance", *CERTIFICATE_RESIDUALS), "{:.0e}"),
 }
 
-#: Runs that take longer than this time, in seconds, are not repeated, because long times vary little.
+#: Duration in seconds above which a run is not repeated, because long times vary little.
 REPEATED_BELOW = 5.0
 
 
@@ -132,7 +133,9 @@ def best_known(scenes: Iterable[CaseScene], folder: Path) -> dict[str, BestKnown
             if entry is not None and entry["content"] == scene.content:
                 best[scene.name] = BestKnown(float(entry["load_factor"]), str(entry["method"]))
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise CaseError(f"{registry}: each scene needs content, load_factor and method: {error}") from None
+        raise CaseError(
+            f"{registry}: the entry of each scene needs content, load_factor and method: {error}"
+        ) from None
     return best
 
 
@@ -159,10 +162,11 @@ def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown])
 
 
 def _known_claims(question: str, bounds: CertifiedBounds) -> dict[str, bool]:
-    """Map each claim to True if bounds of the associative λ prove the claim, and to False if they refute it.
+    """Return the claims about a scene that bounds of the associative λ prove (True) or refute (False).
 
-    For associative flow the bounds decide all claims. Coulomb friction has the same admissible states of
-    equilibrium, but other mechanisms. For Coulomb friction only two conclusions are possible:
+    The result is a dict with the claims as keys. For associative flow the bounds decide all claims. Coulomb
+    friction has the same admissible states of equilibrium, but other mechanisms. For Coulomb friction only
+    two conclusions are possible:
 
     - If no admissible state carries the dead load, the scene is unstable.
     - If the load factors of admissible states are bounded, the scene does not carry any load.

@@ -128,7 +128,7 @@ def _path(case: str | Path, folder: Path) -> Path:
 
 @dataclass(frozen=True)
 class Pair:
-    """Method with its modelling language, solver and tolerance."""
+    """Method and solver of a run, with the modelling language and the tolerance of the solver."""
 
     method: str
     model: str

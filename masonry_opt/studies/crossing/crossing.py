@@ -32,7 +32,8 @@ from masonry_opt.studies.crossing.answer import Crossing
 from masonry_opt.studies.crossing.assessment import refuse_required_factor
 from masonry_opt.studies.crossing.text import WITHIN
 
-#: Largest distance between neighbouring solved positions, relative to the length of the road.
+#: Largest distance between neighbouring solved positions of a crossing, relative to the length of the road.
+#: If the distance is larger, positions in between are solved too.
 _LONGEST_RANGE = 0.01
 #: Type of the argument ``axles``: records of axles, or the name of a group of axles of the scene.
 _AxlesArgument = str | Axles | Sequence[Axles] | None
@@ -179,7 +180,10 @@ def _crossed(
 
 
 def _ended_by(stop: KeyboardInterrupt | None) -> dict[str, Any]:
-    """Return the fields of a crossing that state whether the user or the time limit ended it."""
+    """Return the fields ``interrupted`` and ``time_limit`` of a crossing, which state if it ended early.
+
+    ``stop`` is the exception by which the user or the time limit ended the crossing, or None.
+    """
     seconds = stop.seconds if isinstance(stop, TimeLimitReached) else None
     return {"interrupted": stop is not None, "time_limit": seconds}
 
@@ -393,7 +397,8 @@ def _passages(
     if not crossed:
         named = ", ".join(f"'{case.name}' leaves axles out ({case})" for case in cases)
         raise CaseError(
-            f"{scene.origin}: load case {named}: set 'live = {{ axles = 1 }}' in one of these load cases"
+            f"{scene.origin}: no axles move, because load case {named}: "
+            "set 'live = { axles = 1 }' in one of these load cases"
         )
     crossed = [settled_scene(case_scene, settled) for case_scene in crossed]
     first = assemble(crossed[0])

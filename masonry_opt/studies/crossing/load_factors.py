@@ -135,7 +135,7 @@ class CrossingLoadFactors:
 
     @property
     def undecided(self) -> int:
-        """Number of positions with neither a load factor nor a proof that the scene carries any load."""
+        """Number of undecided positions: λ is not known, and it is not proven that λ is unlimited."""
         return len({tuple(row[name] for name in PLACE_COLUMNS) for row in self.undecided_at})
 
     @property

@@ -33,25 +33,26 @@ from masonry_opt.solvers.registry import Verdict
 
 #: Function that returns the answer under a live load of shape (3b,).
 SolveLive = Callable[[np.ndarray], Solution]
-#: If loads jump at a position, they are evaluated at this distance on both sides of the position. The
+#: Distance on both sides of a position at which loads jump, at which the loads are evaluated instead. The
 #: distance is relative to the length of the road.
 _BREAK_DISTANCE = 1e-9
-#: Loads smaller than this value count as rounding errors. The value is relative to the largest entry of the
-#: live load.
+#: Load on a block, relative to the largest entry of the live load, below which the load counts as a rounding
+#: error.
 _LOAD_TOLERANCE = 1e-7
-#: Ranges of positions that are shorter than this length are not halved. The length is relative to the
-#: distance from the first to the last position.
+#: Shortest range of positions that the search for the least load factor halves, relative to the distance from
+#: the first to the last position. Shorter ranges are not halved.
 _SHORTEST_RANGE = 1e-4
-#: Number of positions that a Coulomb method solves first. With more positions, fewer minima are missed.
+#: Number of positions that a Coulomb method solves before it searches for the least load factor between them.
+#: With more positions, fewer minima are missed.
 _FIRST_POSITIONS = 25
 #: Fraction by which estimates of λ between two solved positions are reduced, so that fewer minima are missed.
 #: With a larger fraction, more positions are solved.
 _RATIO_MARGIN = 0.005
-#: The distances between the worst position (with the least load factor) and its neighbours are halved at most
-#: this many times.
+#: Largest number of times that the search for the least load factor of a crossing halves the distances
+#: between the worst position (with the least load factor) and its neighbours.
 _MOST_HALVINGS = 10
-#: The distances between the worst position and its neighbours are no longer halved if a halving decreases the
-#: least load factor by less than this fraction of the tolerance.
+#: The search for the least load factor of a crossing ends if halving the distances between the worst position
+#: and its neighbours decreases λ by less than this fraction of the tolerance.
 _PROGRESS_SHARE = 0.1
 
 
@@ -187,7 +188,7 @@ def moving_load(problem: Problem, effort: Effort) -> SolveLive:
     statics, program = model.statics, HighsSession(model.program, effort, "associative load factor")
 
     def solved(live: np.ndarray) -> Solution:
-        """Return the associative answer under a live load, shape (3b,), with a certificate."""
+        """Solve eq. (9) under a live load, shape (3b,), and return the certified associative answer."""
         loaded = replace(problem, live=live)
         program.set_column(statics.load_factor, statics.equilibrium, live / loaded.live_norm)
         verdict = program.solve()
@@ -290,7 +291,7 @@ class PassageTrials:
 
     @property
     def is_undecided(self) -> bool:
-        """True if at least one position has neither a load factor nor a proof that any load is carried."""
+        """True if a position is undecided: λ is not known, and it is not proven that λ is unlimited."""
         return bool(np.isnan(self.load_factors).any())
 
     @property

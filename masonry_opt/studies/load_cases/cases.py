@@ -48,11 +48,11 @@ _MOST_NAME_LINES = 2  #: Largest number of lines of the name next to a bar; long
 LOAD_CASE_COLUMNS = ("load_factor", "status", "incremental", "associative", "exact")
 #: Columns with accelerations that activate a mechanism, in the table of earthquakes from all sides.
 _ACTIVATION_COLUMNS = ("a_0", "mass_fraction", "a_star_0")
-#: The incremental and the associative load factor are drawn only if they differ from λ by more than this
-#: value in some direction.
+#: Smallest difference from λ, in any direction, at which the incremental and the associative load factor are
+#: drawn too.
 _VISIBLE_DIFFERENCE = 1e-4
 EVERY = 15.0  #: Default angle in plan between successive directions of the earthquake, in degrees.
-_MOST_DIRECTIONS = 3600  #: Largest number of directions.
+_MOST_DIRECTIONS = 3600  #: Largest number of directions of an earthquake; more directions raise an error.
 
 
 def _bar_label(result: Result) -> str:

@@ -40,8 +40,12 @@ _LOOKS = {
 _DARK = "#333333"  #: Colour of lines, and of marks of runs without a mechanism.
 _CROSS = "M-.8-.8L.8.8M.8-.8L-.8.8"  #: Mark of a run without a load factor, as an SVG path.
 _UP = "triangle-up"  #: Mark of a value above the axis.
-_MOST_DRAWN_LINES = 7  #: Lines of λ are drawn only if the second parameter has at most this many values.
-_MOST_WRITTEN_VALUES = 6  #: If more values are beyond the axis, only the greatest is written.
+#: Largest number of values of the second parameter of a sweep for which a chart has lines of λ; otherwise it
+#: has points.
+_MOST_DRAWN_LINES = 7
+#: Largest number of values beyond the axis that a chart shows as numbers; of more values, only the greatest
+#: is written.
+_MOST_WRITTEN_VALUES = 6
 #: Axis titles that contain a symbol, by the name of the parameter on the axis.
 _SYMBOLS = {
     "joints.friction": "friction μ = tan φ",

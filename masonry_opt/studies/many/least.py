@@ -226,7 +226,7 @@ Tried = Callable[[Trial], None]  #: Type of a function that is called with every
 
 THRESHOLD_TOLERANCE = 1e-6  #: Default width of the interval of the threshold, relative to the threshold.
 SAMPLES = 5  #: Default number of intermediate values that are tried before the search.
-#: The tolerance is relative to the threshold, but to at least this fraction of the searched range.
+#: Smallest size of a threshold to which its tolerance is relative, as a fraction of the searched range.
 _LEAST_SCALE = 1e-3
 _LEAST_RTOL = 4 * np.finfo(float).eps  #: Least relative tolerance that Brent's method accepts.
 _MOST_ITERATIONS = 1000  #: Largest number of iterations of Brent's method; bisection alone needs about 30.
@@ -458,7 +458,7 @@ class _Search:
         if exceptions:
             return f"{at} and at {high.value:g}, but {not_so} at {exceptions}: begin or end the range there"
         remedies, count = ", or ".join(self._remedies(low, high)), len(row) - 2
-        return f"{at}, at {high.value:g} and at all {count} intermediate values: {remedies}"
+        return f"no threshold: {at}, at {high.value:g} and at all {count} intermediate values: {remedies}"
 
     def _remedies(self, low: Trial, high: Trial) -> list[str]:
         """Return advice on how to find a threshold if all trials have the same outcome.

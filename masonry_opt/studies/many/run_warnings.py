@@ -19,7 +19,7 @@ from masonry_opt.studies.warning_codes import StudyCode, study_warning
 #: Last parts of the names of parameters that limit forces, such as ``joints.friction``. A state whose forces
 #: stay below a limit is also a state of each scene with a larger limit.
 _LIMITS = ("friction", "friction_angle", "cohesion", "strength")
-_MOST_LISTED_VALUES = 3  #: Largest number of values that a sentence lists; further values are only counted.
+_MOST_LISTED_VALUES = 3  #: Largest number of values that a warning lists; further values are only counted.
 
 Row = Mapping[str, Any]  #: Row of a run by column name, including the columns of :func:`recorded_warnings`.
 Point = Mapping[str, float]  #: Values of a run by name.

@@ -41,7 +41,8 @@ from masonry_opt.studies.writing import JOURNAL, Journal, csv_text, digest, vers
 
 #: Prefix of the column names for the incremental load factor, in tables of a sample.
 INCREMENTAL_COLUMN = "incremental_"
-#: Least length of an axis of λ, relative to the largest λ. A shorter axis would magnify rounding errors.
+#: Least length of an axis of λ in a chart, relative to the largest λ. A shorter axis would magnify rounding
+#: errors.
 _LEAST_AXIS = 0.02
 #: Type of a progress function, which is called with the number of finished runs and the number of all runs.
 RunProgress = Callable[[int, int], None]
@@ -290,7 +291,7 @@ def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
         lost = len(table)
     if lost:
         runs = counted(len(table), "run")
-        raise OptionError(f"{path}: {lost} of the {runs} in this table would be lost: {_INSTEAD}")
+        raise OptionError(f"{path}: the new table would delete {lost} of the {runs} in this file: {_INSTEAD}")
 
 
 def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:

@@ -42,11 +42,11 @@ if TYPE_CHECKING:
     from masonry_opt.studies.charts import NamedChart
 
 RUNS = 128  #: Default number of runs: a power of two, for which Sobol points are most uniform.
-CONFIDENCE = 0.95  #: Default confidence of intervals.
+CONFIDENCE = 0.95  #: Default confidence of intervals of quantiles, probabilities and correlations.
 CHART_KINDS = ("fragility", "sensitivity")  #: Kinds of chart.
 #: Names of the files of statistics, written in addition to the table of runs.
 _TABLES = ("quantiles.csv", "fragility.csv", "sensitivity.csv")
-_PRINTED_CORRELATIONS = 5  #: Largest number of rank correlations that are printed.
+_PRINTED_CORRELATIONS = 5  #: Largest number of rank correlations that are printed; weaker ones are omitted.
 #: Largest correlation for which Fisher's transform is computed, because the transform of 1 is infinite.
 _LARGEST_CORRELATION = 1 - 1e-15
 

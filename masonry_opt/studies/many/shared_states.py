@@ -24,13 +24,14 @@ from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import same
 
-#: Largest number of joints (in space: contact points) of scenes whose states are recorded. States of larger
-#: scenes are not recorded, because each needs more than 150 kB in the journal and in memory.
+#: Largest number of joints (in space: contact points) of a scene whose exact states are recorded, so that
+#: other runs can use them. States of larger scenes are not recorded, because each needs more than 150 kB in
+#: the journal and in memory.
 RECORDED_UP_TO = 3000
 
-#: The quick test of states multiplies the limits of residuals by this factor. With a smaller factor, the test
-#: may reject states that a certificate accepts. With a larger factor, more certificates are computed for
-#: states that fail.
+#: Factor by which the quick test of states of other runs multiplies the limits of residuals. With a smaller
+#: factor, the test may reject states that a certificate accepts. With a larger factor, more certificates are
+#: computed for states that fail.
 MARGIN = 10.0
 
 Row = Mapping[str, Any]  #: Row of a run by column name, including the columns of :func:`recorded_state`.
@@ -48,9 +49,9 @@ class FoundState(NamedTuple):
 class SharedAnswer(NamedTuple):
     """Exact collapse state of one run that replaces the answer of another run."""
 
-    run: int  #: index of the run whose answer it is
+    run: int  #: index of the run whose answer the state replaces
     found_in: int  #: index of the run that found the state
-    answer: Answer  #: the state, with its certificate for the problem of ``run``
+    answer: Answer  #: the state, with its certificate for the problem of the run ``run``
     assembly: Assembly  #: assembly of the scene of ``run``
 
 

@@ -47,12 +47,13 @@ from masonry_opt.studies.settle.answer import KIND_NAMES, Settlement
 from masonry_opt.studies.writing import frame_table, render, table, versions
 
 Answer = Result | Crossing | Cases | Settlement | Capacity  #: Answers that a report can contain.
-_MOST_NAMED_BLOCKS = 60  #: A drawing of a scene with more blocks does not show the names of blocks.
+_MOST_NAMED_BLOCKS = 60  #: Largest number of blocks of a scene whose names a drawing in a report shows.
 _SCALE_BAR_HEIGHT = 0.08  #: Height of the strip for the scale bar, relative to the width of the drawing.
-_MOST_ROWS = 150  #: A report prints at most this many rows of a table.
-_MOST_CASE_FILE_LINES = 600  #: A report does not print a case file with more lines than this number.
-#: Map from the heading of each table of records in a report to the name of the scene's attribute that
-#: contains the records.
+_MOST_ROWS = 150  #: Largest number of rows of a table that a report prints; further rows are left out.
+#: Largest number of lines of a case file that a report prints; a longer case file is left out.
+_MOST_CASE_FILE_LINES = 600
+#: Records of a scene that a report prints in tables, such as loads and ties. The keys are the headings of the
+#: tables; the values are the names of the scene's attributes that contain the records.
 _RECORDS = {
     "Joints that differ": "exceptions",
     "Fill": "fills",
