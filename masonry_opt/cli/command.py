@@ -33,7 +33,7 @@ from masonry_opt.reporting.terminal import changing_line, print_text, print_warn
 Function = Callable[..., Any]
 T = TypeVar("T")
 
-#: Names of parameters that do not become options, because they are arguments of each command.
+#: Names of parameters that do not become options, because each command defines its own arguments for them.
 _SUBJECTS = {"self", "scene", "scenes", "path", "result", "make"}
 #: Map from the annotation of a parameter to the type of its option. For other annotations, options are text.
 _TYPES: dict[str, type] = {"bool": bool, "int": int, "float": float}
@@ -139,8 +139,8 @@ class Given(dict[str, Any]):
             own = inspect.signature(taking).parameters.keys() & (options.keys() - {"time_limit"})
             if own:
                 raise OptionError(
-                    f"'{min(own)}' is an option of the command, not of the method: omit --option, and write "
-                    f"the option as --help shows"
+                    f"'{min(own)}' is not an option of the method: omit --option, and write the option in "
+                    "the form that --help shows"
                 )
         return self | options
 
@@ -282,7 +282,9 @@ def _name_and_value(text: str) -> tuple[str, Any]:
 
 @contextlib.contextmanager
 def waiting(line: str, quiet: bool = False, if_interrupted: str = "nothing was found") -> Iterator["Work"]:
-    """Show a progress line with the elapsed time during a ``with`` block, which can change its text.
+    """Show a progress line with the elapsed time during a ``with`` block.
+
+    The block receives a Work, with which it can change the text of the line.
 
     Ctrl-C raises InterruptedByUserError with the text of the KeyboardInterrupt, if it has one, else with
     ``if_interrupted``. If ``quiet`` is True, no line is shown.

@@ -54,7 +54,7 @@ _IN = "Drawing (.dxf), COMPAS data (.json), mesh (.obj, .ply, .stl, .glb, .gltf)
 
 @command(mo.draw, file=typer.Argument(help="File to write (.png, .svg, .pdf)."))
 def draw(given: Given, case: Path, file: Path, load_case: str | None = None) -> None:
-    """Draw CASE, and print the numbers of blocks and joints, and warnings.
+    """Write the picture to FILE, and print the numbers of blocks and joints, and warnings.
 
     Without --load-case the picture shows the loads of the scene itself, not those of its load cases.
     """
@@ -79,7 +79,7 @@ def draw(given: Given, case: Path, file: Path, load_case: str | None = None) -> 
     ),
 )
 def export(given: Given, case: Path, file: Path, load_case: str | None = None) -> None:
-    """Write the program or the solids of CASE to files, and print the names of the files.
+    """Write FILE and the files that belong to it, and print their names.
 
     The names of the rows and columns of a .nl file are in a .row and a .col file.
     """
@@ -130,7 +130,9 @@ def _direction(text: str) -> str | tuple[float, ...]:
     out=typer.Argument(metavar="OUT", help="Case file (.toml or .json)."),
 )
 def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None:
-    """Convert IN to the case file OUT. docs/drawings.md explains layers, names, arcs, COMPAS data and meshes.
+    """Read the drawing IN, and write the case file OUT.
+
+    The page docs/drawings.md explains layers, names, arcs, COMPAS data and meshes.
 
     If IN is a case file and OUT is a .dxf file, the blocks are drawn. A mesh of more than 10,000 corners is
     not copied: the case file contains its path instead.

@@ -148,7 +148,9 @@ def _names(text: str) -> list[str]:
     scenes=typer.Argument(metavar="CASE...", help="Case files, or names of cases in the folder --cases."),
 )
 def compare(given: Given, scenes: list[str] | None = None) -> None:
-    """Run each method and solver on each scene, and write tables and a report.
+    """Run each method with each solver on each scene.
+
+    To continue an interrupted comparison, repeat the command.
 
     Exit code 0: the comparison is complete; 1: every run crashed or was killed; 130: interrupted; 2: wrong
     case file or option.

@@ -50,7 +50,7 @@ def solve(
     plot: Path | None = None,
     mechanism: str | None = None,
 ) -> bool:
-    """Solve CASE for each load case, and print a summary of each result.
+    """Solve CASE, and print a summary of each result.
 
     Exit code 0: every load case has a load factor; 1: a load factor is missing, or the analysis was stopped;
     2: wrong input. If CASE has no live load, the command decides whether CASE is stable under its dead load.

@@ -144,7 +144,7 @@ def crossing(
 
 @command(mo.directions, mo.solve, Cases.save, leave="tolerance", vertical=_VERTICAL, plot=PICTURE)
 def directions(given: Given, case: Path, plot: Path | None = None, json: bool = False) -> bool:
-    """Compute the load factor of an earthquake in each direction, and print the lowest load factor.
+    """Compute the load factor of an earthquake in each direction, and print all load factors.
 
     Exit code 0: each direction has a load factor; 1: a load factor is missing; 2: wrong input. Exit code 1
     also means that the time limit ended the analysis of a direction.
@@ -176,7 +176,7 @@ def directions(given: Given, case: Path, plot: Path | None = None, json: bool = 
 def least(
     given: Given, case: Path, vary: str, most: bool = False, load_case: str | None = None, json: bool = False
 ) -> None:
-    """Search a range of a parameter for the value beyond which CASE becomes stable or carries its load.
+    """Search a range of a parameter for the limit at which CASE is just stable, or just carries the load.
 
     Exit code 0: the value was found; 1: an analysis could not decide whether a scene is stable, or carries
     the load; 2: wrong input. Exit code 2 also means that both ends of the range have the same answer: the

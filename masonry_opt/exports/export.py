@@ -88,7 +88,7 @@ def _global(assembly: Assembly) -> Declared:
     forces = (
         "all limits follow from statics"
         if bounds.forces_derived
-        else "limits follow from statics, or are assumed if statics sets no limit"
+        else "each limit follows from statics, or is assumed if statics set no limit"
     )
     # A rocking condition with rate p opens the joint by 2 p, so the limit of its rate is half the limit of
     # openings.
