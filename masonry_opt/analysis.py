@@ -76,12 +76,15 @@ class Session:
         return self.result(*self.answer(scene, progress, effort), effort)
 
     def falls(self, assembly: Assembly, effort: Effort) -> Result | None:
-        """Return the result of a scene that falls under its dead load; None if the scene is stable."""
+        """Return the result of a scene that is unstable under its dead load; None if the scene is stable.
+
+        If the solver cannot decide whether the scene is stable, the result states why.
+        """
         solution = self._check(assembly, effort).fall()
         return None if solution is None else self.result(assembly, solution, effort)
 
     def push(self, assembly: Assembly, progress: Progress, effort: Effort) -> Result:
-        """Push a stable scene with its live load until it collapses, and return the result.
+        """Run the method on a scene that is stable under its dead load, and return the result.
 
         Raises the errors that :func:`solve` raises for scenes.
         """
@@ -139,7 +142,7 @@ class Session:
         return DeadLoadCheck(assembly, self.how, self.kept, effort)
 
     def pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:
-        """Push a stable scene with its live load: run the method, and return the solution.
+        """Run the method on a scene that is stable under its dead load, and return the solution.
 
         If the time limit ends the analysis, the solution has the answer that is known by then, or none.
         """

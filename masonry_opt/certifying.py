@@ -287,11 +287,12 @@ def _with_laws(problem: Problem, friction: str, crushing: str) -> Problem:
 
 
 def _driven(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> tuple[Problem, np.ndarray]:
-    """Return a problem whose live load drives a mechanism: if needed, exchange dead load and live load.
+    """Exchange dead load and live load of a problem if only the dead load drives a mechanism.
 
-    Returns the problem and its joint forces. The loads are exchanged only if the dead load drives the
-    mechanism d. The total load at λ stays the same, and energies are then divided by the work of the dead
-    load. The lowest forces of ties, props and earth count as dead load.
+    Returns the problem and its joint forces. Both are unchanged if the live load does positive work in
+    the mechanism d, if the dead load does none, or if λ is not positive. An exchange does not change the
+    total load at λ, but energies are then divided by the work of the dead load. The lowest forces of ties,
+    props and earth count as dead load.
     """
     sizes = np.linalg.norm(problem.live) * np.linalg.norm(d)
     if problem.live @ d > NO_WORK * sizes or load_factor <= ZERO:

@@ -13,7 +13,8 @@ from math import inf
 
 #: A solver that ends without an optimum less than this many seconds before the deadline counts as stopped by
 #: the deadline. A solver that ends earlier counts as failed. The margin is needed because solvers use their
-#: own clocks.
+#: own clocks. With too small a margin, a stopped solver counts as failed. With too large a margin, a failed
+#: solver counts as stopped.
 SAME_TIME = 0.1
 
 

@@ -107,7 +107,10 @@ class Effort:
             names.append(solver)
 
     def beside(self) -> "Effort":
-        """Return a separate count of effort for work beside this analysis; both share the list of solvers."""
+        """Return a separate count of effort, for additional work.
+
+        The count starts from zero, and shares the list of solvers with this count.
+        """
         other = Effort()
         other.solvers = self.solvers
         return other

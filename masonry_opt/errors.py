@@ -46,9 +46,9 @@ class LongAnalysisWarning(UserWarning):
 
 
 class DrawingWarning(UserWarning):
-    """Warning that a part of a drawing was changed, or that the unit of length of the drawing is doubtful.
+    """Warning that part of a drawing was changed when it was read, or that its unit of length is doubtful.
 
-    The message says how.
+    The message states the change, or why the unit is doubtful.
     """
 
 

@@ -45,7 +45,7 @@ class ProofCheck:
 
     @property
     def holds(self) -> bool:
-        """True if the proof holds, because it has no fault."""
+        """True if the proof is valid, that is, if the check found no fault."""
         return not self.faults
 
     def __str__(self) -> str:
@@ -242,7 +242,7 @@ class _Checker:
         return self._outweighed(gain, max(unbalanced, lacks), "kinematic")
 
     def _outweighed(self, gain: Fraction, residual: Fraction, kind: str) -> str:
-        """Return a fault if multipliers prove nothing, or their residual outweighs the proof; else ""."""
+        """Return a fault if multipliers prove nothing, or if their residual is too large; otherwise ""."""
         if gain <= 0:
             return f"the {kind} multipliers do not lead to a contradiction"
         if residual * Fraction(REACH) >= gain:

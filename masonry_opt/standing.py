@@ -46,7 +46,10 @@ class DeadLoadCheck:
         return self.how.adds_incremental or self.how.chosen.name == INCREMENTAL_METHOD
 
     def fall(self) -> Solution | None:
-        """Return the solution of a scene that falls, with the reason; None if the scene is stable."""
+        """Return the solution of an unstable scene, with the reason; None if the scene is stable.
+
+        If the solver cannot decide whether the scene is stable, the solution states why.
+        """
         self.effort.begins("stability under the dead load")
         # Programs of this check are counted in a separate record. The final result includes the time and the
         # solver of the check, but not the number of its programs.

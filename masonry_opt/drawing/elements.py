@@ -51,8 +51,8 @@ class Elements:
     assembly: Assembly  #: assembly of the scene, with the shapes of the blocks
     heading: str  #: line below the scene's title
     movement: str  #: description of the motion for captions; "" if no block moves
-    #: Full motion of each block of the scene (see ``FULL``): translation and rotation, shape (blocks, 3), in
-    #: space (blocks, 6).
+    #: Full motion of each block of the scene (see ``FULL``), in the form that ``marks.moved`` accepts, shape
+    #: (blocks, 3), in space (blocks, 6).
     motion: np.ndarray
     loads: list[Marks]  #: marks of loads and fill
     #: Marks on joints, by layer. An unsolved scene has the layer "scene". A result has one layer for each
@@ -147,7 +147,7 @@ def result_elements(result: Outcome) -> Elements:
 
 
 def _still(assembly: Assembly) -> np.ndarray:
-    """Return zero motions, with which all blocks stand still, shape (blocks, 3), in space (blocks, 6)."""
+    """Return an array of zero motions for all blocks, shape (blocks, 3), in space (blocks, 6)."""
     return np.zeros((len(assembly.scene.blocks), assembly.problem.layout.rows))
 
 

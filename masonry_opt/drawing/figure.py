@@ -410,7 +410,7 @@ def _draw_curve(
 
 
 def _levels(axes: Axes, result: Outcome, highest: float) -> tuple[list[Handle], float]:
-    """Draw the levels of a result's load factors as horizontal lines across the picture of its curve.
+    """Draw the load factors of a result as horizontal lines across the picture of its curve.
 
     ``highest`` is the highest λ of the curve. Returns the legend samples and the highest λ that is drawn.
     """

@@ -65,7 +65,7 @@ def keyframes_of(result: Outcome) -> Keyframes | None:
 
 
 def _collapse(d: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Return displacements of the collapse, shape (frames, 3b), which continue along a mechanism."""
+    """Return displacements, shape (frames, 3b), that continue the last keyframe along a mechanism."""
     size = max(float(np.abs(d).max()), SMALLEST)
     step = motion * ((COLLAPSE_LENGTH - 1) * size / np.abs(motion).max())
     shares = np.linspace(0.0, 1.0, COLLAPSE_FRAMES + 1)[1:]

@@ -9,7 +9,7 @@ import shapely
 
 from masonry_opt.problem.assembly import Assembly
 
-#: Number of joints from which on marks on joints are drawn smaller, so that they do not overlap.
+#: Smallest number of joints at which marks on joints are drawn smaller, so that the marks do not overlap.
 MANY = 1000
 
 #: Names of marks inside blocks. In space, such marks are drawn as if blocks were transparent.

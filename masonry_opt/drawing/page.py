@@ -180,7 +180,7 @@ def caption(elements: Elements) -> str:
 
 
 def _choices(layers: dict[str, list[Marks]], first: str) -> str:
-    """Return HTML buttons for the choice of what joints show. Buttons without data are disabled."""
+    """Return HTML buttons that select the quantity drawn on joints. Buttons without data are disabled."""
     states = {kind: "" if kind in layers else " disabled" for kind in (HISTORY, *PICTURE_KINDS)}
     states[first if first in layers else "mechanism"] = " checked"
     choice = '<label><input type="radio" name="show" value="{0}"{1}> {0}</label>\n'
@@ -294,7 +294,7 @@ def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dic
 
 
 #: Largest number of blocks for which a notebook shows a picture. Results of larger scenes have no picture,
-#: because it would make the notebook's file too large.
+#: because it would make the notebook's file too large. Reports draw larger scenes as PNG, not as SVG.
 MOST_BLOCKS_DRAWN = 2000
 _NOTEBOOK_WIDTH = 560  #: Maximum width of a result in a notebook, in pixels.
 

@@ -88,7 +88,7 @@ def _bodies(scene: Scene, origin: np.ndarray, motion: np.ndarray) -> list[_Body]
 
 
 def _joined(parts: Iterable[Polyhedron]) -> tuple[np.ndarray, list[list[int]]]:
-    """Return the corners and faces of a block that is joined from several polyhedra.
+    """Return the corners and faces of a block that consists of several polyhedra.
 
     The normals of all faces point outwards.
     """

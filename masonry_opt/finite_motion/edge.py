@@ -26,8 +26,8 @@ from masonry_opt.solution.thresholds import same
 #: velocities are relative to the speed of the fastest corner, and deviations of lengths to the size of the
 #: scene. With a larger value, more mechanisms count as rotations about an edge.
 _ROTATION_TOLERANCE = 1e-3
-#: The path ends before an angle at which λ grows without bound. The distance from this angle is this fraction
-#: of the angle.
+#: If λ grows without bound near an angle, the path ends before the angle is reached. The distance is this
+#: fraction of the angle.
 _POLE_DISTANCE = 1e-3
 #: A joint is reported as opening or sliding if its rate exceeds this fraction of the largest rate.
 _REPORTED_SHARE = 1e-3

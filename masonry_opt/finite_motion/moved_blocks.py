@@ -357,7 +357,7 @@ def _pressed(problem: Problem, q: np.ndarray) -> np.ndarray:
 def least_missed(
     problem: Problem, load_factor: float, effort: Effort
 ) -> tuple[float, np.ndarray, np.ndarray] | None:
-    """Minimise the violation v by which forces miss equilibrium and yield at a given load factor λ.
+    """Minimise the violation v of equilibrium and yield at a given load factor λ.
 
         min  v    s.t.    −v ≤ B q + λ f_L + f_D ≤ v,    z + v = C q + c + v ≥ 0
 

@@ -366,7 +366,7 @@ class Contacts:
         return np.asarray(np.where(closed, 1.0, depth)[kept])
 
     def far_ends(self, kept: np.ndarray) -> np.ndarray:
-        """Return True for each joint of the indices ``kept`` whose first end has opened, shape (joints,)."""
+        """For each joint with an index in ``kept``, return True if its first end has opened."""
         return np.asarray(~self.touches[self.joints.first_point][kept])
 
 

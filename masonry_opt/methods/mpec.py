@@ -74,7 +74,7 @@ class MpecOptions(Options):
 
     @model_validator(mode="after")
     def _falling(self) -> "MpecOptions":
-        """Check that ``epsilon`` falls: raise ValueError if ``epsilon`` is smaller than ``epsilon_min``."""
+        """Raise ValueError if ``epsilon`` is smaller than ``epsilon_min``."""
         if self.epsilon < self.epsilon_min:
             raise ValueError("'epsilon' must be at least 'epsilon_min'")
         return self

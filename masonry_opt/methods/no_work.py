@@ -47,9 +47,9 @@ _NEGLIGIBLE_WORK = 1e-3
 _DEAD_LOAD_SHARES = 0.75, 0.5
 
 #: Largest number of estimates λ₀ of the load factor that are tried in the search for a collapse without work
-#: of the live load. The search then ends without an answer. Several estimates may be needed, because the
-#: modified loads equal the loads of the scene only at λ₀. Usually the first estimate, the associative load
-#: factor, is the answer.
+#: of the live load. After this number the search ends without an answer. Several estimates may be needed,
+#: because the modified loads equal the loads of the scene only at λ₀. Usually the first estimate, the
+#: associative load factor, is the answer.
 _MOST_LOAD_FACTORS = 8
 
 #: Fields of a method's step records that contain load factors, which are converted to the loads of the scene.

@@ -74,8 +74,8 @@ class Refutation:
     #: True for each yield condition whose slack (in statics) or rate (in kinematics) the program sets to
     #: zero, shape (faces,).
     restricted: np.ndarray
-    #: True for each restricted yield condition that the proof of infeasibility needs, because its multiplier
-    #: is larger than rounding errors, shape (faces,).
+    #: True for each restricted yield condition that the proof of infeasibility needs, shape (faces,). Its
+    #: multiplier (in statics) or its negative resistance (in kinematics) is larger than rounding errors.
     blamed: np.ndarray
 
 

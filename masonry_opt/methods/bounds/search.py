@@ -110,7 +110,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return refiner_of(self._task)
 
     def lower_to(self, load_factor: float) -> None:
-        """Lower the range of the search to load factors below ``load_factor``.
+        """Restrict the search to load factors below ``load_factor``.
 
         All conflicts remain valid, because they hold for every lower load factor. Raise Undecided if the load
         factor is zero, because no lower load factor remains.
@@ -277,7 +277,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
                 return
 
     def _descended(self) -> bool:
-        """Descend to an exact state with a lower load factor; if it exists, store it and return True.
+        """Look for an exact state with a lower load factor; if one is found, store it and return True.
 
         The state must be near the last mechanism. Raise Undecided if the net load of all blocks that move in
         the state is zero. The state is then no answer, and it prevents a proof.

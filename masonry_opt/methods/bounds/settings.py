@@ -17,9 +17,9 @@ class ProofSettings(Settings):
     #: proof invalid.
     gap: float = 5e-7
 
-    #: Slack below which a yield condition counts as at yield, and rate below which its rate counts as zero.
-    #: With a larger value the search solves fewer linear programs, but must later refute more combinations of
-    #: conditions with nonzero rates.
+    #: Value up to which the slack of a yield condition counts as zero, and also its rate. With a larger value
+    #: the search solves fewer linear programs, but must later refute more combinations of conditions with
+    #: nonzero rates.
     zero: float = 1e-9
 
     #: Largest product z_i p_i of the slack and the rate of a yield condition, in units of the load, at which

@@ -55,8 +55,9 @@ _FASTEST = 20.0
 #: forces and motions, in units of the live load's mean velocity.
 _NEGLIGIBLE_MOTION = 1e-3
 
-#: Largest number of iterations of a solver for one program of method "global". The solver then stops, and the
-#: bound follows from its last multipliers. The limit also ends programs that have no time limit.
+#: Largest number of iterations of a solver for one program of method "global". If a solver reaches it, the
+#: next solver is tried. If no solver finds an optimum, the bound follows from the last multipliers. The limit
+#: also ends programs that have no time limit.
 _MOST_PROGRAM_ITERATIONS = 500
 
 #: Smallest time limit of one program of method "global", in seconds.

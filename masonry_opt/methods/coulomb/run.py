@@ -237,7 +237,7 @@ class LowestState:
             self._effort.lowers(self.answer.load_factor)
 
     def _counts(self, state: Answer | ExactState, below: float = inf) -> bool:
-        """Record the λ of a physically meaningful state. Return True if it counts as a possible answer.
+        """Record the λ of a physically meaningful state. Return True if the state may be the answer.
 
         If the forces at rest are prescribed, a state with a negative load factor is not an answer.
         """

@@ -178,7 +178,7 @@ class Refiner(StateFinder):
         return self._kinematics.values("p"), self._kinematics.values("d")
 
     def least(self, rates: np.ndarray, d: np.ndarray) -> ExactState | None:
-        """Return the state of least λ with a given mechanism, or None if no state has this mechanism.
+        """Return the state of least λ with a given mechanism, or None if no such state is found.
 
         This is program (b) of this module: all faces with a nonzero rate are at yield. The mechanism has the
         rates ``rates``, shape (faces,), and the velocities ``d``, shape (3b,).
@@ -263,7 +263,7 @@ class Refiner(StateFinder):
         return again if again and is_lower(again.load_factor, state.load_factor) else None
 
     def _weightless(self, state: ExactState) -> bool:
-        """Return True if λ is negative and the moving blocks are weightless: without net load at this λ."""
+        """Return True if λ is negative and no moving block carries a net load at this λ."""
         return weightless(self.problem, state.load_factor, state.d)
 
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:

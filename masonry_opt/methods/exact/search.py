@@ -146,7 +146,7 @@ class Search:
 
     @property
     def _starts_with_weaker_ties(self) -> dict[str, "_Start"]:
-        """Start from random forces in which ties may use only a fraction of their strength.
+        """Kinds of start from random forces in which ties may use only a fraction of their strength.
 
         If a scene has ties or other limited forces, these starts come first, because states with a lower λ
         may exist in which a tie does not yield.

@@ -69,8 +69,8 @@ class SearchSettings(Settings):
     #: steps together. Further starts in the plane also need the simplex method, see ``simplex_up_to``.
     small: int = 60
 
-    #: Rate of a yield condition in a mechanism up to which the rate counts as zero. With a smaller value
-    #: rounding errors count as motion. With a larger value slow parts of a mechanism are ignored.
+    #: Largest rate of a yield condition in a mechanism that counts as zero. With a smaller value rounding
+    #: errors count as motion. With a larger value slow parts of a mechanism are ignored.
     at_rest: float = 1e-9
 
     #: Slack below which a yield condition counts as at yield in the search for exact states. With a smaller

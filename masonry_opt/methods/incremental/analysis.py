@@ -69,8 +69,8 @@ class IncrementalResult:
     #: Unbalanced forces under the load factor ``carried``, divided by the norm of the live load, shape (3b,).
     #: The forces are small enough to count as equilibrium. None if the scene is unstable.
     unbalanced: np.ndarray | None = None
-    #: Largest excess of ``carried`` over the load factor of an exact state at which the excess still counts
-    #: as an effect of unbalanced forces. It is less than the accuracy of the load history.
+    #: Largest amount by which ``carried`` may exceed the load factor of an exact state because of unbalanced
+    #: forces. It is less than the accuracy of the load history.
     most_excess: float = 0.0
 
     @property
@@ -213,7 +213,7 @@ class _LoadRaising:
 
     @cached_property
     def rate(self) -> np.ndarray:
-        """Rate of the block displacements with respect to the load factor, shape (3b,)."""
+        """Derivative of the block displacements with respect to the load factor, shape (3b,)."""
         return self.solver.solve_linear(self.reached.response.tangent, 0.0, self.problem.live)
 
     def run(self) -> IncrementalResult:
@@ -237,7 +237,7 @@ class _LoadRaising:
         return self._result(End.UNDECIDED)
 
     def _raise_to(self, load_factor: float) -> None:
-        """Apply a larger load factor, and record whether the blocks find equilibrium or collapse."""
+        """Apply a larger load factor, and record the equilibrium, collapse or slow motion that follows."""
         if load_factor < self.unreached and self._reach(load_factor):
             return
         found = self.solver.move(self.reached.state, self._load(load_factor))
@@ -257,7 +257,7 @@ class _LoadRaising:
         self.state_in_motion = state if is_lower else None
 
     def _pass_slow_motion(self) -> bool:
-        """Try larger loads after an undecided slow motion. Return False if they are undecided too."""
+        """Try larger loads after a slow motion. Return False if neither equilibrium nor collapse follows."""
         slow, increment = self.slow[0], self.settings.smallest_increment
         while self.slow and self.not_carried == inf and increment < 1:
             self._raise_to(slow * (1 + increment))
@@ -308,7 +308,7 @@ class _LoadRaising:
         return self.settings.tolerance / 4 * self._size_of(self.carried)
 
     def _size_of(self, load_factor: float) -> float:
-        """Return the magnitude of a load factor, at least a positive minimum, for relative differences."""
+        """Return a load factor, but at least a positive minimum, as reference for relative differences."""
         return max(load_factor, self.settings.smallest_increment * self.unit)
 
     def _choose_increment(self) -> float:
@@ -325,7 +325,7 @@ class _LoadRaising:
         least = settings.smallest_increment * load_factor
         motion = solver.size_of_motion(self.rate)
         if motion == 0:
-            # No elastic deformation can balance the live load. The smallest increment already leads to
+            # No elastic deformation can balance the live load, so the smallest increment already leads to
             # collapse.
             return least
         by_forces = settings.increment * forces / motion

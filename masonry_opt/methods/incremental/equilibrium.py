@@ -78,8 +78,7 @@ class _Step:
     response: Response
     displacement: np.ndarray  #: d, shape (3b,)
     unbalanced: np.ndarray  #: r, shape (3b,)
-    #: Unbalanced forces: residual of eq. (2), or of eq. (1) if there is no damping, shape (3b,).
-    residual: np.ndarray
+    residual: np.ndarray  #: residual of eq. (2), or of eq. (1) if there is no damping, shape (3b,)
 
 
 class EquilibriumSolver:
@@ -222,7 +221,7 @@ class EquilibriumSolver:
         return self.factors(tangent, damping).solve(right)
 
     def far(self, load: np.ndarray) -> float:
-        """Return the displacement beyond which the blocks are so far away that they count as collapsed.
+        """Return the displacement beyond which the blocks count as collapsed under a load.
 
         The load has shape (3b,).
         """
@@ -251,10 +250,9 @@ class EquilibriumSolver:
         return self.size_of_motion(displacement) <= self.settings.rounding * float(np.abs(displacement).max())
 
     def _find_endless_motion(self, step: _Step, load: np.ndarray) -> np.ndarray | None:
-        """Return a displacement along a mechanism that does not end, or None if the blocks may still stop.
+        """Return a displacement of size ``far`` along a mechanism, or None if the blocks may still stop.
 
-        The displacement has the size ``far``. Without damping, the unbalanced forces cause such a large
-        displacement only along a mechanism.
+        Without damping, the unbalanced forces cause such a large displacement only along a mechanism.
         """
         far = self.far(load)
         motion = self.solve_linear(step.response.tangent, 0.0, step.unbalanced)

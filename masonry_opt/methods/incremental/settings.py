@@ -52,8 +52,9 @@ class IncrementalSettings(Settings):
     #: is larger. With a smaller value Newton's method takes more iterations. With a larger value errors
     #: accumulate over the load history.
     equilibrium: float = 1e-9
-    #: Largest number of Newton iterations for one equilibrium. If more would be needed, Newton's method
-    #: fails, and the slower damped motion replaces it. With more iterations unsuccessful solves take longer.
+    #: Largest number of Newton iterations for one equilibrium, and for the slip of joints under trial forces.
+    #: If an equilibrium would need more, Newton's method fails, and the slower damped motion replaces it.
+    #: With more iterations unsuccessful solves take longer.
     newton_iterations: int = 20
     #: Largest number of times that a Newton step is halved if it does not reduce the residual, and that a
     #: time step of a damped motion is halved if it is too long. If more halvings would be needed, the step

@@ -64,7 +64,7 @@ class StiffnessMatrix:
         self._order: Band | SparseOrder = band if is_narrow else SparseOrder(rows, columns, self.size)
 
     def suits(self, problem: Problem, law: ContactLaw) -> bool:
-        """Return True if this matrix fits a problem: it was built for equal joints and elastic stiffness."""
+        """Return True if a problem has the joints and elastic stiffness for which this matrix was built."""
         return self._source is problem.B and np.array_equal(self._stiffness, law.stiffness)
 
     def factorise(self, tangent: np.ndarray, damping: float) -> Factors:

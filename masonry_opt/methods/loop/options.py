@@ -67,8 +67,8 @@ class LoopOptions(Options):
         then find a lower load factor.
     finish: True to end with exact forces. One more linear program finds forces at which the faces with
         nonzero rates are at yield, with the nearest load factor. After rough sub-problems two programs are
-        solved. The first finds forces that leave least energy in faces with nonzero rates that are not at
-        yield. The second finds the mechanism that leaves least energy for these forces.
+        solved. The first finds forces of low λ that leave little energy in faces with nonzero rates that are
+        not at yield. The second finds the mechanism that leaves least energy for these forces.
     remedies: changes that are tried if a run of the loop fails: "all", "slope" (only a smaller slope, after
         an infeasible sub-problem), or "none". A rough associative answer is always solved again accurately.
     revise: function that replaces the rule for the shear limits (section 6.4). It takes a

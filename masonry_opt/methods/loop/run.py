@@ -54,8 +54,8 @@ LONGEST_PERIOD = 6
 #: larger value slowly damped oscillations count as cycles.
 _STEADY = 0.05
 
-#: Rates, relative to the largest rate, above which a rate in a mechanism counts as nonzero. The first value
-#: is larger than the rates that solvers return in place of zero. The second value is tried if the first value
+#: Fractions of the largest rate of a mechanism above which a rate counts as nonzero. The first value is
+#: larger than the rates that solvers return in place of zero. The second value is tried if the first value
 #: leads to no exact state, which happens in some cycles.
 _MOVING_RATE_SHARES = (1e-6, 1e-4)
 
@@ -172,8 +172,8 @@ class Run:
     def _nothing_to_do(self, last: SubProblem) -> Solution | None:
         """Return the associative answer if it also obeys the joints' own flow rule, otherwise None.
 
-        The loop then has nothing to do. None is also returned for a cohesive start and with the option
-        ``always``.
+        If the answer obeys this flow rule, the loop has nothing to do. None is also returned for a cohesive
+        start and with the option ``always``.
         """
         parameters, state = self.parameters, last.state
         if parameters.start != "associative" or parameters.always or not obeys_own_flow(self.problem, state):
