@@ -37,12 +37,12 @@ from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Solver, Verdict
 from masonry_opt.stability.diagnosis import locking_joints
 
-#: Largest number of joints of a scene on which a proof is sought that no load factor exists. On larger scenes
-#: no proof is sought.
+#: Largest number of joints of a scene for which this module tries to prove that no load factor exists. For
+#: larger scenes, no proof is sought.
 _RAYS_UP_TO = 2000
 
-#: Largest number of joints of a scene on which branch and cut tries to prove that no load factor exists. On
-#: larger scenes this attempt is skipped.
+#: Largest number of joints of a scene for which branch and cut tries to prove that no load factor exists. For
+#: larger scenes, branch and cut is skipped.
 _CUTS_UP_TO = 100
 
 #: Limit of the number of linear programs of branch and cut, multiplied by the number of joints. Beyond the
