@@ -29,8 +29,8 @@ _MATRIX_KEYS = ("gravity", "tolerance", "contact_tolerance", "thickness", "block
 #: properties or text.
 _LOAD_KEYS = ("tilt", "edge_loads", "loads", "earthquake", "load_case")
 
-#: Largest allowed limit of the force of a tie, prop or earth, relative to the unit of force. A larger limit
-#: raises an error, because solvers would treat the loads as zero.
+#: Largest permitted limit of the force of a tie, a prop or earth pressure, relative to the unit of force. A
+#: larger limit raises an error, because solvers would treat the loads as zero.
 _LARGEST_LIMIT = 1e9
 
 
@@ -95,7 +95,7 @@ class Assembly:
 
     @property
     def pressed(self) -> np.ndarray:
-        """Return the indices of the points where each joint is pressed together, shape (points, c)."""
+        """Return the indices of the contact points at which joints can be pressed, shape (points, c)."""
         return self.joints.parts[1]
 
     @property

@@ -111,10 +111,11 @@ class EdgeFactors:
             }
 
     def compatibility(self) -> Iterator[Form]:
-        """Generate the compatibility equations of each joint: the motion of its blocks equals its rates.
+        """Generate the compatibility equations of each joint, which relate its motion to its rates.
 
-        The three equations are Aᵀd − G v = 0, for rates v = (u, p). The first two equations are the openings
-        of the joint's two edges; the third is its slip.
+        The three equations are Aᵀd − G v = 0: the velocities d of the blocks move the joint as its rates
+        v = (u, p) do. The first two equations are for the openings of the joint's two edges; the third is for
+        its slip.
         """
         for j in range(self.problem.joints):
             rates = self.rates_of(j)

@@ -355,10 +355,10 @@ class Faces:
 
     @cached_property
     def bent(self) -> np.ndarray:
-        """Return the indices of the yield conditions for crushing, whose chords bend the limits of rocking.
+        """Return the indices of the crushing conditions, which bend the straight limits of rocking.
 
-        The shape (2, l, chords) is for both contact points, the l joints with limited strength, and the
-        chords.
+        The shape is (2, l, chords): two contact points, l joints with limited strength, and the chords of
+        each moment limit.
         """
         return np.arange(self.count)[self.chords].reshape(self.layout.points, -1, len(CHORDS.slope))
 

@@ -20,8 +20,8 @@ from masonry_opt.scene.scene import Scene
 #: earth pressure would act on level edges whose coordinates are rounded.
 _LEVEL_EDGE_TOLERANCE = 1e-9
 
-#: Number of Gauss points in each piece of a uniform load on a road over fill. With more points, loads that
-#: spread through fill are more accurate but take longer to compute.
+#: Number of Gauss points in each piece of a uniform load on a road. With more points, loads that spread
+#: through fill are more accurate but take longer to compute.
 _GAUSS_POINT_COUNT = 4
 #: Number of equal parts into which a road over fill is divided for uniform loads. With more parts, loads that
 #: spread through fill are more accurate but take longer to compute.

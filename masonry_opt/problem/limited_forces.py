@@ -79,7 +79,7 @@ def columns(
 
 
 def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
-    """Return the struts of a scene: the limited forces of its ties and props.
+    """Return the limited forces of a scene's ties and props.
 
     Raises
     ------

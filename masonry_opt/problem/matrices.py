@@ -146,7 +146,7 @@ class Matrices:
 
     @cached_property
     def ends(self) -> sp.csr_array:
-        """Return the incidence matrix that shows at which blocks each joint ends, shape (b, c).
+        """Return the incidence matrix of blocks and joints, shape (b, c).
 
         An entry is 1 if the joint touches the block.
         """

@@ -19,8 +19,8 @@ _LEAST_SINGULAR_VALUE = 1e-9
 #: to a second. Larger components count as dependent, so a result never claims that their forces are unique.
 _MOST_COLUMNS_OF_COMPONENT = 1500
 
-#: Number of rounds of Ruiz scaling before singular values are computed. Each round scales rows and columns to
-#: about unit length. More rounds change little; fewer rounds leave rows of very different lengths.
+#: Number of rounds of Ruiz scaling before singular values are computed. Each round brings the lengths of rows
+#: and columns closer to one. More rounds change little; fewer rounds leave rows of very different lengths.
 _SCALING_ROUNDS = 5
 
 

@@ -125,11 +125,11 @@ class SettledState:
         return np.column_stack([points, [height[x == point].max() for point in points]])
 
     def struts(self, at_rest: Sequence[LimitedForce]) -> tuple[LimitedForce, ...]:
-        """Return the struts (ties and props) between the displaced positions of their end points."""
+        """Return the ties and props between the displaced positions of their end points."""
         return tuple(self._strut(force) for force in at_rest if force.role in (Role.TIE, Role.PROP))
 
     def _strut(self, force: LimitedForce) -> LimitedForce:
-        """Return a strut (tie or prop) along the line between its displaced ends."""
+        """Return a tie or prop along the line between its displaced ends."""
         poses = np.vstack([self.poses, np.zeros(3)])  # the ground has the index −1
         first, second = (placed(action.point, poses[action.block]) for action in force.actions)
         along = second - first

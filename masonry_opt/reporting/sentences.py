@@ -131,7 +131,7 @@ def _slide(v: dict[str, Any]) -> str:
 
 
 def _slip(v: dict[str, Any]) -> str:
-    """Return a clause that states the largest slip at a joint and at a hinge, or "" for a scene in space."""
+    """Return a clause that compares the largest slip with the slip of a hinge, or "" for a scene in space."""
     if "slip" not in v:
         return ""
     slip, most = numeral(100 * v["slip"], ".2g"), numeral(100 * SLIDES, "g")

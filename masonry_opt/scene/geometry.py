@@ -392,7 +392,7 @@ class Profile:
 
     @property
     def depth(self) -> np.ndarray:
-        """Return the depths of the edges below the line, 0 for edges above the line, shape (pieces, 2)."""
+        """Return the depths of the edges' ends below the line, 0 for ends above it, shape (pieces, 2)."""
         return np.maximum(self.line - self.y, 0.0)
 
 

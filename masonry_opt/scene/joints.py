@@ -115,7 +115,7 @@ class Joint(_InDegrees):
     strength: Positive | None = None
 
     def over(self, defaults: JointDefaults) -> JointDefaults:
-        """Return the properties of this joint, which override those of ``defaults``.
+        """Return ``defaults``, overridden by the properties that this joint sets.
 
         Raises CaseError if the resulting properties are inconsistent.
         """

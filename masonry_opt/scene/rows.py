@@ -123,7 +123,7 @@ def following(count: np.ndarray) -> np.ndarray:
 
 
 def steps_round(ring: Sequence[int]) -> Iterator[tuple[int, int]]:
-    """Return the steps round a ring: pairs of successive entries, including the last and the first entry."""
+    """Return the steps round a ring: its pairs of successive entries, and the pair of last and first."""
     return zip(ring, [*ring[1:], ring[0]], strict=True)
 
 

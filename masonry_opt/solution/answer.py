@@ -296,11 +296,12 @@ def ray_residuals(
 
 
 def kinematic_residual(problem: Problem, q: np.ndarray, still: np.ndarray) -> float:
-    """Return the residual of a proof that a given face must have a nonzero rate if the live load does work.
+    """Return the residual of a proof that at least one of the given faces must have a nonzero rate.
 
-    The given faces (yield conditions) are those for which ``still``, shape (faces,), is True. A residual of
-    zero proves that f_L·d ≤ 0 in every mechanism in which the rates of all given faces are zero. The residual
-    is the larger value of :func:`ray_residuals` with the joints' own flow rule.
+    The proof is valid for mechanisms in which the live load does positive work. The given faces (yield
+    conditions) are those for which ``still``, shape (faces,), is True. A residual of zero proves that
+    f_L·d ≤ 0 in every mechanism in which the rates of all given faces are zero. The residual is the larger
+    value of :func:`ray_residuals` with the joints' own flow rule.
     """
     return max(ray_residuals(problem, q, problem.dilatancy, still))
 

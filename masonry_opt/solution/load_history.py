@@ -17,8 +17,8 @@ class LoadStep:
 
     iteration: int  #: number of the step, counted from 1; the first step is under the dead load alone
     load_factor: float  #: load factor λ at the end of the increment
-    #: Displacement of the live load: its work divided by Σ|f_L|. The unit is the elastic shortening of a
-    #: joint of mean length that carries the mean contact force of the dead load.
+    #: Displacement of the live load: its work divided by Σ|f_L|. The unit is the distance by which an elastic
+    #: joint of mean length closes under the mean contact force of the dead load.
     displacement: float
     is_jump: bool  #: True if the step is a jump: the blocks came to rest after a damped motion
     sliding: np.ndarray  #: True for contacts that are pressed and at their friction limit, shape (c,)

@@ -23,9 +23,10 @@ from masonry_opt.files import JSON_KEY, WRITER, refuse_unwritable, write_whole
 #: Version of the file format. A reader refuses files of other versions.
 FORMAT = 1
 
-#: A proof excludes all collapse states in which the sum of all forces is at most this multiple of the sum of
-#: all loads, and the sum of all motions is at most this multiple of the mean velocity of the live load. A
-#: larger range requires multipliers with smaller rounding errors.
+#: Range of forces and motions that a proof covers. Up to its bound, a proof excludes all collapse states in
+#: which the sum of all forces is at most this multiple of the sum of all loads, and the sum of all motions is
+#: at most this multiple of the mean velocity of the live load. A larger range requires multipliers with
+#: smaller rounding errors.
 REACH = 1e6
 
 

@@ -190,14 +190,14 @@ class Code(StrEnum):
     NOTHING_SOLVED = "nothing solved"
 
     # The method found exact states from several starts. The value ``candidates`` is the number of starts. The
-    # value ``count`` is the number of different exact states. The values ``least`` and ``most`` are the
-    # smallest and the largest of their load factors.
+    # value ``count`` is the number of different exact states with λ > 0. The values ``least`` and ``most``
+    # are the smallest and the largest of their load factors.
     STATES_MET = "states met"
     # All starts led to one load factor, but there were only few starts. Value: ``candidates``, the number of
     # starts.
     FEW_STARTS = "few starts"
     # The search for lower load factors has ended. The value ``candidates`` is the number of starts. The value
-    # ``interrupted`` is True if the user ended the search.
+    # ``interrupted`` is True if the user or the time limit ended the search.
     SEARCHED = "searched"
     # The search found no exact state near the forces from which it started.
     NOT_FOUND = "no exact state near the forces"
@@ -205,9 +205,10 @@ class Code(StrEnum):
     NO_TIME = "no time"
 
     # The lower bound agrees with the lowest load factor, and is valid without assumptions. All codes of
-    # method "global" have four values. The value ``bound`` is the lower bound of λ. The value ``load_factor``
-    # is λ of the answer. The value ``rates`` is the largest sum of rates for which the bound is valid, or
-    # None. The value ``forces`` is True if the bound assumes a limit of normal forces.
+    # method "global", except NO_EXACT_STATE, have four values. The value ``bound`` is the lower bound of λ.
+    # The value ``load_factor`` is λ of the answer. The value ``rates`` is the largest sum of rates for which
+    # the bound is valid, or None if the bound needs no such limit. The value ``forces`` is True if the bound
+    # assumes a limit of normal forces.
     PROVEN = "proven"
     # The lower bound agrees with the lowest load factor, but is valid only for states within the assumed
     # limits of rates and forces.
@@ -233,11 +234,12 @@ class Code(StrEnum):
     JOINT_CLOSES = "joint closes"
     # A closed joint opens in the finite motion. Value: ``pairs``, the two blocks of the joint.
     JOINT_OPENS = "joint opens"
-    # Joints slide at the onset of collapse, so no finite motion is computed. The value ``associative`` is the
-    # associative load factor, or None if it is unlimited. The value ``pairs`` lists the two blocks of each
-    # joint that slides. In the plane, the value ``slip`` is the largest slip rate of a joint divided by the
-    # speed of the fastest corner. In space, the value ``turning`` is the load factor at which the body that
-    # rotates in the mechanism would collapse by itself.
+    # No finite motion is computed, because joints slide at the onset of collapse, or because the hinging
+    # mechanism alone has another load factor. The value ``associative`` is the associative load factor, or
+    # None if it is unlimited. The value ``pairs`` lists the two blocks of each joint that slides. In the
+    # plane, the value ``slip`` is the largest slip rate of a joint divided by the speed of the fastest
+    # corner. In space, the value ``turning`` is the load factor at which the body that rotates in the
+    # mechanism would collapse by itself.
     NOT_HINGING = "not hinging"
     # Joints begin to slide in the finite motion. The value ``pairs`` lists the two blocks of each sliding
     # joint. In the plane, the value ``slip`` is the largest slip rate of a joint divided by the speed of the
@@ -256,13 +258,14 @@ class Code(StrEnum):
     # The solver did not solve the linear program for the forces in the next state.
     FORCES_UNDECIDED = "forces undecided"
 
-    # The friction is larger than in any dry joint. The value ``friction`` is the friction coefficient. The
-    # value ``pairs`` lists the two blocks of each joint; it is empty if the default for all joints is too
-    # large. All codes from here on are warnings about properties of the scene that look unintended.
+    # The friction is larger than in any dry joint. The value ``pairs`` lists the two blocks of each joint;
+    # it is empty if the default for all joints is too large. The value ``friction`` is the coefficient of the
+    # first joint, or the default. All codes from here on are warnings about properties of the scene that look
+    # unintended.
     FRICTION_HIGH = "friction high"
-    # The dilatancy is negative, and its magnitude is larger than the friction. The values ``dilatancy`` and
-    # ``friction`` are the two coefficients. The value ``pairs`` lists the two blocks of each joint; it is
-    # empty if the default for all joints is wrong.
+    # The dilatancy is negative, and its magnitude is larger than the friction. The value ``pairs`` lists the
+    # two blocks of each joint; it is empty if the default for all joints is wrong. The values ``dilatancy``
+    # and ``friction`` are the two coefficients of the first joint, or the defaults.
     DILATANCY_LOW = "dilatancy low"
     # Some supports have no function, because no movable block, fill, tie or prop touches them. Value:
     # ``blocks``, the names of these supports.
@@ -271,8 +274,8 @@ class Code(StrEnum):
     # joint.
     HELD_BY_CLAMPING = "held by clamping"
     # Some blocks are far away from all other blocks. The value ``blocks`` lists the names of the blocks far
-    # away. The value ``distance`` is their distance from all other blocks. The value ``size`` is the extent
-    # of all other blocks.
+    # away. The value ``distance`` is the distance of the nearest group of these blocks from the box around
+    # all other blocks. The value ``size`` is the diagonal of this box.
     FAR_AWAY = "far away"
     # Unit weights of blocks are so different that some of them probably have a wrong unit. The value
     # ``blocks`` lists the names of the blocks with an unusual unit weight. The value ``median`` is the median
@@ -325,7 +328,8 @@ class Code(StrEnum):
     # solids.
     FACES_TURNED = "faces turned"
     # Corners press on edges of limited strength. The value ``pairs`` lists the two blocks of each joint at
-    # such a corner. The value ``normal_forces`` lists the normal forces of the joints, largest first.
+    # such a corner. The value ``normal_forces`` lists the normal forces of the joints, largest first; it is
+    # empty if the result has no load factor.
     CORNERS_BEAR = "corners bear"
     # A part of an edge load has no effect, because it is not on a free edge of a movable block. The value
     # ``number`` is the number of the edge load, from 1. The value ``length`` is the length of this part.
@@ -338,7 +342,8 @@ class Code(StrEnum):
     ACTS_OUTSIDE = "acts outside"
     # Forces on blocks are so large or so small compared with the weights that their unit is probably wrong.
     # The value ``load`` is "live" or "dead". The value ``blocks`` lists the blocks with an unusual force. The
-    # value ``ratio`` is the force on the first of these blocks divided by its weight.
+    # value ``ratio`` is the force on the first of these blocks divided by its weight. A large force on a
+    # light block is divided by the median weight instead.
     FORCES_DIFFER = "forces differ"
 
 

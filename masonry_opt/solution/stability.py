@@ -12,9 +12,9 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.rank import has_independent_columns
 from masonry_opt.solution.thresholds import IDLE
 
-#: Smallest normal force of a joint whose resultant is considered in the safety margins of a stable scene, as
-#: a fraction of the dead load of the joint's lighter block. Joints with smaller forces are ignored, because
-#: they have little influence on stability.
+#: Smallest normal force of the joints among which ``worst_joint`` looks for the resultant nearest to an edge,
+#: as a fraction of the dead load of the joint's lighter block. Joints with smaller forces are ignored,
+#: because they have little influence on stability.
 _PRESSED_SHARE = 0.01
 
 

@@ -29,7 +29,7 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
 from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 
-#: Key of ``result.solvers`` under which the solvers are listed that determine why there is no load factor.
+#: Key of ``result.solvers`` for the optimisation programs that determine why there is no load factor.
 DIAGNOSIS = "diagnosis"
 
 #: Largest number of programs that are solved to decide if a load drives a mechanism. If more programs are
@@ -317,7 +317,7 @@ def _decide(
 def _finer(
     problem: Problem, motion_and_forces: tuple[np.ndarray, np.ndarray] | None, senses: Senses | None
 ) -> Senses:
-    """Return finer polygons for the next program: the slip directions that replace the friction circles.
+    """Return the slip directions of finer polygons, which replace the friction circles in the next program.
 
     Polygons inside the circles alternate with polygons around the circles. The first directions are evenly
     spaced. The directions of slip in a motion, shape (3b,), and the directions opposite to the shears in

@@ -37,12 +37,12 @@ from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Solver, Verdict
 from masonry_opt.stability.diagnosis import locking_joints
 
-#: Largest number of joints of a scene on which a proof is sought that no load factor exists. On larger scenes
-#: no proof is sought.
+#: Largest number of joints of a scene for which this module tries to prove that no load factor exists. For
+#: larger scenes, no proof is sought.
 _RAYS_UP_TO = 2000
 
-#: Largest number of joints of a scene on which branch and cut tries to prove that no load factor exists. On
-#: larger scenes this attempt is skipped.
+#: Largest number of joints of a scene for which branch and cut tries to prove that no load factor exists. For
+#: larger scenes, branch and cut is skipped.
 _CUTS_UP_TO = 100
 
 #: Limit of the number of linear programs of branch and cut, multiplied by the number of joints. Beyond the
@@ -50,7 +50,7 @@ _CUTS_UP_TO = 100
 #: and a few need up to 3300.
 _MOST_WORK = 120_000
 
-#: Key of ``result.solvers`` under which the solver is listed that decides if a load factor exists.
+#: Key of ``result.solvers`` for the linear programs that decide if a load factor exists.
 _EXISTENCE_PURPOSE = "existence"
 
 #: Rate of a face (yield condition) above which the rate counts as nonzero in a mechanism of branch and cut.
@@ -58,16 +58,16 @@ _EXISTENCE_PURPOSE = "existence"
 #: because the residual of each cut is compared with ``PROOF``.
 _MOVING_RATE = 1e-9
 
-#: A face belongs to a cut, a set of faces that contradict each other, if its Farkas multiplier exceeds this
-#: fraction of the largest multiplier. With a larger fraction, cuts contain fewer faces, but their residuals
-#: may be too large for a proof.
+#: A face (yield condition) belongs to a cut of branch and cut if its Farkas multiplier exceeds this fraction
+#: of the largest multiplier. With a larger fraction, cuts contain fewer faces, but their residuals may be too
+#: large for a proof.
 _TO_BLAME = 1e-9
 
 #: Number of latest cuts in which branch and cut counts how often each face occurs. The search branches on the
 #: most frequent face.
 _OF_LATE = 200
 
-#: Value of a face (yield condition) in branch and cut: the search has not chosen yet if its rate is zero.
+#: Value of a face (yield condition) in branch and cut: it is not yet decided if its rate is zero.
 _OPEN = -1
 
 #: Value of a face (yield condition) in branch and cut: its rate is zero.
@@ -90,17 +90,21 @@ class Cuts:
 
     The problem is in units of its load.
 
-    A *choice* has one value for each face (yield condition), shape (faces,): its rate may be nonzero, so that
-    it is at yield; its rate is zero; or this is still open. The search for cuts solves at most
-    ``most_programs`` linear programs.
+    A *choice*, shape (faces,), has one of three values for each face (yield condition):
+
+    - ``_MOVING``: the rate of the face may be nonzero, so the face must be at yield;
+    - ``_RESTING``: the rate of the face is zero;
+    - ``_OPEN``: it is not yet decided if the rate is zero.
+
+    The search for cuts solves at most ``most_programs`` linear programs.
 
     Attributes
     ----------
     exclude: True if the cuts exclude every choice, so that no Coulomb state exists.
     residual: largest residual of the conditions of a cut.
     static: number of sets of faces that cannot all be at yield in one state.
-    kinematic: number of sets of faces of which one has a nonzero rate in every mechanism in which the live
-        load does work.
+    kinematic: number of sets of faces of which at least one has a nonzero rate in every mechanism in which
+        the live load does work.
     """
 
     def __init__(self, problem: Problem, most_programs: int, effort: Effort) -> None:
@@ -124,7 +128,7 @@ class Cuts:
         self.static, self.kinematic = self._count[_RESTING], self._count[_MOVING]
 
     def _refute(self, choice: np.ndarray) -> None:
-        """Prove that no Coulomb state agrees with a choice of the faces whose rates are zero or nonzero.
+        """Prove that no Coulomb state agrees with ``choice``, which has a value for each face.
 
         Raises _Undecided if the proof fails.
         """
@@ -140,8 +144,8 @@ class Cuts:
     def _branch(self, choice: np.ndarray) -> int | None:
         """Return the face on which to branch next, or None if no Coulomb state agrees with ``choice``.
 
-        All values that the cuts imply are first added to ``choice``. Raises _Undecided if the open faces can
-        have nonzero rates and be at yield in one state.
+        All values that the cuts imply are first added to ``choice``. Raises _Undecided if all faces
+        with nonzero rates in a mechanism of the choice can be at yield in one state.
         """
         while self._follows(choice):
             moving = choice == _MOVING
@@ -213,8 +217,8 @@ class Cuts:
     def _kinematic_cut(self, still: np.ndarray) -> None:
         """Find faces of which at least one has a nonzero rate in every mechanism, and add them as a cut.
 
-        The faces of the cut are among the faces with zero rates, for which the mask ``still``, shape
-        (faces,), is True.
+        The mechanisms are those in which the live load does work. The faces of the cut are among the faces
+        with zero rates, for which the mask ``still``, shape (faces,), is True.
         """
         model = self._no_motion
         self._kinematics.set_most(model.v, np.where(still, np.inf, 0.0))

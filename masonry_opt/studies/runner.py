@@ -131,7 +131,7 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
 
 
 def whole(name: str, value: Any, least: int) -> int:
-    """Return an argument as a whole number. Raises OptionError unless it is at least ``least``."""
+    """Return a whole number as an int. Raises OptionError unless it is whole and at least ``least``."""
     if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
         raise OptionError(f"{name} must be a whole number, {least} or more (found {value!r})")
     return int(value)

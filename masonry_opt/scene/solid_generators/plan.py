@@ -202,7 +202,7 @@ class Plan(SolidGenerator):
         yield from mistakes or self._slivers(stretches)
 
     def _wrong_axes(self) -> Iterator[str]:
-        """Generate an error message for each wall whose name is not unique or whose axis is wrong."""
+        """Generate an error message for each repeated name of walls, and for each mistake in an axis."""
         for name in repeated(wall.name for wall in self.walls):
             yield f"two walls are named '{name}': rename one of them"
         for wall in self.walls:
@@ -249,7 +249,7 @@ class Plan(SolidGenerator):
                     )
 
     def _slivers(self, stretches: list[WallStretch]) -> Iterator[str]:
-        """Generate an error message for each sliver: a piece of a course shorter than a quarter block."""
+        """Generate an error message for each wall piece with a sliver: a run shorter than a quarter block."""
         for stretch in stretches:
             for course in range(stretch.courses):
                 pieces = [high - low for low, high in stretch.runs(course)]

@@ -34,7 +34,7 @@ _UNBOUNDED = 3  #: Status of scipy's linprog for an unbounded program.
 #: Slack above which an inequality counts as satisfied with a margin: a point is interior if all its slacks
 #: are larger.
 _LEAST_SLACK = 1e-9
-#: Number of times that a point is projected on the equations A x = b. Each projection reduces rounding
+#: Number of times that a point is projected onto the solutions of A x = b. Each projection reduces rounding
 #: errors.
 _PROJECTIONS = 6
 #: The step towards the interior point is multiplied by this factor. Otherwise the point could violate

@@ -33,11 +33,11 @@ from masonry_opt.solvers.registry import Verdict
 
 #: Function that returns the answer under a live load of shape (3b,).
 SolveLive = Callable[[np.ndarray], Solution]
-#: Distance on both sides of a position at which loads jump, at which the loads are evaluated instead. The
-#: distance is relative to the length of the road.
+#: Distance from a jump of the loads at which the loads are evaluated, on both sides of the jump, relative to
+#: the length of the road.
 _BREAK_DISTANCE = 1e-9
-#: Load on a block, relative to the largest entry of the live load, below which the load counts as a rounding
-#: error.
+#: Largest deviation of the loads from a linear or parabolic dependence on the position that counts as a
+#: rounding error, relative to the largest entry of the live load.
 _LOAD_TOLERANCE = 1e-7
 #: Shortest range of positions that the search for the least load factor halves, relative to the distance from
 #: the first to the last position. Shorter ranges are not halved.
@@ -52,7 +52,7 @@ _RATIO_MARGIN = 0.005
 #: between the worst position (with the least load factor) and its neighbours.
 _MOST_HALVINGS = 10
 #: The search for the least load factor of a crossing ends if halving the distances between the worst position
-#: and its neighbours decreases λ by less than this fraction of the tolerance.
+#: and its neighbours decreases the least λ by less than this fraction of its relative tolerance.
 _PROGRESS_SHARE = 0.1
 
 

@@ -226,7 +226,7 @@ Tried = Callable[[Trial], None]  #: Type of a function that is called with every
 
 THRESHOLD_TOLERANCE = 1e-6  #: Default width of the interval of the threshold, relative to the threshold.
 SAMPLES = 5  #: Default number of intermediate values that are tried before the search.
-#: Smallest size of a threshold to which its tolerance is relative, as a fraction of the searched range.
+#: Least value to which the tolerance of a smaller threshold is relative, as a fraction of the searched range.
 _LEAST_SCALE = 1e-3
 _LEAST_RTOL = 4 * np.finfo(float).eps  #: Least relative tolerance that Brent's method accepts.
 _MOST_ITERATIONS = 1000  #: Largest number of iterations of Brent's method; bisection alone needs about 30.

@@ -47,7 +47,9 @@ from masonry_opt.studies.settle.answer import KIND_NAMES, Settlement
 from masonry_opt.studies.writing import frame_table, render, table, versions
 
 Answer = Result | Crossing | Cases | Settlement | Capacity  #: Answers that a report can contain.
-_MOST_NAMED_BLOCKS = 60  #: Largest number of blocks of a scene whose names a drawing in a report shows.
+#: Largest number of blocks of a scene for which its drawing shows their names. Drawings of scenes with more
+#: blocks have no names.
+_MOST_NAMED_BLOCKS = 60
 _SCALE_BAR_HEIGHT = 0.08  #: Height of the strip for the scale bar, relative to the width of the drawing.
 _MOST_ROWS = 150  #: Largest number of rows of a table that a report prints; further rows are left out.
 #: Largest number of lines of a case file that a report prints; a longer case file is left out.

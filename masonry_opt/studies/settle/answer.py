@@ -41,8 +41,7 @@ _REACTION_COLUMNS = ("kind", "reaction", "status", "certainty", "moves")
 KIND_NAMES = {"coulomb": "Coulomb", "incremental": INCREMENTAL, "associative": ASSOCIATIVE}
 #: Headings of the table of openings on a page, by column.
 _OPENING_HEADINGS = {f"{kind}_at_movement": f"{kind} after the movement" for kind in ("opening", "sliding")}
-#: Largest number of joints whose openings are written into a picture, the widest openings first.
-_WRITTEN_JOINTS = 12
+_WRITTEN_JOINTS = 12  #: Largest number of joints whose opening or sliding a picture states, largest first.
 #: Note on the numbers in a picture.
 _NOTE = "Numbers at joints: opening, or sliding (s), per unit of the support's movement"
 _ARROWS = "direction in which the support moves"  #: Legend entry for the arrows on supports.
