@@ -317,7 +317,7 @@ def _decide(
 def _finer(
     problem: Problem, motion_and_forces: tuple[np.ndarray, np.ndarray] | None, senses: Senses | None
 ) -> Senses:
-    """Return finer polygons for the next program: the slip directions that replace the friction circles.
+    """Return the slip directions of finer polygons, which replace the friction circles in the next program.
 
     Polygons inside the circles alternate with polygons around the circles. The first directions are evenly
     spaced. The directions of slip in a motion, shape (3b,), and the directions opposite to the shears in

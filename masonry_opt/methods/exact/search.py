@@ -274,8 +274,8 @@ _LOWEST = "lowest state"
 _RANDOM_FORCES = "random forces"
 #: Kind of start of the search for lower states: the final forces of a load history with a random preload.
 _STRESS = "self-stress"
-#: Kind of start of the search for lower states: forces from a fixed-point iteration over costs of normal
-#: forces.
+#: Kind of start of the search for lower states: forces from a fixed-point iteration. It repeats a linear
+#: program and updates the cost of each normal force.
 _FIXED = "fixed point"
 #: Kind of start of the search for lower states: forces close to those of the lowest state so far.
 _NEIGHBOUR = "neighbour"

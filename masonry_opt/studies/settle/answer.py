@@ -117,10 +117,7 @@ class Bound:
 
     @property
     def reaction_at_end(self) -> float | None:
-        """Reaction at the end of the load history.
-
-        If the end is not known, the value is ``incremental``, the reaction at which equilibrium is lost.
-        """
+        """Reaction at the end of the load history; equal to ``incremental`` if the end is not known."""
         return self.incremental if self.result.end is None else self._reaction(self.result.end)
 
     @property
@@ -177,7 +174,7 @@ class Bound:
 
     @property
     def is_proven(self) -> bool:
-        """True if proven: no exact state has a reaction closer to the reaction at rest than ``reaction``."""
+        """True if it is proven that no exact state has a reaction closer to the reaction at rest."""
         return bool(known_least(self.result))
 
     @property
