@@ -255,7 +255,8 @@ _L = TypeVar("_L", ExactState, Answer)
 def lower_of(one: _L | None, other: _L | None) -> _L | None:
     """Return the state with the lower load factor; either of the two states may be None.
 
-    - If the load factors are equal, an exact state is preferred, or else the first state.
+    - If the load factors are equal, a state that is exact is preferred to a state that is not. If neither or
+      both are exact, the first state is returned.
     - A state with a positive load factor is preferred to a state with a load factor of zero or less, in which
       the scene would move without live load.
     """

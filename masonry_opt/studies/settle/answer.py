@@ -183,7 +183,7 @@ class Bound:
         return self.answered_by == "coulomb" and load_history_ends_lower(self.result)
 
     def _certainty(self, kind: str, result: Result) -> str:
-        """Return a text on the certainty of a result's reaction; an empty text if there is no reaction.
+        """Return a text on the certainty of a result's reaction, or "" if there is no reaction.
 
         The live load pushes the support away from its reaction at rest. A state with a lower load factor is
         therefore closer to the reaction at rest.
