@@ -60,7 +60,7 @@ class CaseError(MasonryError, ValueError):
 
 
 class OptionError(MasonryError):
-    """Error in a method, model, solver or option: it is wrong, or not available for this scene."""
+    """Error that a method, model, solver or option is unknown, wrong or not available for a scene."""
 
 
 class OutputError(MasonryError):

@@ -242,11 +242,11 @@ class _Checker:
         return self._outweighed(gain, max(unbalanced, lacks), "kinematic")
 
     def _outweighed(self, gain: Fraction, residual: Fraction, kind: str) -> str:
-        """Return a fault if multipliers prove nothing, or if their residual is too large; otherwise ""."""
+        """Return a fault if multipliers prove nothing or violate their conditions too much, otherwise ""."""
         if gain <= 0:
             return f"the {kind} multipliers do not lead to a contradiction"
         if residual * Fraction(REACH) >= gain:
-            return f"the residual of the {kind} multipliers is too large for a proof"
+            return f"the {kind} multipliers violate their conditions by too much for a proof"
         if residual > 0:
             self.reach = min(self.reach, float(gain / residual))
         return ""

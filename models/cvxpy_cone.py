@@ -113,7 +113,7 @@ class ConeMechanism(CvxpyMechanism):
 
 
 class ConeForces:
-    """Program for forces that have a low λ and nearly satisfy complementarity with a given mechanism.
+    """Program that minimises λ plus the weighted complementarity error of forces with a given mechanism.
 
         min  λ Σ|f_L| + weight (γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l))    within statics, γ = |w|
 

@@ -81,7 +81,7 @@ def load(name: str) -> Any:
 
 
 def _negated_in_help(command: Any) -> Callable[..., None]:
-    """Return a function that writes the help of a command, with the negated names of flags set by default.
+    """Return a function that writes a command's help, with only the negated names of flags set by default.
 
     With both names of such a flag, little width would remain for the texts on a terminal of 80 columns.
     """
@@ -89,7 +89,7 @@ def _negated_in_help(command: Any) -> Callable[..., None]:
     flags = [option for option in command.params if option.secondary_opts and option.default is True]
 
     def format_help(*formatting: Any) -> None:
-        """Write the help, and restore both names of each flag."""
+        """Write the help with only the negated name of each flag, then restore both names."""
         names = [(flag.opts, flag.secondary_opts) for flag in flags]
         for flag, (_, negated) in zip(flags, names, strict=True):
             flag.opts, flag.secondary_opts = negated, []

@@ -123,7 +123,7 @@ class Given(dict[str, Any]):
     called: Mapping[str, str] = {}  #: Name of the command-line option for each parameter name.
 
     def take(self, function: Function) -> dict[str, Any]:
-        """Remove the arguments that a function accepts as parameters, and return them."""
+        """Remove from the dictionary the arguments that a function accepts as parameters, and return them."""
         return {name: self.pop(name) for name in inspect.signature(function).parameters if name in self}
 
     def rest(self, function: Function) -> dict[str, Any]:

@@ -23,8 +23,8 @@ class Keyframes:
     """Displacements of the blocks and motions of the joints at k instants of an animation, up to collapse."""
 
     load_factor: np.ndarray  #: load factor λ, shape (k,)
-    #: Displacement of the live load at each keyframe, shape (k,). The unit is the elastic shortening of a
-    #: joint of mean length that carries the mean contact force of the dead load.
+    #: Displacement of the live load at each keyframe, shape (k,). The unit is the distance by which
+    #: an elastic joint of mean length closes under the mean contact force of the dead load.
     displacement: np.ndarray
     #: Displacements of the blocks at each keyframe from their state under dead load, shape (k, 3b).
     d: np.ndarray

@@ -259,7 +259,7 @@ def motions_of(result: Outcome, frames: Keyframes) -> np.ndarray:
 
 
 def history_marks(result: Outcome) -> list[Marks]:
-    """Return the line styles for joints that have slid and for open joints, as marks without points."""
+    """Return two marks without points: the line styles of joints that have slid and of open joints."""
     dimension, width = result.assembly.scene.dimension, 2.3 * shrink_of(result.assembly)
     dashes, no_points = (1.6, 1.1) if dimension == 2 else (), np.empty((0, 2, dimension))
     opened = Marks("open", "is open", "line", HINGING_COLOUR, 0.7 * width, no_points, dashes=dashes)
@@ -361,7 +361,7 @@ def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any
         return (*moved.tolist(), *(np.round(motion[3:], 6) + 0.0).tolist())
 
     def drawn_as(marks: Marks) -> dict[str, Any]:
-        """Return points, style and motion of marks as data for the script."""
+        """Convert marks to a dictionary for the page's script, with their points, style and motion."""
         motion = None
         if marks.motion is not None:
             motion = [table.setdefault(in_figure(each), len(table)) for each in marks.motion]

@@ -463,7 +463,7 @@ class Capacity:
             "case": self.result.case,
             "load factor": f"{numeral(self.load_factor, '.6g')} at the onset ({own_name(self.result)})",
             "certainty": certainty(self.result),
-            "displacement": f"{ended}, in the length unit of the case, at the end, where λ = {at_end}",
+            "displacement": f"{ended} at the end (in the length unit of the case), where λ = {at_end}",
             "end": self.message,
         }
         for _, row in events.iloc[: -1 if self.reaches_zero else None].iterrows():

@@ -105,9 +105,9 @@ class EdgePath:
             )
 
     def _poses(self, angle: float) -> np.ndarray:
-        """Return the poses of all blocks, and of the ground, after the body has rotated by an angle.
+        """Return the poses of all blocks after the body has rotated by an angle, shape (blocks + 1, 6).
 
-        The shape is (blocks + 1, 6).
+        The last pose is the pose of the ground, which does not move.
         """
         pose = np.append(np.zeros(3), angle * self.axis)
         pose[:3] = self.foot - turned(self.foot, pose)
@@ -212,8 +212,9 @@ class EdgePath:
     def _problem(self, angle: float) -> Problem:
         """Return the equilibrium problem of the blocks after a rotation of the body by an angle.
 
-        Friction on the edge acts along the contact face of the body. Contact points of the opened joints away
-        from the edge carry no force, and points on the edge have no cohesion.
+        At the edge of rotation, friction acts along the contact face of the body, which turns with the body.
+        Contact points of the opened joints away from the edge carry no force. Points on the edge have no
+        cohesion.
         """
         assembly, joints, rest = self.assembly, self.assembly.joints, self.assembly.problem
         movable, unit, poses = assembly.movable, rest.length_unit, self._poses(angle)

@@ -257,7 +257,7 @@ class MovedBlocks:
         return ForceOptimum(value, self._motion(problem, d, poses), pressed)
 
     def state_of(self, result: Result) -> ForceOptimum:
-        """Return the load factor, mechanism and compressed joints of a result, for the blocks at rest."""
+        """Return the load factor, mechanism and compressed joints of a result, before any displacement."""
         problem, solution = result.assembly.problem, result.solution
         assert solution.d is not None
         assert solution.q is not None

@@ -62,8 +62,8 @@ class PathState:
     #: 6).
     poses: np.ndarray
     load_factor: float  #: load factor λ at which the displaced blocks are in equilibrium
-    #: Mask of the contact points that touch from this state on, shape (points,). During the computation of a
-    #: path in the plane, the mask has shape (joints, 2), for the two corners of each joint.
+    #: True for the contact points that are closed when the path continues from this state, shape (points,).
+    #: While a path in the plane is computed, the shape is (joints, 2), for the two corners of each joint.
     touch: np.ndarray
     #: Event at this state, such as the opening of a joint; None if there is no event.
     event: Reason | None = None

@@ -84,12 +84,14 @@ class MpecOptions(Options):
 class RelaxationStep:
     """Record of one solve in a series of solves with decreasing ε."""
 
-    epsilon: float  #: bound ε of each product z p
+    epsilon: float  #: bound ε of the product z p of each yield condition (slack times rate)
     load_factor: float  #: load factor λ; NaN if the solve failed
     word: str  #: IPOPT's status
     iterations: int  #: number of IPOPT's iterations
     largest_product: float  #: largest product z p; NaN if the solve failed
-    gap: float  #: Σ z p, relative to the work of the live load at λ = 1; NaN if the solve failed
+    #: Complementarity gap: the sum of all products z p, relative to the work of the live load at λ = 1. The
+    #: gap is NaN if the solve failed.
+    gap: float
     seconds: float  #: time of the solve
 
 

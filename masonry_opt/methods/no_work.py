@@ -52,7 +52,8 @@ _DEAD_LOAD_SHARES = 0.75, 0.5
 #: associative load factor, is the answer.
 _MOST_LOAD_FACTORS = 8
 
-#: Fields of a method's step records that contain load factors, which are converted to the loads of the scene.
+#: Fields of a method's step records that contain load factors. These load factors are converted, so that they
+#: refer to the loads of the scene.
 _LOAD_FACTORS_OF_STEPS = ("load_factor", "bound")
 
 #: Codes of reasons that are valid only for the modified loads under which this module solves the scene.
@@ -186,7 +187,7 @@ def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, shar
     """
 
     def of_scene(values: Mapping[str, Any], names: Iterable[str]) -> dict[str, float]:
-        """Return the named load factors that are not None, converted to the loads of the scene."""
+        """Return the named load factors that are not None, converted to refer to the scene's loads."""
         load_factors = {name: values[name] for name in names if values.get(name) is not None}
         sizes = {name: _size(value, at, share) for name, value in load_factors.items()}
         return {name: load_factors[name] / size if size > ZERO else nan for name, size in sizes.items()}

@@ -64,7 +64,9 @@ MISSED = 0.0065
 
 
 def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Return the rates p ≥ 0 of chords that produce a given joint motion with the least dissipation.
+    """Return the rates p ≥ 0 of chords for given motions of joints.
+
+    Of all rates that produce the motions, these rates dissipate the least energy.
 
     Parameters
     ----------

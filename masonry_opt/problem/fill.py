@@ -67,8 +67,8 @@ def _called(number: int) -> str:
 def profile_of(scene: Scene, shapes: Geometry, number: int, road: np.ndarray | None = None) -> Profile:
     """Return the profile of the uppermost block edges below the road of a fill.
 
-    ``number`` is the index of the fill. ``road`` is its road relative to the origin of the shapes, by default
-    as drawn. Raises CaseError if the road runs through a block, or if there is no block below a part of the
+    ``number`` is the index of the fill. ``road`` is its road relative to ``shapes.origin``, by default as
+    drawn. Raises CaseError if the road runs through a block, or if there is no block below a part of the
     road.
     """
     if road is None:
@@ -268,7 +268,7 @@ class Road:
         at_rest: Geometry | None = None,
     ) -> None:
         def relative(points: Sequence[tuple[float, float]], called: str) -> np.ndarray:
-            """Return the points of a road, relative to the origin of the shapes.
+            """Return the points of a road, relative to ``shapes.origin``.
 
             If supports have settled, the points have moved with the blocks below the road.
             """

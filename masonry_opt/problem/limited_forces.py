@@ -34,7 +34,7 @@ class Action:
     """Force and moment on one block per unit of a limited force."""
 
     block: int  #: index of the block in the scene; −1 if the force acts on the ground
-    point: np.ndarray  #: point of action in coordinates relative to the origin of the shapes, shape (dim,)
+    point: np.ndarray  #: point of action, relative to ``Geometry.origin``, shape (dim,)
     force: np.ndarray  #: force per unit of T, shape (dim,)
     #: Additional moment on the block per unit of T, shape (1,), in space (3,). The value 0 means no moment.
     couple: np.ndarray | float = 0.0

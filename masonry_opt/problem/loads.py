@@ -41,7 +41,7 @@ class Forces:
 
     block: np.ndarray  #: index of the movable block on which each force acts, shape (f,)
     force: np.ndarray  #: vector of each force, in the scene's unit of force, shape (f, dim)
-    point: np.ndarray  #: point of action of each force, relative to the origin of the shapes, shape (f, dim)
+    point: np.ndarray  #: point of action of each force, relative to ``Geometry.origin``, shape (f, dim)
     couple: np.ndarray  #: additional moment on each movable block, shape (b, 1); in space (b, 3)
 
     def about(self, centroid: np.ndarray) -> np.ndarray:

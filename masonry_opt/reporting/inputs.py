@@ -160,8 +160,8 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "'tolerance'"
     ),
     Code.NEARLY_PARALLEL: lambda v: (
-        f"two joints of a block are almost parallel (the angle is at most {v['angle']:.2g} rad), so the "
-        f"block is a wedge, which can slide only if it lifts: {pairs(v)}; if the joints should be parallel, "
+        f"a block with almost parallel joints (the angle is at most {v['angle']:.2g} rad) is a wedge, which "
+        f"can slide only if it lifts: {pairs(v)}; if the joints should be parallel, "
         f"{set_tolerance(v['tolerance'])}"
     ),
     Code.JOINT_AT_CORNERS: lambda v: (
@@ -174,7 +174,8 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.WITHOUT_NORMAL: lambda v: (
         f"{pairs(v)} meet corner on corner, corner on edge or edge along edge. No joint is made there, "
-        "because the contact has no normal: if the blocks press on each other, cut one block to a narrow face"
+        "because the contact has no normal: if the blocks press on each other, cut off the corner or edge of "
+        "one block, so that the block has a narrow face there"
     ),
     Code.FACES_TURNED: lambda v: (
         f"the corners of the faces of {blocks(v['blocks'])} are ordered partly clockwise and partly "

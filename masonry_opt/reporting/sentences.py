@@ -232,7 +232,7 @@ def _not_certified(v: dict[str, Any]) -> str:
         for name, value in v["residuals"].items()
     )
     return (
-        f"the load factor {numeral(v['load_factor'], '.6g')} is not verified by its certificate "
+        f"the load factor {numeral(v['load_factor'], '.6g')} is not certified: residuals exceed their limits "
         f"({residuals}): {_try_another_solver(v)}, and check for weights or lengths of very different size"
     )
 
@@ -290,7 +290,7 @@ def _time_limit(v: dict[str, Any]) -> str:
         )
         return f"{ended}; {carried}: raise the time limit"
     if v["last"] is not None:
-        last = f"the last step of the method reached λ = {numeral(v['last'], '.6g')}, which is not an answer"
+        last = f"the last step reached λ = {numeral(v['last'], '.6g')}, an intermediate value, not a result"
         return f"{ended}; {last}: raise the time limit"
     return f"{ended}: raise the time limit"
 

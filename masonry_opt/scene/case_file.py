@@ -73,7 +73,7 @@ class CaseFile(SceneKeys):
             yield f"a scene must be in the plane or in space, but {plane}, and {space}: remove one of the two"
 
     def _plane_content(self, generators: list[Generator]) -> str:
-        """Return a phrase about the first generator or block in the plane, or an empty text.
+        """Return a phrase that names the first generator or block in the plane, or "" if there is none.
 
         The phrase is part of an error message.
         """
@@ -83,7 +83,7 @@ class CaseFile(SceneKeys):
         return f"block '{names[0]}' lies in the plane" if names else ""
 
     def _space_content(self, generators: list[SolidGenerator]) -> str:
-        """Return a phrase about the first generator, mesh or block in space, or an empty text.
+        """Return a phrase that names the first generator, mesh or block in space, or "" if there is none.
 
         The phrase is part of an error message.
         """

@@ -194,7 +194,7 @@ class Facade(WeighedGenerator):
         return sorted(pieces, key=lambda piece: piece[0])
 
     def _openings(self, numbers: Iterable[int], bearing: float = 0.0) -> list[tuple[float, float]]:
-        """Return the left and right ends of the openings with the given numbers, in lengths of a block.
+        """Return the left and right ends of the openings with the given numbers, in block lengths.
 
         Each end is moved outwards by ``bearing``.
         """

@@ -64,10 +64,12 @@ class Limits:
 
 
 #: Limits of the residuals for each kind of answer. The limits of associative answers are 1e-4, because
-#: published load factors agree to four digits. The loop needs larger limits. The friction limits of a
-#: sub-problem depend on the normal forces of the previous sub-problem, so the yield residual reaches a tenth
-#: of a block's weight on the walls of Table 1. Sliding joints contract by 10⁻³ μ times their slip, which adds
-#: to the flow residual.
+#: published load factors agree to four digits. The loop of linear programs needs larger limits, for two
+#: reasons:
+#:
+#: - Yield: the friction limits of a sub-problem are computed from the normal forces of the previous
+#:   sub-problem. On the walls of Table 1, this residual reaches a tenth of a block's weight.
+#: - Flow: sliding joints contract by 10⁻³ μ times their slip, which adds to this residual.
 LIMITS: dict[Kind, Limits] = {
     Kind.ASSOCIATIVE: Limits(1e-4, 1e-4, 1e-4, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
     Kind.LOOP: Limits(1e-3, 0.1, 1e-2, 1e-2, work=5e-2, block=5e-2, joint=0.5),

@@ -453,7 +453,7 @@ class Outcome:
 
     @property
     def friction_law(self) -> str:
-        """Friction law of the answer in space: "cone" or "polygon of P sides".
+        """Friction law with which a scene in space was solved: "cone" or "polygon of P sides".
 
         The polygon is inside the cone. The friction of the polygon is at least cos(π/P) times that of the
         cone. The value is "" in the plane, if friction is unlimited, and if there are neither forces nor

@@ -53,7 +53,7 @@ class StaticConflict:
 
 @dataclass(frozen=True, eq=False)
 class KinematicConflict:
-    """Yield conditions of which at least one has a positive rate in each mechanism for 0 ≤ λ ≤ bound.
+    """Yield conditions whose rates cannot all be zero in a state whose λ is between 0 and the bound.
 
     The multipliers are forces that carry ``weight`` times the dead load and ``load_factor`` times the live
     load, where ``load_factor`` exceeds ``weight`` times the bound. They satisfy C(tan ψ) q + weight · e ≥ 0

@@ -26,7 +26,10 @@ def without_answer(kind: Kind, stop: TimeLimitReached, effort: Effort, last_step
 
 
 def with_answer(solution: Solution, stop: TimeLimitReached, effort: Effort) -> Solution:
-    """Return the solution of an analysis that the time limit ended after it found an answer."""
+    """Return an answer that was found before the time limit, marked as interrupted.
+
+    The reason that names the time limit becomes the first reason of the solution.
+    """
     why = _time_limit(stop, effort, carried=None, last=None)
     return replace(solution, interrupted=True).telling_first(why)
 

@@ -52,4 +52,4 @@ def units_in_words(one: float, other: float) -> str:
     if "" in units or units[0] == units[1]:
         return ""
     kilonewtons = [f"{_PER_KILONEWTON[unit]:g} {unit}" for unit in units if unit != "kN/m³"]
-    return f"these values look like {units[0]} and {units[1]} (1 kN/m³ is {' or '.join(kilonewtons)}); "
+    return f"the values seem to be in {units[0]} and {units[1]} (1 kN/m³ is {' or '.join(kilonewtons)}); "

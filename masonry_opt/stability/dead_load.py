@@ -7,7 +7,7 @@ import numpy as np
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.thresholds import DRIVES
 
-#: Key of ``result.solvers`` for the program that decides if a scene is stable under its dead load.
+#: Key of ``result.solvers`` for the solver that decides if a scene is stable under its dead load.
 DEAD_LOAD = "dead load"
 
 

@@ -50,7 +50,7 @@ _CUTS_UP_TO = 100
 #: and a few need up to 3300.
 _MOST_WORK = 120_000
 
-#: Key of ``result.solvers`` for the linear programs that decide if a load factor exists.
+#: Key of ``result.solvers`` for the solver that decides if a load factor exists.
 _EXISTENCE_PURPOSE = "existence"
 
 #: Rate of a face (yield condition) above which the rate counts as nonzero in a mechanism of branch and cut.

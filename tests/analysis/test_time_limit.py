@@ -166,7 +166,7 @@ def test_a_step_is_not_the_answer_if_the_time_is_over(method, phase):
     assert result.time_limit_reached
     assert result.load_factor is None
     assert f"the time limit of 7 s ended the analysis (in step: {phase}" in result.message
-    assert f"λ = {steps[-1].load_factor:.6g}, which is not an answer" in result.message
+    assert f"λ = {steps[-1].load_factor:.6g}, an intermediate value, not a result" in result.message
 
 
 def test_ipopt_ends_at_the_time_limit():

@@ -22,7 +22,7 @@ from masonry_opt.solution.proof import REACH, Conflict, EnergyBound, KinematicCo
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict
 
-#: Key of ``result.solvers`` under which the solver is listed that finds the conflicts of a proof.
+#: Key of ``result.solvers`` for the solver that finds the conflicts of a proof.
 _CONFLICTS_PURPOSE = "conflicts"
 
 #: Largest residual of multipliers with which HiGHS may report a program as infeasible in the search for a

@@ -351,5 +351,5 @@ def _refutes(theory: Theory, conditions: np.ndarray) -> Refutation | None:
 
 
 def bound_below(load_factor: float, settings: ProofSettings) -> float:
-    """Return the load factor up to which a proof excludes states, slightly below the lowest known λ."""
+    """Return the largest load factor that a proof excludes: slightly less than the lowest known one."""
     return load_factor - settings.gap * max(abs(load_factor), SMALLEST)

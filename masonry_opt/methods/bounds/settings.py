@@ -12,9 +12,9 @@ from masonry_opt.solution.thresholds import ZERO
 class ProofSettings(Settings):
     """Settings of the proof by conflict learning. Proofs are valid for all values of the settings."""
 
-    #: Gap between the lowest known load factor and the load factor up to which a proof excludes states,
-    #: relative to the lowest known load factor. With a smaller gap, rounding errors make more conflicts of a
-    #: proof invalid.
+    #: Gap between the lowest known load factor and the largest load factor that a proof excludes, relative to
+    #: the lowest known load factor. With a smaller gap, rounding errors make more conflicts of a proof
+    #: invalid.
     gap: float = 5e-7
 
     #: Value up to which the slack of a yield condition counts as zero, and also its rate. With a larger value

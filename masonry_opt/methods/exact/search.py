@@ -255,7 +255,8 @@ _L = TypeVar("_L", ExactState, Answer)
 def lower_of(one: _L | None, other: _L | None) -> _L | None:
     """Return the state with the lower load factor; either of the two states may be None.
 
-    - If the load factors are equal, an exact state is preferred, or else the first state.
+    - If the load factors are equal, a state that is exact is preferred to a state that is not. If neither or
+      both are exact, the first state is returned.
     - A state with a positive load factor is preferred to a state with a load factor of zero or less, in which
       the scene would move without live load.
     """
@@ -274,8 +275,8 @@ _LOWEST = "lowest state"
 _RANDOM_FORCES = "random forces"
 #: Kind of start of the search for lower states: the final forces of a load history with a random preload.
 _STRESS = "self-stress"
-#: Kind of start of the search for lower states: forces from a fixed-point iteration over costs of normal
-#: forces.
+#: Kind of start of the search for lower states: forces from a fixed-point iteration. It repeats a linear
+#: program and updates the cost of each normal force.
 _FIXED = "fixed point"
 #: Kind of start of the search for lower states: forces close to those of the lowest state so far.
 _NEIGHBOUR = "neighbour"

@@ -91,14 +91,15 @@ class SearchSettings(Settings):
     #: larger weight λ is higher: by up to 0.2 % if the weight is 100.
     weight: float = 30.0
 
-    #: Successive weights of the energy z·p relative to λ, with which the alternation between mechanisms and
-    #: forces minimises λ in the plane. With smaller weights λ is lower. With larger weights less energy
-    #: remains.
+    #: Weights in the plane. The alternation between mechanisms and forces minimises λ plus a weight times the
+    #: energy z·p, for one weight after the other. With smaller weights λ is lower. With larger weights less
+    #: energy remains.
     weights_in_plane: tuple[float, ...] = (1e3, 1e4)
 
-    #: Series of weights of the energy z·p relative to λ, for the alternation between mechanisms and forces in
-    #: space. If a series finds no state, the next series is tried. Further starts use only the first series.
-    #: Slowly increasing weights lead to a lower λ. Weights that are large from the beginning keep the forces
+    #: Series of weights in space. As in the plane, the alternation between mechanisms and forces minimises λ
+    #: plus a weight times the energy z·p, for one weight of a series after the other. If it finds no state,
+    #: it starts again with the next series. Further starts of a search use only the first series, whose
+    #: weights increase slowly and lead to a lower λ. The large weights of the second series keep the forces
     #: near the start, which helps on many rings of wedges.
     weight_series_in_space: tuple[tuple[float, ...], ...] = (
         (3.0, 10.0, 30.0, 1e2, 3e2, 1e3, 1e4),

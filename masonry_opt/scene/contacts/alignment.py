@@ -354,9 +354,10 @@ def _square_pairs(groups: list[Group], planes: ContactPlanes) -> list[list[int]]
 
 
 def _make_square(groups: list[Group], pairs: list[list[int]]) -> None:
-    """Rotate each group of planes so that it is square (perpendicular) to the groups paired with it.
+    """Rotate groups of planes so that paired groups are perpendicular to each other.
 
-    Groups with more accurate directions come first, and are not rotated again.
+    The most accurate group is not rotated. In order of accuracy, every other group is rotated until it is
+    perpendicular to the more accurate groups paired with it (in space, to at most two of them).
     """
     order = sorted(range(len(groups)), key=lambda number: groups[number].accuracy)
     rank = {number: position for position, number in enumerate(order)}

@@ -44,7 +44,7 @@ class DrawnContacts:
             other_end = following(np.bincount(self.ring))
             across = np.cross(own, self.point[other_end] - self.point)
             length = lengths(across)
-            # A contact at a single point has no sides, so the accuracy of a side's direction is infinite.
+            # A contact at a single point has no sides, so the uncertainty of their direction is infinite.
             accuracy = np.divide(self.tolerance, length, out=np.full(len(length), np.inf), where=length > 0)
             across = across / np.where(length > 0, length, 1.0)[:, None]
         sides = np.flatnonzero(np.isfinite(accuracy))

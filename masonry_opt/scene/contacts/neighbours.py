@@ -30,9 +30,8 @@ _MOST_PAIRS = 1_000_000
 #: ``_MOST_PAIRS``. More pairs raise an error. In a wall, a block has about six neighbours.
 _MOST_PAIRS_PER_BLOCK = 40
 
-#: Number of the three test points in a gap that must be inside third blocks for the gap to count as blocked.
-#: No joint is made across a blocked gap. With a smaller value, a block in a small part of a gap blocks the
-#: whole gap.
+#: A gap counts as blocked, and gets no joint, if at least this many of its three test points are inside other
+#: blocks. With a smaller value, a block in a small part of a gap blocks the whole gap.
 _POINTS_BETWEEN = 2
 
 #: Number of blocks whose neighbours are searched for at a time. A larger value needs more memory.
@@ -93,8 +92,8 @@ def _has_block_between(shapes: Extents, ends: np.ndarray, inner: np.ndarray) -> 
     """Return a mask of the gaps that contain a third block, shape (gaps,).
 
     ``ends`` has the two blocks of each gap, and ``inner`` has three points in the middle of each gap. At
-    least two of the three points must be in third blocks, because the other point may lie in a joint between
-    third blocks.
+    least two of the three points must be inside other blocks, because the remaining point may lie in a joint
+    between these blocks.
     """
     low, high = shapes.boxes
     across = _search_axes(shapes)

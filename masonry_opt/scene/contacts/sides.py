@@ -16,9 +16,10 @@ import numpy as np
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.rows import Rows, chunks, combine, dots, lengths, ranges
 
-#: Largest distance between two edges that touch along a shared segment, relative to the segment's length.
-#: Because the tolerance also limits the distance, this value has an effect only for lengths below ten
-#: tolerances. A larger value accepts edges at a larger angle to each other.
+#: Largest distance between two touching edges, relative to the length of the segment that they share. Edges
+#: at a larger relative distance form no joint along the segment, unless they are nearly parallel. The
+#: tolerance limits the distance too, so the ratio matters only for segments shorter than ten tolerances. With
+#: a larger value, edges at a larger angle to each other form joints.
 LEAN = 0.1
 
 #: Sine of the largest angle between two sides that face each other across a gap, such as undrawn mortar
@@ -120,7 +121,8 @@ class Facing(Rows, ABC):
     project. The table has n rows, one for each segment or polygon.
     """
 
-    #: Index of the pair of blocks that share each segment or polygon, in ascending order, shape (n,).
+    #: For each segment or polygon, the index of the pair of blocks that share it, shape (n,). The indices are
+    #: in ascending order.
     pair: np.ndarray
     #: Largest distance between the two sides that share each segment or polygon, shape (n,). In space, the
     #: distance is negative if the sides overlap.
@@ -185,7 +187,7 @@ class Facing(Rows, ABC):
 class Touches(Rows):
     """Contacts of pairs of blocks at points (in space: also along lines)."""
 
-    pair: np.ndarray  #: index of the pair of blocks that has each contact, shape (touches,)
+    pair: np.ndarray  #: for each contact, the index of its pair of blocks, shape (touches,)
     #: Start of each line of contact, or the point of contact, shape (touches, 2) or (touches, 3).
     start: np.ndarray
     #: End of each line of contact, equal to ``start`` for a point, shape (touches, 2) or (touches, 3).
@@ -217,7 +219,7 @@ class Touches(Rows):
 class Meetings(Rows):
     """Places at which corners (in space: edges) of two blocks coincide."""
 
-    pair: np.ndarray  #: index of the pair of blocks that meet at each place, shape (meetings,)
+    pair: np.ndarray  #: for each place, the index of the pair of blocks that meet there, shape (meetings,)
     first: np.ndarray  #: index of the first block's corner (in space: edge) at each place, shape (meetings,)
     #: Index of the second block's corner (in space: edge) at each place, shape (meetings,).
     second: np.ndarray

@@ -18,8 +18,8 @@ _TRIANGLE_REACH = 4.0
 #: inaccuracy of the mesh. A larger value also flattens intended bends.
 _NOISE = 4.0
 
-#: Cutoff of small singular values, relative to the largest one, in the least-squares problem that moves a
-#: corner onto the planes of its sides. With a smaller value, corners between nearly parallel planes move
+#: A least-squares problem moves each corner onto the planes of its sides. Singular values below this fraction
+#: of the largest one count as zero. With a smaller value, corners between nearly parallel planes move
 #: farther.
 _LEAST_NORMAL_SPREAD = 0.02
 

@@ -316,9 +316,10 @@ def _leading_faces(
 def _height_of_part(
     surfaces: Surfaces, face: np.ndarray, leader: np.ndarray, geometry: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
-    """For each face, return how far its part of the block extends beyond a candidate plane, shape (faces,).
+    """Return how far the part that has each face extends beyond the face's candidate plane, shape (faces,).
 
-    A narrow face may lie in a plane that its part crosses elsewhere. The part would then not be convex.
+    A narrow face may lie in a plane that its part crosses elsewhere. With this plane as the plane of the
+    face, the part would not be convex.
 
     Parameters
     ----------

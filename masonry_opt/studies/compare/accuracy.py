@@ -2,8 +2,9 @@
 
 By weak duality of eqs (9) and (10) every admissible state of equilibrium is a lower bound of λ, and every
 mechanism with normal flow an upper bound. The answer of a solver satisfies these conditions only nearly. To
-satisfy them exactly, the answer is projected on the equations, and then moved towards a point in the interior
-of the inequalities. In space the inequalities are cones: of friction forces, and of slip velocities.
+satisfy them exactly, the answer is projected onto the solutions of the equations, and then moved towards a
+point that satisfies all inequalities strictly. In space the inequalities are cones: of friction forces, and
+of slip velocities.
 """
 
 from dataclasses import dataclass
@@ -34,8 +35,8 @@ _UNBOUNDED = 3  #: Status of scipy's linprog for an unbounded program.
 #: Slack above which an inequality counts as satisfied with a margin: a point is interior if all its slacks
 #: are larger.
 _LEAST_SLACK = 1e-9
-#: Number of times that a point is projected onto the solutions of A x = b. Each projection reduces rounding
-#: errors.
+#: Number of times that a point is projected onto the solutions of A x = b. Each repetition reduces the errors
+#: of the projection.
 _PROJECTIONS = 6
 #: The step towards the interior point is multiplied by this factor. Otherwise the point could violate
 #: inequalities by rounding errors.

@@ -44,7 +44,7 @@ _GREY = "#777777"  #: Colour of lines, triangles and texts behind the marks of r
 _MOST_TICKS = 7  #: Largest number of intervals between the ticks of a logarithmic axis.
 #: Columns in the tooltip of a mark.
 _TOOLTIP = ("scene", "pair", "tolerance", "verdict", "reason", "error", "yield", "iterations")
-#: Columns that the tooltip of a mark shows under another name, and this name.
+#: Map from a column of the table to its name in the tooltip of a mark.
 _RENAMED = {"load_factor": "λ", "time": "seconds", "peak_memory": "MB"}
 
 #: Selections of solvers and methods: a click on a legend entry fades the marks of all other entries.

@@ -222,7 +222,7 @@ class PassageTrials:
     #: function that solves for a live load; None after the search
     solve: SolveLive | None = field(repr=False)
     progress: Callable[[float, float], None] | None = field(default=None, repr=False)  #: called with x and λ
-    #: Associative answers of the passage; None if the method itself is associative.
+    #: Answers with associative flow for the same passage; None if the method itself is associative.
     beside: "PassageTrials | None" = field(default=None, repr=False)
     bound: float | None = None  #: proven lower bound of λ at all positions; None if nothing is proven
     answers: dict[float, Solution] = field(default_factory=dict, repr=False)  #: by position
@@ -326,7 +326,7 @@ def least_associative(solved: PassageTrials, longest: float, within: float) -> N
 
     Parameters
     ----------
-    solved: Associative answers of the passage. Its ``bound`` is set, or None if nothing is proven.
+    solved: Answers with associative flow. Its ``bound`` is set, or None if nothing is proven.
     longest: Largest distance between solved positions.
     within: Relative distance of the bound from the least load factor.
     """

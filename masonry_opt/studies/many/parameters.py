@@ -117,7 +117,10 @@ class Parameters:
         return did_you_mean(name, self._known) or "; " + self._listed((f"{name.split('.')[0]}.",))
 
     def _listed(self, heads: tuple[str, ...]) -> str:
-        """Return a text that lists known names with a given prefix, or else any known names."""
+        """Return a text that lists the known names with a given prefix, or all known names if there are none.
+
+        If there are more than ``_LISTED`` names, the text lists the first ones and states the total number.
+        """
         names = [name for name in self.names if name.startswith(heads)] or [*self.names]
         more = f", ... ({len(names)} in all)" if len(names) > _LISTED else ""
         return f"there are: {', '.join(names[:_LISTED])}{more}"

@@ -116,10 +116,7 @@ class Bound:
 
     @property
     def reaction_at_end(self) -> float | None:
-        """Reaction at the end of the load history.
-
-        If the end is not known, the value is ``incremental``, the reaction at which equilibrium is lost.
-        """
+        """Reaction at the end of the load history; equal to ``incremental`` if the end is not known."""
         return self.incremental if self.result.end is None else self._reaction(self.result.end)
 
     @property
@@ -176,7 +173,7 @@ class Bound:
 
     @property
     def is_proven(self) -> bool:
-        """True if proven: no exact state has a reaction closer to the reaction at rest than ``reaction``."""
+        """True if it is proven that no exact state has a reaction closer to the reaction at rest."""
         return bool(known_least(self.result))
 
     @property
@@ -185,7 +182,7 @@ class Bound:
         return self.answered_by == "coulomb" and load_history_ends_lower(self.result)
 
     def _certainty(self, kind: str, result: Result) -> str:
-        """Return a text on the certainty of a result's reaction; an empty text if there is no reaction.
+        """Return a text on the certainty of a result's reaction, or "" if there is no reaction.
 
         The live load pushes the support away from its reaction at rest. A state with a lower load factor is
         therefore closer to the reaction at rest.

@@ -141,9 +141,10 @@ def _refuse_movement(scene: Scene, movement: float | None) -> None:
 
 
 def _ends_by_statics(settling: Problem, pushed_back: Problem) -> list[tuple[float, np.ndarray | None]]:
-    """Return the least and the greatest associative reaction, relative to the live load, with their forces.
+    """Return the least and the greatest reaction with associative flow, each with its joint forces.
 
-    An unlimited reaction is replaced by a number that differs from the other reaction by 1.
+    The reactions are relative to the live load. An unlimited reaction is replaced by a number that differs
+    from the other reaction by 1.
     """
     least, greatest = associative(Task(settling)), associative(Task(pushed_back))
     low = None if least.load_factor is None else -least.load_factor

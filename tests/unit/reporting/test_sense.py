@@ -302,7 +302,7 @@ def test_a_warning_of_units_names_both_values():
     (sentence,) = sentences(warnings_of(assemble(filled(18000.0, 20.0)), None))
     assert sentence == (
         "the unit weight of fill no. 1 is 18000, but the unit weight of the blocks is 22: "
-        "these values look like N/m³ and kN/m³ (1 kN/m³ is 1000 N/m³); use the same units for both weights"
+        "the values seem to be in N/m³ and kN/m³ (1 kN/m³ is 1000 N/m³); use the same units for both weights"
     )
     (sentence,) = sentences(warnings_of(assemble(tied(20.0, 1e8)), None))
     assert sentence == (
@@ -396,7 +396,7 @@ def test_unit_weights_beside_each_other(own, other, units, shaped):
     if units:
         (sentence,) = sentences(found)
         assert f"block 'own' is {own:g}, but the median of all blocks is {other:g}: " in sentence
-        assert f"these values look like {units} (1 kN/m³ is " in sentence
+        assert f"the values seem to be in {units} (1 kN/m³ is " in sentence
 
 
 @pytest.mark.parametrize(("own", "other", "units"), BESIDE)
@@ -408,7 +408,7 @@ def test_unit_weights_of_fill_beside_blocks(own, other, units, backing):
         [(Code.FILL_WEIGHT_DIFFERS, backing)] if units else []
     )
     if units:
-        assert f"these values look like {units} " in sentences(found)[0]
+        assert f"the values seem to be in {units} " in sentences(found)[0]
 
 
 def test_unit_weights_of_fills_beside_each_other():
