@@ -62,7 +62,8 @@ def _short(value: Any) -> str:
     if is_dataclass(value) or hasattr(value, "model_fields"):
         return f"<{type(value).__name__}>"
     if isinstance(value, str):
-        return repr(value) if len(value) < _LONGEST_VALUE else repr(value[: _LONGEST_VALUE - 5] + "...")
+        whole = repr(value)
+        return whole if len(whole) <= _LONGEST_VALUE else repr(value[: _LONGEST_VALUE - 5] + "...")
     if isinstance(value, Sequence | Mapping | Set):
         # A list of records or arrays is not converted to text, because the text would be too long to show.
         text = repr(value) if len(value) <= _LONGEST_VALUE and _is_plain(value) else ""

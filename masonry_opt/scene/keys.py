@@ -227,6 +227,7 @@ def _wrong_loads(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
     for number, load in enumerate(scene.loads, start=1):
         if load.block not in fixed:
             yield f"load no. {number}: no block is named '{load.block}'{did_you_mean(load.block, fixed)}"
+            continue
         if fixed[load.block]:
             yield f"load no. {number} acts on block '{load.block}', which is fixed: name a movable block"
         if load.weight is not None:

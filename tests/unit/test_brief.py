@@ -139,6 +139,9 @@ def test_values_of_every_kind():
     )
     long = Everything(np.zeros(2), None, [1.0] * 100, dict.fromkeys("abc", np.zeros(9)), "")
     assert "numbers=<list of 100>, table=<dict of 3>, words=''" in repr(long)
+    for letters in (57, 58, 59, 60, 61):
+        words = repr(Everything(np.zeros(2), None, [], {}, "x" * letters)).partition("words=")[2]
+        assert len(words.rstrip(")")) <= 60
 
 
 def test_counts_of_an_analysis_and_its_task():
