@@ -130,7 +130,8 @@ def test_positions_and_the_passive_pressure_of_a_crossing(answer_and_page):
     (fill,) = crossed.passages[0].passage.assembly.scene.fills
     passive = math.tan(math.radians(45 + fill.friction_angle / 2)) ** 2
     assert f"K_p = {passive:.4g}" in page.text
-    assert f"m = {fill.mobilised:.4g} may act: m K_p = {fill.mobilised * passive:.4g}" in page.text
+    fraction = f"the fraction m = {fill.mobilised:.4g} of K_p may act"
+    assert f"{fraction}: m K_p = {fill.mobilised * passive:.4g}" in page.text
     positions = [float(x) for x in page.column("first axle at")]
     assert positions == pytest.approx(crossed.table["position"], rel=1e-4)
     found = [row["λ"] for row in page.rows if "first axle at" in row]
