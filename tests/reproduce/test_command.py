@@ -24,7 +24,8 @@ IN_THE_GUIDE = {"fig7", "fig8", "fig10", "fig12"}
 
 #: Scripts of slow tests. `table1` has its own test. The script of `fig13` takes five minutes, and its wall is
 #: tested in `validation/test_orduna_lourenco.py`. The script of `facades` takes more than a minute, and its
-#: smaller façades are tested in `validation/test_facades.py`. The script `bracket` takes a quarter of an hour.
+#: smaller façades are tested in `validation/test_facades.py`. The script of `bracket` takes a quarter of an
+#: hour.
 SLOW = [name for name in SCRIPTS if name not in IN_THE_GUIDE | {"table1", "fig13", "facades", "bracket"}]
 
 

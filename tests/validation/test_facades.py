@@ -1,4 +1,4 @@
-"""Façades of Gilbert, Casapulla & Ahmed (2006), section 5.3: ratio of load factors, and number of sub-problems.
+"""Façades of Gilbert, Casapulla & Ahmed (2006), section 5.3: load factors and sub-problems.
 
 The example "facades" makes the same comparisons, also on the façade of 4 × 12 openings, and takes a minute.
 """
