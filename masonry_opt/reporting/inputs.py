@@ -148,8 +148,8 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "load that clamps these joints, or set their friction to 0"
     ),
     Code.FAR_AWAY: lambda v: (
-        f"{do(v, 'lie')} {v['distance']:.3g} away from all other blocks, which extend over {v['size']:.3g}: "
-        "are all coordinates in the same unit?"
+        f"{do(v, 'lie')} at least {v['distance']:.3g} away from all other blocks, which extend over "
+        f"{v['size']:.3g}: are all coordinates in the same unit?"
     ),
     Code.SMALL_GAPS: small_gaps,
     Code.LOST_JOINTS: lost_joints,
@@ -200,7 +200,7 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"its point of application in scene coordinates ('{v['load']}_at' of the block, or 'at' of the load)"
     ),
     Code.FORCES_DIFFER: lambda v: (
-        f"the {v['load']} force on {blocks(v['blocks'])} is {v['ratio']:.3g} times the block weight: are "
-        "forces and weights in the same unit?"
+        f"the {v['load']} force on {blocks(v['blocks'])} is {v['ratio']:.3g} times the weight of the block, "
+        "or of a typical block if that is larger: are forces and weights in the same unit?"
     ),
 }
