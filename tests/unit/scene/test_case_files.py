@@ -203,7 +203,7 @@ def test_wrong_case_file(name, tmp_path, monkeypatch, capsys):
         ("list.json", b"[1]", "single JSON object"),
         ("broken.json", b"{", "not valid JSON"),
         ("table.json", b'{"joints": [1]}', "must be a table"),
-        ("twice.json", b'{"joints": {"friction": 0.1, "friction": 0.9}}', "'friction' is given twice"),
+        ("twice.json", b'{"joints": {"friction": 0.1, "friction": 0.9}}', "'friction' occurs twice"),
         ("case.yaml", b"", ".toml or .json"),
     ],
 )
