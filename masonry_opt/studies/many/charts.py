@@ -23,7 +23,7 @@ from masonry_opt.drawing.colours import (
     SERIES,
     SLIDING_COLOUR,
 )
-from masonry_opt.solution.thresholds import ZERO
+from masonry_opt.solution.thresholds import SAME, ZERO
 from masonry_opt.studies.charts import NamedChart, alt, axis, legend
 from masonry_opt.studies.many.runs import HEAT_MAP, INCREMENTAL_COLUMN, at_least, chart_names, ends
 from masonry_opt.studies.run_columns import CROSSED_RUNS, is_crossed
@@ -64,9 +64,6 @@ _LABEL = "load factor λ"  #: Title of the axis of load factors.
 #: Height in pixels of the two strips of a chart: the top strip for values beyond the axis, and the bottom
 #: strip for runs without a load factor.
 _STRIP_HEIGHT = 24
-#: Relative difference up to which the incremental load factors of a sweep are not drawn, because their line
-#: would cover the line of the load factors.
-_SAME = 1e-6
 _MOST_CORRELATIONS = 15  #: Largest number of correlations in the chart; weaker ones are left out.
 #: Colours of the load factors of a sample: the load factor of the method, and the incremental load factor.
 _COLOURS = alt.Scale(range=[*SERIES[:2]])
@@ -100,7 +97,8 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     off, failed = far[: len(frame)], frame["load_factor"].isna()
     on_axis = ~failed & ~off
     incremental = frame["incremental"].mask(far[len(frame) :])
-    same = np.allclose(frame["incremental"], frame["load_factor"], rtol=_SAME, equal_nan=True)
+    # If both load factors are equal, one line would cover the other.
+    same = np.allclose(frame["incremental"], frame["load_factor"], rtol=SAME, equal_nan=True)
     series = mechanism = frame["mechanism"].fillna("none")
     looks = {kind: look for kind, look in _LOOKS.items() if kind in {*mechanism[on_axis]}}
     lines = len(names) == 2 and frame[names[1]].nunique() <= _MOST_DRAWN_LINES
