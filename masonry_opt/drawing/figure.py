@@ -244,10 +244,13 @@ def remove_overlapping_texts(figure: Figure, axes: Axes) -> None:
 
     The limits and the size of the axes must be set before.
     """
+    texts = [text for text in axes.texts if text.get_label() == _MARK_TEXT]
+    if len(texts) < 2:  # most pictures need no renderer here
+        return
     canvas: Any = FigureCanvasAgg(figure)  # matplotlib's renderer has no type annotations
     renderer = canvas.get_renderer()
     kept = list[Any]()
-    for text in [text for text in axes.texts if text.get_label() == _MARK_TEXT]:
+    for text in texts:
         extent = text.get_window_extent(renderer).padded(_TEXT_GAP / 2)
         if any(extent.overlaps(other) for other in kept):
             text.remove()

@@ -164,7 +164,10 @@ def test_numbers_that_would_overlap_below_a_curve_are_added():
 
 
 def test_the_text_of_a_mark_does_not_overlap_the_text_of_an_earlier_mark():
-    """Of three texts at 0, 0.01 and 0.5, the second is removed. Names of blocks are not removed."""
+    """The text at x = 0.01 overlaps the text at x = 0 and is removed; the text at x = 0.5 remains.
+
+    The name of a block at x = 0 remains too, although it overlaps the text of a mark.
+    """
     made = Picture()
     axes = made.add_subplot(xlim=(0, 1), ylim=(0, 1))
     for x in (0.0, 0.01, 0.5):
