@@ -164,7 +164,7 @@ class IncrementalAnalysis:
         ``deviation`` is the standard deviation of the logarithm of the factors.
         """
         joints = self.problem.joints
-        _, compliance = mean_force_and_compliance(self.problem)
+        _, compliance = mean_force_and_compliance(self.problem, self.solver.settings)
         factors = np.exp(deviation * rng.standard_normal(self.problem.B.shape[1] - 2 * joints))
         factors = np.concatenate([factors[:joints], factors[:joints], factors])
         return IncrementalAnalysis(self.problem, self.solver.settings, factors * compliance)
