@@ -12,7 +12,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableMapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, replace
 from functools import partial
@@ -44,8 +44,10 @@ PATIENCE = 10
 #: Environment variables of worker processes that restrict numerical libraries to one thread. The libraries
 #: read them when they are imported.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-#: Modules that the fork server imports before it starts processes, so that no process has to import them.
-_PRELOADED = ("studies.compare.runs", "methods.bracket.bracket", "methods.mpec")
+#: Modules that the fork server imports for the runs of Workers, so that their processes need not import them.
+_MODULES_OF_WORKERS = ("studies.many.runs", "methods.coulomb.method")
+#: Modules that the fork server imports for run_alone. They import Pyomo and CVXPY, which takes a second.
+_MODULES_OF_RUN_ALONE = ("studies.compare.runs", "methods.bracket.bracket", "methods.mpec")
 #: Start method of processes. Windows has no fork server, so processes are spawned there.
 _START_METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 _STANDARD: Any = multiprocessing.get_context(_START_METHOD)
@@ -92,7 +94,7 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
         if dask is not None and count is not None:
             raise OptionError("use 'workers' or 'dask', not both: a Dask cluster has its own workers")
         count = _cores() if count is None else whole("workers", count, 1)
-        self._engine = Processes(count) if dask is None else _Cluster(dask)
+        self._engine = Processes(count, _MODULES_OF_WORKERS) if dask is None else _Cluster(dask)
 
     def __exit__(self, *_: object) -> None:
         self._engine.close()
@@ -144,7 +146,7 @@ def run_alone(task: Task, time_limit: float, memory_limit: float) -> TaskEnd:
     ``memory_limit`` MB.
     """
     start, peak = time.perf_counter(), 0.0
-    with contextlib.closing(Processes(1)) as workers:
+    with contextlib.closing(Processes(1, _MODULES_OF_RUN_ALONE)) as workers:
         future = workers.submit(task, time_limit)
         while peak <= memory_limit and not wait([future], _MEMORY_INTERVAL).done:
             for process in workers.context.processes:
@@ -208,7 +210,6 @@ def _start_server() -> None:
         return
     from multiprocessing import forkserver
 
-    _STANDARD.set_forkserver_preload([f"masonry_opt.{name}" for name in _PRELOADED])
     with contextlib.ExitStack() as restore:
         if threading.current_thread() is threading.main_thread():
             handler = signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -245,9 +246,18 @@ def _cores() -> int:
 
 
 class Processes:
-    """Pool of worker processes on this machine, managed by the library Pebble."""
+    """Pool of worker processes on this machine, managed by the library Pebble.
 
-    def __init__(self, count: int) -> None:
+    Parameters
+    ----------
+    count: Number of processes.
+    modules: Modules of the package that the fork server imports when it starts. A server that already runs
+        is used as it is: its processes import what else they need.
+    """
+
+    def __init__(self, count: int, modules: Sequence[str] = ()) -> None:
+        if _START_METHOD == "forkserver":
+            _STANDARD.set_forkserver_preload([f"masonry_opt.{name}" for name in modules])
         self.context, self.room = Context(), _TASKS_PER_WORKER * count
         self._open = partial(ProcessPool, count, initializer=_prepare_process, context=self.context)
         self._pool: Any = self._open()

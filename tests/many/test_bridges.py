@@ -229,7 +229,7 @@ def test_an_interrupted_crossing_of_a_study_is_no_answer(monkeypatch):
     answer."""
     whole = mo.crossing(WITH_AXLES, method="static")
     interrupted = replace(whole, interrupted=True)
-    monkeypatch.setattr("masonry_opt.studies.many.scene_answer.cross", lambda *_: interrupted)
+    monkeypatch.setattr("masonry_opt.studies.crossing.crossing.cross", lambda *_: interrupted)
     with pytest.raises(KeyboardInterrupt):
         mo.least(lambda _: WITH_AXLES, 1.0, 2.0, load=1.0, method="static")
 

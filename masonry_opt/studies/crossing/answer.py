@@ -3,23 +3,24 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from masonry_opt.brief import brief
 from masonry_opt.drawing.elements import title_of
-from masonry_opt.drawing.figure import Picture, save_as
-from masonry_opt.drawing.page import notebook_html
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.crossing.assessment import AssessmentOutcome, assessed
 from masonry_opt.studies.crossing.load_factors import PLACE_COLUMNS, CrossingLoadFactors
-from masonry_opt.studies.crossing.picture import crossing_picture
 from masonry_opt.studies.crossing.text import facts
 from masonry_opt.studies.crossing.units import unusual_axles
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
+
+# matplotlib is imported only for a picture: every worker process of a study imports this module.
+if TYPE_CHECKING:
+    from masonry_opt.drawing.figure import Picture
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,12 +103,14 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         result["warnings"] = self.warning_records
         return result | {"positions": records(self.table), "governing": records(self.told), "worst": worst}
 
-    def plot(self) -> Picture:
+    def plot(self) -> "Picture":
         """Return a matplotlib figure: a chart of λ by position, above the mechanism at the worst position.
 
         Both parts have the same x axis. The position is that of the first axle. Raises OptionError if the
         scene is unstable.
         """
+        from masonry_opt.studies.crossing.picture import crossing_picture
+
         return crossing_picture(self)
 
     def save(self, path: str | Path, force: bool = False) -> None:
@@ -117,15 +120,19 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         completely or not at all. Raises OptionError if the name has another ending, if the file cannot be
         written or replaced (``force`` replaces files of other programs), or if the scene is unstable.
         """
+        from masonry_opt.drawing.figure import save_as
+
         save_as(path, force, self._page, self.plot)
 
     def _page(self) -> str:
         """Return the page as HTML."""
+        from masonry_opt.drawing.page import notebook_html
+
         title = title_of(self.worst.assembly.scene)
         parts = {"At the worst position": notebook_html(self.worst)}
         return render("study.html", title=title, answer=self, pictures=self.pictures(), parts=parts)
 
-    def pictures(self) -> dict[str, Picture]:
+    def pictures(self) -> dict[str, "Picture"]:
         """Return the pictures of the HTML page, by caption."""
         return {"λ by the position of the first axle, and the mechanism at the worst position": self.plot()}
 

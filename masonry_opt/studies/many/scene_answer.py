@@ -1,7 +1,7 @@
 """Answer for one scene of a study: the result of a method, or a crossing if axles move over the scene."""
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from masonry_opt.analysis import Session
 from masonry_opt.errors import counted
@@ -10,10 +10,12 @@ from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.reasons import Code, Status
-from masonry_opt.studies.crossing.answer import Crossing
-from masonry_opt.studies.crossing.crossing import cross
 from masonry_opt.studies.run_columns import columns
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
+
+# Crossings import CVXPY, which takes longer than many a run: it is imported only if axles move over a scene.
+if TYPE_CHECKING:
+    from masonry_opt.studies.crossing.answer import Crossing
 
 #: Codes of reasons which say that the time limit ended an analysis. The last three are codes of method
 #: "global".
@@ -24,7 +26,7 @@ class SceneAnswer(NamedTuple):
     """Result of a scene and, if axles move over the scene, the answer of the crossing."""
 
     result: Result  #: result of the scene; for a crossing, the result at the worst position
-    crossing: Crossing | None = None
+    crossing: "Crossing | None" = None
 
     def columns(self) -> dict[str, Any]:
         """Return the values of ANSWER_COLUMNS and, for a crossing, of CROSSING_COLUMNS.
@@ -101,13 +103,15 @@ def solve_or_cross(session: Session, scene: Scene) -> SceneAnswer:
     """
     if not scene.moves_axles:
         return SceneAnswer(session.solve(scene))
+    from masonry_opt.studies.crossing.crossing import cross
+
     crossed = cross(session, scene)
     if crossed.interrupted and not crossed.time_limit_reached:
         raise KeyboardInterrupt
     return SceneAnswer(crossed.worst, crossed)
 
 
-def _warnings_of_crossing(crossed: Crossing) -> Iterator[dict[str, Any]]:
+def _warnings_of_crossing(crossed: "Crossing") -> Iterator[dict[str, Any]]:
     """Generate warnings about undecided positions, and about load cases in which no axles move."""
     if crossed.least is not None and crossed.undecided:
         count, first = crossed.undecided, crossed.undecided_at[0]["position"]
