@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from textwrap import wrap
 from typing import Any
@@ -123,6 +124,7 @@ def pictures(drawings: Iterable[NamedChart]) -> dict[str, str | bytes]:
     return files
 
 
+@cache
 def script() -> str:
     """Return the JavaScript code of Vega, Vega-Lite and Vega-Embed, which draws charts in an HTML page."""
     return vl_convert.javascript_bundle()  # type: ignore[call-arg]  # the stub requires an optional argument
