@@ -37,6 +37,8 @@ from masonry_opt.studies.many.least import Trial
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.report.report import refuse_report
 
+#: Printed text for λ at a position without a load factor, by whether the scene carries any load there.
+_NOT_FINITE = {True: "any", False: "unknown"}
 _AXLES = typer.Option(
     metavar="NAME", help="Name of a group of axles in CASE. Default: all groups.", parser=str
 )
@@ -52,6 +54,7 @@ _VERTICAL = typer.Option(
 _direction = numbers("--direction {}: write it as X,Y or X,Y,Z, such as 0,-1")
 _point = numbers("--point {}: write it as X,Y or X,Y,Z, such as 0.5,2")
 _POINT_HELP = "With --block: point whose displacement is followed. Default: centroid of the block."
+_TRIAL_LIMIT = "With --load: time limit in seconds for each value of the parameter."
 _SPECTRUM = (
     "CSV file of the spectrum for a seismic check: each line has a period (s) and an acceleration (g)."
 )
@@ -125,7 +128,9 @@ def crossing(
     with waiting("crossing") as work:
 
         def progress(position: float, load_factor: float) -> None:
-            value = numeral(load_factor, ".6f") if math.isfinite(load_factor) else "none"
+            value = (
+                numeral(load_factor, ".6f") if math.isfinite(load_factor) else _NOT_FINITE[load_factor > 0]
+            )
             work.show(f"crossing: first axle at {position:.4g}: λ = {value}")
 
         answer = mo.crossing(case, progress=progress, phases=work.phase, **given.rest(mo.crossing))
@@ -172,9 +177,16 @@ def directions(given: Given, case: Path, plot: Path | None = None, json: bool = 
         help="Find the greatest instead of the least value, for a parameter that weakens the scene as it "
         "increases.",
     ),
+    time_limit=typer.Option(min=0.1, help=_TRIAL_LIMIT),
 )
 def least(
-    given: Given, case: Path, vary: str, most: bool = False, load_case: str | None = None, json: bool = False
+    given: Given,
+    case: Path,
+    vary: str,
+    most: bool = False,
+    load_case: str | None = None,
+    time_limit: float | None = None,
+    json: bool = False,
 ) -> None:
     """Search a range of a parameter for the limit at which CASE is just stable, or just carries the load.
 
@@ -193,6 +205,8 @@ def least(
             work.show(f"{name} = {trial.value:.9g}: {does} ({numeral(trial.number, '.9g')})")
 
         options = given.rest(search)
+        if time_limit is not None:
+            options["time_limit"] = time_limit
 
         def scene_of(value: float) -> Scene:
             return parameters.at({name: value})

@@ -121,6 +121,13 @@ def test_a_load_factor_that_jumps_is_named():
     assert found.value == pytest.approx(0.37, rel=1e-3)
 
 
+def test_a_wide_interval_is_not_a_jump():
+    """The load factor is proportional to the width; its change between both ends is not a jump."""
+    found = mo.least(wide, 0.5, 4, load=0.5, method="static", samples=0, tolerance=0.1)
+    assert found.holds.number - found.fails.number > 0.01
+    assert not found.jump
+
+
 @pytest.mark.slow
 def test_falling_by_itself_is_a_jump_only_where_a_load_was_carried_at_once():
     def steep(t):

@@ -23,12 +23,14 @@ from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.reporting.load_factors import ASSOCIATIVE, meaning, own_name
 from masonry_opt.reporting.sentences import numeral
+from masonry_opt.reporting.summary import crushing
 from masonry_opt.result import Result, distinct_warnings
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.answer import Certificate
 from masonry_opt.solution.reasons import Status
-from masonry_opt.solution.thresholds import JUMP, LOWER
+from masonry_opt.solution.thresholds import LOWER
+from masonry_opt.studies.many.jumps import jump_between
 from masonry_opt.studies.many.scene_answer import SceneAnswer, solve_or_cross
 from masonry_opt.studies.many.standing import standing
 from masonry_opt.studies.run_columns import ANSWER_COLUMNS, CROSSING_COLUMNS, framed
@@ -82,8 +84,9 @@ class Threshold(StudyAnswer):
     load: Load factor to be carried; None if the scene is to be stable under its dead load alone.
     value: The threshold, interpolated between the two ends; at a jump the end at which the scene holds.
     holds, fails: The two ends of the interval that contains the threshold. Both are solved.
-    jump: Load factors (or margins) at the failing and the holding end if they differ although the ends
-        nearly coincide: the mechanism changes, joints lock, or the scene itself changes. Otherwise None.
+    jump: Load factors (or margins) at the failing and the holding end if they differ much more than the
+        slopes next to the interval predict: the mechanism changes, joints lock, or the scene itself changes.
+        Otherwise None.
     contradictions: Trial values below a least (or above a greatest) value at which the scene holds too.
     trials: All values tried, in order.
     """
@@ -152,6 +155,9 @@ class Threshold(StudyAnswer):
         }
         if self._names:
             facts["λ is"] = meaning(self._names)
+        law = crushing(self.holds.result)
+        if law:
+            facts["crushing"] = law
         if self.jump:
             before, after = (
                 _INFINITE_FACTOR_TEXTS.get(number) or numeral(number, ".6g") for number in self.jump
@@ -347,7 +353,7 @@ class _Search:
             raise OptionError(self._no_threshold())
         holds, fails = next((near, far) for near, far in pairwise(row) if not far.holds)
         holds, fails = self._narrow(holds, fails, tolerance, _LEAST_SCALE * (upper - lower))
-        jump = self._jump(holds, fails)
+        jump = jump_between(holds, fails, self.trials.values(), self.load)
         value, above, below = holds.value, holds.number - self.required, fails.number - self.required
         if not jump and math.isfinite(above) and math.isfinite(below) and above > 0:
             # Interpolate the threshold linearly between both ends of the interval.
@@ -426,19 +432,6 @@ class _Search:
         xtol, rtol = tolerance / 2 * least_size, max(tolerance / 2, _LEAST_RTOL)
         brentq(excess, holds.value, fails.value, xtol=xtol, rtol=rtol, maxiter=_MOST_ITERATIONS)
         return ends[True], ends[False]
-
-    def _jump(self, holds: Trial, fails: Trial) -> tuple[float, float] | None:
-        """Return the load factors (or margins) at both ends if there is a jump between them; otherwise None.
-
-        An unstable scene has no load factor; the required load factor replaces it in the comparison. Under
-        dead load alone, no jump can be detected if the failing end has no margin.
-        """
-        sizes = [abs(trial.number) for trial in self.trials.values() if math.isfinite(trial.number)]
-        if not sizes or (self.load is None and fails.number == FALLS):
-            return None
-        before = self.required if fails.number == FALLS else fails.number
-        is_jump = holds.number - before > JUMP * max(sizes)
-        return (fails.number, holds.number) if is_jump else None
 
     def _no_threshold(self) -> str:
         """Return the message that no threshold was found in the range, with advice."""

@@ -1,0 +1,56 @@
+"""Decide if a load factor jumps at the threshold of a varied parameter."""
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from masonry_opt.solution.thresholds import JUMP
+
+if TYPE_CHECKING:
+    from masonry_opt.studies.many.least import Trial
+
+#: Smallest ratio of a jump to the change that the slopes next to the interval predict. With a smaller ratio,
+#: a steep change of the load factor is mistaken for a jump.
+_STEEPER = 10.0
+
+
+def jump_between(
+    holds: "Trial", fails: "Trial", trials: Iterable["Trial"], load: float | None
+) -> tuple[float, float] | None:
+    """Return the load factors (or margins) at both ends if there is a jump between them; otherwise None.
+
+    The change between both ends is a jump if it is much larger than the slopes on both sides of the interval
+    predict. If both slopes are unknown, no jump is reported.
+
+    Parameters
+    ----------
+    holds, fails: The two ends of the interval of the threshold.
+    trials: All trials of the search.
+    load: Load factor that must be carried; None for the dead load alone. An unstable scene has no load
+        factor, and ``load`` replaces it in the comparison. Under dead load alone, no jump can be detected if
+        the failing end has no margin.
+    """
+    known = [trial for trial in trials if math.isfinite(trial.number)]
+    width = abs(holds.value - fails.value)
+    if not known or (load is None and fails.number == -math.inf):
+        return None
+    before = (load or 0.0) if fails.number == -math.inf else fails.number
+    change = holds.number - before
+    slopes = [*_slope_beyond(holds, fails, known), *_slope_beyond(fails, holds, known)]
+    if not slopes and math.isfinite(change):
+        return None
+    largest = max(abs(trial.number) for trial in known)
+    is_jump = change > max(JUMP * largest, _STEEPER * max(slopes, default=0.0) * width)
+    return (fails.number, holds.number) if is_jump else None
+
+
+def _slope_beyond(end: "Trial", other: "Trial", known: list["Trial"]) -> list[float]:
+    """Return the slope next to an end of the interval, on the side away from the other end.
+
+    The list is empty if the slope is unknown.
+    """
+    beyond = [trial for trial in known if (trial.value - end.value) * (end.value - other.value) > 0]
+    if not beyond or not math.isfinite(end.number):
+        return []
+    near = min(beyond, key=lambda trial: abs(trial.value - end.value))
+    return [abs((near.number - end.number) / (near.value - end.value))]
