@@ -85,7 +85,7 @@ def load_factor_lines(result: Outcome) -> tuple[LoadFactorLine, ...]:
     elif why_not and result.load_factor is not None:
         lines.append(LoadFactorLine(INCREMENTAL, None, why_not))
     if result.associative is not None:
-        lines.append(LoadFactorLine(ASSOCIATIVE, result.associative, _UPPER_BOUND))
+        lines.append(LoadFactorLine(ASSOCIATIVE, result.associative, _upper_bound(result)))
     return tuple(lines)
 
 
@@ -206,18 +206,20 @@ def _own_line(result: Outcome) -> LoadFactorLine:
     return LoadFactorLine(name, result.load_factor, known_least(result) or _coulomb_remark(result))
 
 
-#: Remark on an associative load factor.
-_UPPER_BOUND = "upper bound (classical limit analysis)"
+def _upper_bound(result: Outcome) -> str:
+    """Return the remark on an associative load factor, which is an upper bound for its own crushing law."""
+    for_chords = " for chords of the crushing parabola" if result.crushing == "chords" else ""
+    return f"upper bound{for_chords} (classical limit analysis)"
 
 
 def _associative_remark(result: Outcome) -> str:
     """Return the remark on an associative load factor, which is an upper bound and may also be exact."""
     if result.exact:
         exact = "it is also an exact collapse state with Coulomb friction"
-        return f"{_UPPER_BOUND}; {exact}, {_not_proven(result)}"
+        return f"{_upper_bound(result)}; {exact}, {_not_proven(result)}"
     return (
-        f"{_UPPER_BOUND}; if joints slide without opening, collapse may occur at a lower load factor, which "
-        "method 'coulomb' computes"
+        f"{_upper_bound(result)}; if joints slide without opening, collapse may occur at a lower load "
+        "factor, which method 'coulomb' computes"
     )
 
 

@@ -27,6 +27,10 @@ _VERY_DIFFERENT = 1e7
 
 #: Description of the crushing law in linear programs, where chords replace the parabola.
 BY_CHORDS = f"{len(CHORDS.slope)} chords inside the crushing parabola, at most {100 * MISSED:.2f} % below it"
+#: Remark on load factors by chords: the effect of the chords, and the method that uses the parabola.
+PARABOLA_REMARK = (
+    "the parabola permits larger moments and λ; method 'static' with Clarabel computes its associative λ"
+)
 
 
 def by_sides(layout: Layout) -> str:

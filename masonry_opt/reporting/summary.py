@@ -20,7 +20,7 @@ from masonry_opt.reporting.load_factors import (
     why_not_incremental,
 )
 from masonry_opt.reporting.names import labelled, verb
-from masonry_opt.reporting.sentences import BY_CHORDS, message, numeral, sentences
+from masonry_opt.reporting.sentences import BY_CHORDS, PARABOLA_REMARK, message, numeral, sentences
 from masonry_opt.reporting.stability import answer_line, reserves
 from masonry_opt.scene.case_file import CaseFile
 from masonry_opt.solution.acceptance import Kind
@@ -63,7 +63,7 @@ def facts(result: Outcome) -> dict[str, str]:
     known = {
         **({"forces": _why(result)} if result.stability else {"why": _why(result)}),
         **reserves(result),
-        "time limit": "".join(_sentences_of(result, Code.TIME_LIMIT)) if result.status.usable else "",
+        "time limit": "\n".join(_time_limits(result)) if result.status.usable else "",
         "incremental": why_not_incremental(result) if _says_why_not_incremental(result) else "",
         **dict(filter(None, [motion(result)])),
         "ties": _ties(result),
@@ -72,7 +72,7 @@ def facts(result: Outcome) -> dict[str, str]:
         "curve": "".join(_sentences_of(result, Code.CURVE)),
         "spread": "".join(_sentences_of(result, Code.SPREAD)),
         "friction": _friction(result),
-        "crushing": _crushing(result),
+        "crushing": crushing(result),
         "reference": _reference(result),
     }
     return {label: words for label, words in known.items() if words}
@@ -89,6 +89,11 @@ def _says_why_not_incremental(result: Outcome) -> bool:
 def _sentences_of(result: Outcome, *codes: Code) -> tuple[str, ...]:
     """Return the sentences for those reasons of a result that have one of the given codes."""
     return sentences([reason for reason in result.reasons if reason.code in codes], result.method)
+
+
+def _time_limits(result: Outcome) -> list[str]:
+    """Return the sentences on the time limit without repetitions: it may end several parts of an analysis."""
+    return [*dict.fromkeys(_sentences_of(result, Code.TIME_LIMIT))]
 
 
 def _why(result: Outcome) -> str:
@@ -207,7 +212,9 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
         weight = scene.thickness * sum(piece.weight for piece in below)
         blocks = counted(len({piece.block for piece in below}), "block")
         phrases = [f"touches {counted(len({piece.edge for piece in pieces}), 'edge')}"]
-        phrases.append(f"weighs {weight:.4g} on {blocks}" if fill.weight else "without weight")
+        factor = scene.factor("dead", "fill")
+        factored = "" if factor == 1 else f" (without the factor {factor:g} of the load case)"
+        phrases.append(f"weighs {weight:.4g} on {blocks}{factored}" if fill.weight else "without weight")
         spread = f"loads on the road spread within {fill.spread:g}° of the vertical"
         phrases.append("loads on the road do not spread" if fill.spread is False else spread)
         if fill.pressure:
@@ -248,17 +255,22 @@ def _friction(result: Outcome) -> str:
     return "; ".join(phrases)
 
 
-def _crushing(result: Outcome) -> str:
-    """Return a text that says if load factors use the parabolic crushing limit itself or chords inside it."""
-    if not result.crushing or (result.load_factor is None and result.associative is None):
+def crushing(result: Outcome) -> str:
+    """Return a text that says if an answer uses the parabolic crushing limit itself or chords inside it.
+
+    The text is empty if no joint has a limited strength.
+    """
+    if not result.crushing:
         return ""
+    if result.load_factor is None and result.associative is None:
+        return f"limited by {BY_CHORDS}; the parabola permits larger moments"
     if result.crushing == "parabola":
         return (
             "limited by the crushing parabola itself, which only methods 'static' and 'kinematic' with "
             f"Clarabel use; all other methods use {BY_CHORDS}"
         )
     associative = "" if result.kind is Kind.ASSOCIATIVE else ", also for the associative λ"
-    return f"limited by {BY_CHORDS}{associative}"
+    return f"limited by {BY_CHORDS}{associative}; {PARABOLA_REMARK}"
 
 
 def _reference(result: Outcome) -> str:

@@ -3,6 +3,7 @@ differences."""
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from loads.overhang import OVERHANG, WEIGHT, axles, slab, support
 
@@ -88,6 +89,47 @@ def test_what_a_required_load_factor_is_compared_with():
     assert "positions are undecided" in undecided.facts()["required"]
     assert crossed().passed is None
     assert "required" not in crossed().facts()
+
+
+def test_a_required_load_factor_between_both_bounds_is_undecided():
+    """A proven lower bound below the required load factor does not prove that the scene fails."""
+    found = crossed(required_factor=3.9)
+    (trials,) = found.passages
+    found = replace(found, passages=(replace(trials, bound=3.8),))
+    assert found.passed is False
+    assert "not decided, because the required load factor is above the proven lower bound 3.8" in str(found)
+    assert "failed" in replace(found, required_factor=4.1).facts()["required"]
+    assert (
+        "passed, 3.800000 is 1.027 times the required"
+        in replace(found, required_factor=3.7).facts()["required"]
+    )
+
+
+def test_a_least_load_factor_is_not_called_an_upper_bound():
+    proven = crossed(method="coulomb", required_factor=3.0).facts()
+    assert proven["governing λ"] == "4.000000 (least at this position, proven)"
+    assert "upper bound" not in proven["required"]
+
+
+def test_chords_are_not_an_upper_bound_for_the_parabola():
+    """The slab with a strength of 200 rocks about a point in the joint at a distance n / (2 f) from its edge.
+
+    With n = W + P, the equilibrium P (1 - 1/2 + n / 400) = W (1/2 - n / 400) has the solution P = 3 λ.
+    """
+    strong = OVERHANG.replace(joints={"friction": 0.5, "strength": 200.0})
+    load = np.roots([1 / 400, 0.5 + 2 * WEIGHT / 400, WEIGHT * (WEIGHT / 400 - 0.5)]).max()
+    chords, parabola = (
+        mo.crossing(strong, axles(3.0), method=method, incremental=False)
+        for method in ("nonassociative", "static")
+    )
+    assert parabola.load_factor == pytest.approx(load / 3, rel=1e-6)
+    assert 0.99 * parabola.load_factor < chords.load_factor < 0.995 * parabola.load_factor
+    assert "28 chords inside the crushing parabola, at most 0.65 % below it" in chords.facts()["crushing"]
+    assert "upper bound by classical limit analysis for the chords" in chords.facts()["associative"]
+    between = replace(parabola, required_factor=3.21)
+    assert between.facts()["required"].startswith(
+        "λ ≥ 3.21: not decided, because method 'coulomb' finds λ = 3.19"
+    )
 
 
 @pytest.mark.slow

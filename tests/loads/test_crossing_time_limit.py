@@ -79,6 +79,9 @@ def test_the_worst_position_by_then_is_the_answer(method):
     assert not found.worst.time_limit_reached
     assert not found.worst.solution.interrupted
     assert str(found).count("time limit") == 1
+    # The λ so far is no capacity.
+    assert found.capacity == []
+    assert not {"governing λ", "at collapse"} & {*found.facts()}
 
 
 def test_a_stopped_crossing_decides_nothing_about_a_factor_that_it_reaches_so_far():

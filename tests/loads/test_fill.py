@@ -11,7 +11,7 @@ from scenes_in_space import box_on_floor
 import masonry_opt as mo
 from masonry_opt.drawing.elements import counts, result_elements, scene_elements
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.reporting.summary import summary
+from masonry_opt.reporting.summary import of_fills, summary
 from masonry_opt.scene.blocks import rectangle
 
 GAMMA = 2.0
@@ -93,8 +93,11 @@ def test_counted_and_told(tmp_path):
     mo.save(made, tmp_path / "a.toml")
     assert mo.load(tmp_path / "a.toml") == made
     told = summary(mo.solve(made, "static"))
-    assert "touches 5 edges; weighs 14 on 2 blocks" in told
+    assert "touches 5 edges; weighs 14 on 2 blocks;" in told
     assert "fill touches 5 edges; weighs 14" in str(mo.check(made))
+    heavy = made.with_load_case(mo.LoadCase(name="heavy", dead={"fill": 1.2}, live={"live": 1}))
+    (line,) = of_fills(assemble(heavy))
+    assert "weighs 14 on 2 blocks (without the factor 1.2 of the load case);" in line
     assert "within 25° of the vertical" in told
     assert "5 edges touched by fill" in counts(assemble(made))
 

@@ -4,10 +4,12 @@ import functools
 import math
 import re
 from base64 import b64decode
+from dataclasses import replace
 from html import unescape
 from pathlib import Path
 
 import pytest
+from loads.overhang import OVERHANG, axles
 from scenes import CASES, block_on_floor, pressed_down, run_command, two_blocks
 
 import masonry_opt as mo
@@ -187,6 +189,23 @@ def test_a_report_shows_the_positions_of_axles_as_it_solves_them(tmp_path):
 
 
 @pytest.mark.slow
+def test_a_crossing_begins_with_its_verdict_in_the_named_units(tmp_path):
+    case = mo.LoadCase(name="normal", dead={"weight": 1.2}, live={"axles": 1})
+    group = axles(3.0)
+    found = mo.crossing(
+        OVERHANG.replace(load_cases=[case]), group, method="static", incremental=False, required_factor=4.5
+    )
+    page = reported(tmp_path, found, units="m, kN")
+    head = page.text.partition("What was checked")[0]
+    assert "λ ≥ 4.5: passed, 4.8" in head
+    assert "in kN: axle loads 14.4 = λ × 3" in page.text
+    assert "the force unit" not in page.text
+    assert "kN, with the factors of load case 'normal'" in page.text
+    early = reported(tmp_path, replace(found, interrupted=True, time_limit=7.0))
+    assert "stopped by the time limit, so that λ may be less than λ = 4.8" in early.text
+
+
+@pytest.mark.slow
 def test_answers_of_one_kind_stand_beside_each_other(tmp_path, answer_and_page):
     """Answers of one kind are named by load case, number and support.
 
@@ -202,7 +221,7 @@ def test_answers_of_one_kind_stand_beside_each_other(tmp_path, answer_and_page):
     assert [row["answer"] for row in page.rows if "equilibrium" in row] == names
     assert all(f"{name}: exact collapse state; equilibrium alone" in page.text for name in names)
     assert "dead load alone: forces" in page.text
-    assert ", as drawn: load case 'calm'" in page.text
+    assert ", with the factors of load case 'calm'" in page.text
     page = reported(tmp_path, [results["storm"], results["storm"], results["falls"]])
     names = [f"Collapse, load case 'storm' ({number}): method coulomb" for number in (1, 2)]
     assert [row["answer"] for row in page.rows if "equilibrium" in row] == names

@@ -6,9 +6,13 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from masonry_opt.errors import OptionError
+from masonry_opt.reporting.load_factors import known_least
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.crossing.load_factors import CrossingLoadFactors
+
+#: Beginning of the text on the loads at collapse. A report replaces it if the user names the unit of force.
+FORCE_UNIT = "in the force unit of the case"
 
 
 class AssessmentOutcome(StrEnum):
@@ -41,41 +45,84 @@ def assessed(answer: CrossingLoadFactors, required: float) -> Assessment:
     """Compare the least known load factor of a crossing with a required load factor.
 
     - A scene that is unstable under its dead load fails.
-    - The least known load factor is the least of three values: the load factor of the answer, its proven
-      lower bound, and the load factor of the default method at the worst position. If it is less than the
-      required load factor, the scene fails.
-    - Otherwise the scene passes, unless positions are undecided or were not solved: the outcome is then
-      undecided.
+    - A scene fails if an upper bound is less than the required load factor: the load factor of the answer, or
+      the load factor of the default method at the worst position.
+    - The outcome is undecided if positions are undecided or were not solved, or if the proven lower bound is
+      less than the required load factor. It is also undecided if only the default method finds a load factor
+      below the required one, but with chords inside the crushing parabola of the answer.
+    - Otherwise the scene passes.
     """
     worst = answer.worst
     if answer.least is None and worst.solution.d is not None:
         return Assessment(AssessmentOutcome.FAILED, None, "the scene is unstable under its dead load")
-    named = {f"governing λ, an upper bound by method '{worst.method}'": answer.load_factor}
-    if answer.bound is not None:
-        named["proven lower bound for associative flow"] = answer.bound
-    if answer.default is not None and answer.default.load_factor is not None:
-        named[f"upper bound by method '{answer.default.method}' at the worst position"] = (
-            answer.default.load_factor
-        )
-    known = {name: value for name, value in named.items() if value is not None}
-    least = min(known.values(), default=None)
-    # If the load factor of the answer equals a bound, name the bound, which comes later in the dict.
-    name = next((name for name, value in reversed(known.items()) if value == least), "")
-    if least is not None and least < required and not same(least, required):
+    upper = _upper_bounds(answer)
+    if upper and _is_below(min(upper.values()), required):
+        name, least = _last_of_least(upper)
         return Assessment(AssessmentOutcome.FAILED, least, name)
+    why = _why_undecided(answer, required)
+    if why:
+        return Assessment(AssessmentOutcome.UNDECIDED, min(upper.values(), default=None), why)
+    lower = {} if answer.bound is None else {"proven lower bound for associative flow": answer.bound}
+    if not upper | lower:
+        return Assessment(AssessmentOutcome.PASSED, None, "any load is carried")
+    name, least = _last_of_least(upper | lower)
+    return Assessment(AssessmentOutcome.PASSED, least, name)
+
+
+def _is_below(load_factor: float, required: float) -> bool:
+    """Return True if a load factor is less than the required one by more than a rounding error."""
+    return load_factor < required and not same(load_factor, required)
+
+
+def _last_of_least(named: dict[str, float]) -> tuple[str, float]:
+    """Return the name and the value of the least load factor; among equal values, the last in the dict."""
+    least = min(named.values())
+    return next((name, value) for name, value in reversed(named.items()) if value == least)
+
+
+def _upper_bounds(answer: CrossingLoadFactors) -> dict[str, float]:
+    """Return the upper bounds of the least load factor of a crossing, by name.
+
+    A load factor of the default method counts only if it is valid for the crushing law of the answer.
+    """
+    worst, default, bounds = answer.worst, answer.default, dict[str, float]()
+    if worst.load_factor is not None:
+        kind = "an upper bound"
+        if worst.crushing == "chords":
+            kind = "for chords inside the crushing parabola, which lower λ"
+        elif known_least(worst):
+            kind = "proven to be the least at the worst position"
+        bounds[f"governing λ by method '{worst.method}', {kind}"] = worst.load_factor
+    if default is not None and default.load_factor is not None and default.crushing == worst.crushing:
+        name = f"upper bound by method '{default.method}' at the worst position"
+        bounds[name] = default.load_factor
+    return bounds
+
+
+def _why_undecided(answer: CrossingLoadFactors, required: float) -> str:
+    """Return the reason why the comparison with the required load factor is undecided, or "" without one.
+
+    The upper bounds of the load factor must not be less than the required load factor.
+    """
     if answer.interrupted:
         by_limit = "the time limit ended the crossing"
-        why = by_limit if answer.time_limit_reached else "the crossing was interrupted"
-        return Assessment(AssessmentOutcome.UNDECIDED, least, why)
+        return by_limit if answer.time_limit_reached else "the crossing was interrupted"
     if answer.least is None:
-        return Assessment(
-            AssessmentOutcome.UNDECIDED, None, "it is unknown whether the scene carries its dead load"
-        )
+        return "it is unknown whether the scene carries its dead load"
     if answer.undecided:
-        return Assessment(AssessmentOutcome.UNDECIDED, least, "positions are undecided")
-    if least is None:
-        return Assessment(AssessmentOutcome.PASSED, None, "any load is carried")
-    return Assessment(AssessmentOutcome.PASSED, least, name)
+        return "positions are undecided"
+    bound, default = answer.bound, answer.default
+    if bound is not None and _is_below(bound, required):
+        return (
+            f"the required load factor is above the proven lower bound {numeral(bound, '.6f')}, but not "
+            "above the governing λ: solving positions closer together would decide it"
+        )
+    if default is None or default.load_factor is None or not _is_below(default.load_factor, required):
+        return ""
+    return (
+        f"method '{default.method}' finds λ = {numeral(default.load_factor, '.6f')} at the worst position, "
+        f"but with {default.crushing} inside the crushing {answer.worst.crushing}, which lower λ"
+    )
 
 
 def assessment_text(answer: CrossingLoadFactors, required: float) -> str:
@@ -85,13 +132,13 @@ def assessment_text(answer: CrossingLoadFactors, required: float) -> str:
     if load_factor is None or outcome is AssessmentOutcome.UNDECIDED:
         return f"{head}, because {why}"
     ratio = numeral(load_factor / required, ".3f")
-    return f"{head}, {numeral(load_factor, '.6f')} is {ratio} times as much ({why})"
+    return f"{head}, {numeral(load_factor, '.6f')} is {ratio} times the required load factor ({why})"
 
 
 def capacity_text(answer: CrossingLoadFactors) -> str:
-    """Return the loads at collapse as text, or an empty string if there is no load factor."""
+    """Return the loads at collapse as text; empty without a load factor, or if the crossing ended early."""
     load_factor, trials = answer.load_factor, answer.least
-    if load_factor is None or trials is None:
+    if load_factor is None or trials is None or answer.interrupted:
         return ""
     parts = []
     if answer.axle_loads:
@@ -107,7 +154,7 @@ def capacity_text(answer: CrossingLoadFactors) -> str:
     if case != 1:
         factors.append(f"{case:g} of the load case")
     included = f" (with the factor {' and '.join(factors)})" if factors else ""
-    return f"in the force unit of the case: {'; '.join(parts)}{included}"
+    return f"{FORCE_UNIT}: {'; '.join(parts)}{included}"
 
 
 def _listed(values: Iterable[float]) -> str:

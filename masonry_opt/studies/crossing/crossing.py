@@ -80,7 +80,8 @@ def crossing(
         :func:`~masonry_opt.analysis.solve`.
     required_factor: Load factor that the scene must reach. The answer then states whether the scene passed,
         and ``passed`` is True or False.
-    progress: Function called with each solved position and its load factor (NaN without one).
+    progress: Function called with each solved position and its load factor (inf if any load is carried, NaN
+        if the load factor is unknown).
 
     Returns
     -------

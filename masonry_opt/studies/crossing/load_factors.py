@@ -84,9 +84,15 @@ class CrossingLoadFactors:
 
     @property
     def capacity(self) -> list[float]:
-        """Load of each axle at collapse: λ times ``axle_loads``; empty if no position has a load factor."""
+        """Load of each axle at collapse: λ times ``axle_loads``.
+
+        It is empty if no position has a load factor. It is also empty if the crossing ended early, because
+        the axles may collapse the scene under smaller loads at positions that were not solved.
+        """
         load_factor = self.load_factor
-        return [] if load_factor is None else [load_factor * load for load in self.axle_loads]
+        if load_factor is None or self.interrupted:
+            return []
+        return [load_factor * load for load in self.axle_loads]
 
     @property
     def uniform_loads(self) -> list[float]:

@@ -1,9 +1,10 @@
 """Printed lines of a crossing: the worst position, the loads at collapse, and the certainty of λ."""
 
 from masonry_opt.errors import counted
-from masonry_opt.reporting.load_factors import certainty, own_name
+from masonry_opt.reporting.load_factors import LEAST, certainty, own_name
 from masonry_opt.reporting.names import some
 from masonry_opt.reporting.sentences import numeral
+from masonry_opt.reporting.summary import crushing
 from masonry_opt.result import Result
 from masonry_opt.studies.crossing.assessment import assessment_text, capacity_text
 from masonry_opt.studies.crossing.load_factors import CrossingLoadFactors
@@ -20,7 +21,7 @@ _BY_FRICTION = "because sliding joints do not open with Coulomb friction"
 def facts(answer: CrossingLoadFactors) -> dict[str, str]:
     """Return the printed lines of a crossing, as a dict from the label of each line to its text."""
     worst = answer.worst
-    lines = {"case": worst.case, "method": worst.method} | _load_case_facts(answer)
+    lines = {"case": worst.case, "method": worst.method} | _ended_early(answer) | _load_case_facts(answer)
     missing_cases = some([*map(repr, answer.not_crossed)])
     required = {}
     if answer.required_factor is not None:
@@ -35,13 +36,19 @@ def facts(answer: CrossingLoadFactors) -> dict[str, str]:
         places = some([template.format(**place) for place in answer.undecided_at])
         count = counted(answer.undecided, "position")
         lines["undecided"] = f"the least λ is uncertain, because λ could not be computed at {count}: {places}"
-    if answer.interrupted:
-        not_reached = f"; load cases that were not reached: {missing_cases}" if missing_cases else ""
-        label, by = "interrupted", ""
-        if answer.time_limit is not None:
-            label, by = "stopped", f"by the time limit of {answer.time_limit:g} s; "
-        lines[label] = f"{by}λ may be less at positions that were not solved{not_reached}"
     return lines
+
+
+def _ended_early(answer: CrossingLoadFactors) -> dict[str, str]:
+    """Return the printed line on a crossing that the user or the time limit ended; empty for others."""
+    if not answer.interrupted or answer.least is None:
+        return {}
+    missing_cases = some([*map(repr, answer.not_crossed)])
+    not_reached = f"; load cases that were not reached: {missing_cases}" if missing_cases else ""
+    label, by = "interrupted", ""
+    if answer.time_limit is not None:
+        label, by = "stopped", f"by the time limit of {answer.time_limit:g} s; "
+    return {label: f"{by}λ may be less at positions that were not solved{not_reached}"}
 
 
 def _load_case_facts(answer: CrossingLoadFactors) -> dict[str, str]:
@@ -70,13 +77,20 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
     worst, group = answer.worst, passage.axles
     governing = "none: any load is carried" if worst.solution.carries_any_load else str(worst.status)
     if worst.load_factor is not None:
-        governing = f"{numeral(worst.load_factor, '.6f')} ({own_name(worst)})"
+        name = own_name(worst)
+        if answer.interrupted:
+            name = "the least at the positions solved so far"
+        elif name == LEAST and answer.bound is None:
+            name = "least at this position, proven"
+        governing = f"{numeral(worst.load_factor, '.6f')} ({name})"
     source = f" ({group.group.source})" if group.group.source else ""
-    lines = {"governing λ": governing}
+    lines = {"λ so far" if answer.interrupted else "governing λ": governing}
     capacity = capacity_text(answer)
     if capacity:
         lines["at collapse"] = capacity
-    lines |= required | {"certainty": certainty(worst), "position": _where(answer)}
+    lines |= required | {"certainty": certainty(worst), "crushing": crushing(worst)}
+    lines = {label: words for label, words in lines.items() if words}
+    lines["position"] = _where(answer)
     lines["axles"] = f"'{answer.axles}', travelling {answer.direction}{source}"
     if group.width:
         share = f"{passage.across:.4g}"
@@ -84,11 +98,12 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
             f"the scene carries {share} of each load: its thickness divided by the effective width "
             f"{group.width:g}"
         )
-    positions, spacing = counted(len(answer.governing), "position"), numeral(answer.resolution or 0.0, ".3g")
-    between = "" if answer.bound is not None else "; λ may be less between positions"
-    lines["solved"] = (
-        f"at {positions}; next to the worst position, positions are at most {spacing} apart{between}"
-    )
+    lines["solved"] = f"at {counted(len(answer.governing), 'position')}"
+    if answer.resolution:
+        spacing = numeral(answer.resolution, ".3g")
+        lines["solved"] += f"; next to the worst position, positions are at most {spacing} apart"
+    if answer.bound is None:
+        lines["solved"] += "; λ may be less between positions"
     if passage.assembly.problem.live.any():
         lines["other loads"] = "λ also multiplies the other live loads of the scene"
     return lines
@@ -110,9 +125,11 @@ def _associative_facts(answer: CrossingLoadFactors) -> dict[str, str]:
     worst, lines = answer.worst, dict[str, str]()
     if answer.passages[0].beside is not None:
         if worst.associative is not None and worst.load_factor is not None:
+            value = numeral(worst.associative, ".6f")
+            for_chords = " for the chords" if worst.crushing == "chords" else ""
             lines["associative"] = (
-                f"{numeral(worst.associative, '.6f')} at this position is an upper bound by classical "
-                f"limit analysis; λ is {_difference(worst.load_factor, worst.associative)}"
+                f"{value} at this position is an upper bound by classical limit analysis{for_chords}; λ is "
+                f"{_difference(worst.load_factor, worst.associative)}"
             )
         return lines
     first_look = _first_look(answer)

@@ -42,6 +42,7 @@ from masonry_opt.solution.acceptance import LIMITS
 from masonry_opt.solution.motion import joint_motion
 from masonry_opt.solution.thresholds import IDLE
 from masonry_opt.studies.crossing.answer import Crossing
+from masonry_opt.studies.crossing.assessment import FORCE_UNIT
 from masonry_opt.studies.load_cases.cases import Cases, Directions
 from masonry_opt.studies.settle.answer import KIND_NAMES, Settlement
 from masonry_opt.studies.writing import frame_table, render, table, versions
@@ -220,13 +221,14 @@ def _(answer: Crossing) -> ReportPart:
     facts, all_cases = answer.facts(), len(answer.by_case) > 1 and not left_open
     axles = {trials.passage.axles.name: trials.passage.axles for trials in answer.passages}
     subject = f"Axles {', '.join(map(repr, axles))}"
+    verdict = [facts["required"]] if answer.required_factor is not None else []
     governs = f"; '{worst.load_case}' governs" if all_cases else ""
     if answer.bound is None:
         between = f"λ may be less between the solved positions ({facts['solved']})."
         left_open = [between, *left_open]
     return ReportPart(
         heading=f"{subject}, every load case" if all_cases else _of_case(subject, worst),
-        says=f"governing {named_factor(worst)}: {facts['axles']}, {facts['position']}{governs}",
+        says="; ".join([f"{_governing(answer)}: {facts['axles']}, {facts['position']}{governs}", *verdict]),
         assembly=least.passage.assembly,
         printed_in_full={f"worst position, method {worst.method}": worst},
         facts=facts,
@@ -296,6 +298,23 @@ def _(answer: Capacity) -> ReportPart:
     )
 
 
+def _governing(answer: Crossing) -> str:
+    """Return the governing load factor of a crossing as text; if the crossing ended early, the λ so far."""
+    if not answer.interrupted:
+        return f"governing {named_factor(answer.worst)}"
+    by = "stopped by the time limit" if answer.time_limit_reached else "interrupted"
+    return f"{by}, so that λ may be less than {named_factor(answer.worst)}"
+
+
+def _in_unit(parts: Sequence[ReportPart], force: str) -> list[ReportPart]:
+    """Return the parts of a report with the unit of force in the text on the loads at collapse."""
+    named = []
+    for part in parts:
+        facts = {label: text.replace(FORCE_UNIT, f"in {force}", 1) for label, text in part.facts.items()}
+        named.append(replace(part, facts=facts))
+    return named
+
+
 def _of_case(heading: str, result: Result) -> str:
     """Return a heading, followed by the name of the load case if the result has a load case."""
     return heading if result.load_case is None else f"{heading}, load case '{result.load_case}'"
@@ -308,6 +327,7 @@ def _page(parts: Sequence[ReportPart], units: dict[str, str]) -> str:
     axles = [group for part in parts for group in part.axles] or scene.axles
     if not units["length"] and any(group.set for group in axles):
         units = _units("m, kN")  # units of the common sets of axles
+    parts = _in_unit(parts, units["force"]) if units["force"] else parts
     results: dict[str, Result] = {}
     factors: dict[str, Result] = {}  # results with a load factor
     for part in parts:
