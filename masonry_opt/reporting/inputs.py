@@ -4,7 +4,7 @@ The functions take the values of a reason, as those of :mod:`~.reporting.sentenc
 """
 
 from collections.abc import Callable
-from math import radians, tan
+from math import atan, degrees, radians, tan
 from typing import Any
 
 from masonry_opt.errors import rounded_up
@@ -78,6 +78,16 @@ def friction_high(v: dict[str, Any]) -> str:
     )
 
 
+def friction_low(v: dict[str, Any]) -> str:
+    """Return a warning that a friction coefficient is low, with the angle of which it may be the tangent."""
+    angle = f"{degrees(atan(v['friction'])):.3g}"
+    return (
+        f"the friction coefficient {v['friction']:.3g} of {_place_of_property(v)} is that of an angle of "
+        f"{angle}°, lower than in joints of masonry: if tan φ = {angle} is meant, use 'friction' instead of "
+        "'friction_angle'"
+    )
+
+
 def dilatancy_low(v: dict[str, Any]) -> str:
     """Return a warning that the dilatancy of a joint is less than minus its friction coefficient."""
     return (
@@ -138,6 +148,7 @@ def _corners_bear(v: dict[str, Any]) -> str:
 #: a function of these values.
 INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.FRICTION_HIGH: friction_high,
+    Code.FRICTION_LOW: friction_low,
     Code.DILATANCY_LOW: dilatancy_low,
     Code.IDLE_SUPPORTS: lambda v: (
         f"fixed {blocks(v['blocks'])} {verb(len(v['blocks']), 'touch')} no movable block, tie or prop: close "
@@ -193,6 +204,10 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.WEIGHTS_DIFFER: weights_differ,
     Code.FILL_WEIGHT_DIFFERS: fill_weight_differs,
+    Code.IDLE_BACKING: (
+        "the backing of fill no. {fill} has no effect, because it touches no block: its 'line' is below all "
+        "blocks, or blocks separate it from the road"
+    ),
     Code.STRENGTH_DIFFERS: strength_differs,
     Code.STRESS_DIFFERS: stress_differs,
     Code.ACTS_OUTSIDE: lambda v: (

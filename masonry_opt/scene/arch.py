@@ -15,6 +15,9 @@ from masonry_opt.scene.generator import AnyGenerator, Generator, polar
 #: Relative difference below which two lengths of an arch count as equal. For example, an arch counts as a
 #: semicircle if its rise exceeds half its span by less than this fraction.
 _ARCH_LENGTH_TOLERANCE = 1e-9
+#: Largest ratio of the thickness of an arch to its span. A larger ratio is refused, because one of the
+#: lengths is probably in another unit.
+_GREATEST_THICKNESS = 10.0
 
 
 class Stone(NamedTuple):
@@ -115,6 +118,11 @@ class ArchRing(AnyGenerator):
                 f"a pointed arch needs an even number of 'voussoirs' (found {self.voussoirs})"
             )
         radius = self._arc.radius
+        if self.span is not None and self.thickness > _GREATEST_THICKNESS * self.span:
+            yield (
+                f"'thickness' is {self.thickness / self.span:.3g} times the span (found {self.thickness:g}): "
+                "give all lengths in the same unit"
+            )
         if not self.thickness < 2 * radius:
             yield f"'thickness' must be less than twice the radius {radius:g} (found {self.thickness:g})"
         yield from self._wrong_skewbacks()

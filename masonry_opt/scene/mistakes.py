@@ -5,7 +5,7 @@ import functools
 import inspect
 import reprlib
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any, ParamSpec, TypeVar, get_args
 
 from pydantic import BaseModel, Tag, ValidationError
@@ -77,13 +77,28 @@ def wrong_values(
 
     Each line begins with ``head``. The default is the name of the record.
     """
-    head, mistakes = head or called(record, values), error.errors(include_url=False)
+    head, mistakes = head or called(record, values), _without_misspelt(error.errors(include_url=False))
     most_mistakes = _MOST_MESSAGE_LINES - 1  # the last line counts the others
     lines = [_line(dict(item), record, values) for item in mistakes[:most_mistakes]]
     more = len(mistakes) - len(lines)
     if more:
         lines.append(f"and {more} more mistakes")
     return CaseError("\n".join(f"{head}: {text}" for text in lines))
+
+
+def _without_misspelt(mistakes: Sequence[Any]) -> list[Any]:
+    """Return mistakes without those missing keys for which the same table has a similar unknown key.
+
+    The message about the unknown key suggests the missing key.
+    """
+    unknown = [item["loc"] for item in mistakes if item["type"] == "extra_forbidden"]
+
+    def is_misspelt(loc: tuple[str | int, ...]) -> bool:
+        """Return True if the table of a missing key has an unknown key with a similar name."""
+        names = [str(other[-1]) for other in unknown if other[:-1] == loc[:-1]]
+        return bool(loc) and any(did_you_mean(name, [str(loc[-1])]) for name in names)
+
+    return [item for item in mistakes if item["type"] != "missing" or not is_misspelt(item["loc"])]
 
 
 def called(record: type[BaseModel], values: Mapping[str, Any]) -> str:

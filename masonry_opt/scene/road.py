@@ -15,6 +15,9 @@ _TONNE = 9.81
 #: Number of decimal places to which uniform loads are compared with their mirror images, to find out if a
 #: group of axles is symmetric.
 _DIGITS = 9
+#: Angle of friction in degrees that the fill must exceed. Every soil has a larger angle; a smaller value is
+#: probably the tangent of the angle.
+_LEAST_FRICTION_ANGLE = 2.0
 #: Directions of travel along a road.
 TravelDirection = Literal["right", "left"]
 
@@ -234,7 +237,13 @@ class Fill(Record):
                 if getattr(self, key) is None:
                     yield f"a fill needs '{key}', or 'pressure = false' if it exerts no earth pressure"
             least, _, most = self.coefficients
-            if least > most:
+            degrees = self.friction_angle
+            if degrees is not None and degrees < _LEAST_FRICTION_ANGLE:
+                yield (
+                    f"'friction_angle' of {degrees:g}° is less than that of any soil: give it in degrees "
+                    f"(atan {degrees:g} = {math.degrees(math.atan(degrees)):.1f}°)"
+                )
+            elif least > most:
                 yield f"'mobilised' times K_p is {most:.4g}, below K_a = {least:.4g}: raise 'mobilised'"
         if self.backing:
             backed = self.zones[1]

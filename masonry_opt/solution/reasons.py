@@ -263,6 +263,9 @@ class Code(StrEnum):
     # first joint, or the default. All codes from here on are warnings about properties of the scene that look
     # unintended.
     FRICTION_HIGH = "friction high"
+    # The friction is so small that it may be the tangent of an angle, given as an angle in degrees. The
+    # values are those of FRICTION_HIGH.
+    FRICTION_LOW = "friction low"
     # The dilatancy is negative, and its magnitude is larger than the friction. The value ``pairs`` lists the
     # two blocks of each joint; it is empty if the default for all joints is wrong. The values ``dilatancy``
     # and ``friction`` are the two coefficients of the first joint, or the defaults.
@@ -287,6 +290,9 @@ class Code(StrEnum):
     # False for the fill. The value ``unit_weight`` is compared with the unit weight ``other``. The value
     # ``beside`` states to what ``other`` belongs: "blocks" or "fill".
     FILL_WEIGHT_DIFFERS = "fill weight differs"
+    # The backing of a fill has no effect, because it touches no block: its line is below all blocks, or
+    # blocks separate it from the road. Value: ``fill``, the number of the fill, from 1.
+    IDLE_BACKING = "idle backing"
     # The strength or prestress of a tie or prop is so small or so large that its unit is probably wrong. The
     # value ``kind`` is "tie" or "prop", and ``name`` is the name of the tie or prop. The value ``key`` is
     # "strength" or "prestress". The strength or prestress ``value`` is compared with ``weight``: the weight

@@ -20,9 +20,11 @@ from masonry_opt.solution.wedges import wedges
 
 #: Tests for unusual joint properties, each with the code of its warning and the names of the properties.
 #: A friction coefficient above 3 (tan 72°) is higher than in any dry joint, and may be an angle in degrees.
-#: Dilatancy below −friction is a contraction that friction cannot resist.
+#: A friction below 0.02 (tan 1.1°) is less than in any joint, and may be a tangent given as an angle in
+#: degrees. Dilatancy below −friction is a contraction that friction cannot resist.
 _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], ...] = (
     (Code.FRICTION_HIGH, ("friction",), lambda joint: 3.0 < joint.friction < np.inf),
+    (Code.FRICTION_LOW, ("friction",), lambda joint: 0.0 < joint.friction < 0.02),
     (Code.DILATANCY_LOW, ("dilatancy", "friction"), lambda joint: joint.dilatancy < -joint.friction),
 )
 
@@ -92,6 +94,7 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
         *_acting_outside(assembly),
         *_weights(assembly),
         *_fill_weights(assembly),
+        *_idle_backings(assembly),
         *_strengths(assembly),
         *unusual_stresses(assembly),
     )
@@ -332,6 +335,14 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
             if is_extreme or in_other_unit(np.array(zone.unit_weight), other):
                 values = {"unit_weight": zone.unit_weight, "beside": beside, "other": other}
                 yield reason(Code.FILL_WEIGHT_DIFFERS, fill=number, backing=backing, **values)
+
+
+def _idle_backings(assembly: Assembly) -> Iterator[Reason]:
+    """Generate warnings about backings that touch no block."""
+    backed = {piece.fill for piece in assembly.filled_pieces if piece.zone}
+    for number, fill in enumerate(assembly.scene.fills):
+        if fill.backing and number not in backed:
+            yield reason(Code.IDLE_BACKING, fill=number + 1)
 
 
 def _strengths(assembly: Assembly) -> Iterator[Reason]:

@@ -16,14 +16,25 @@ from masonry_opt.studies.warning_codes import StudyCode, study_warning
 #: m.
 _UNIT_OF_SETS = "kN/m³"
 #: Ratio of the axle loads of a group to the sum of all dead loads, above which a warning says that their
-#: units probably differ. A larger value misses axles in N on heavy bridges with weights in kN. Small loads
-#: cause no warning, because they may be unit loads.
+#: units probably differ. A larger value misses axles in N on heavy bridges with weights in kN.
 _LARGEST_RATIO = 1000.0
+#: Load that every axle of a vehicle exceeds, about 3 kN, by the unit that a unit weight looks like. If all
+#: axles are lighter, they are probably in kN. A smaller value misses heavier axles in kN.
+_LIGHTEST_AXLE = {"N/m³": 3000.0, "kg/m³": 300.0}
 
 
 def _rounded(value: float) -> str:
     """Return a number rounded to three significant digits, without a power of ten."""
     return numeral(float(f"{value:.3g}"), ".6g")
+
+
+def _are_light(group: Axles, unit: str) -> bool:
+    """Return True if the axles are too light for the unit of the unit weights.
+
+    Loads of 1 are unit loads, which have no unit.
+    """
+    loads = group.group.loads
+    return unit in _LIGHTEST_AXLE and {*loads} not in (set(), {1.0}) and max(loads) < _LIGHTEST_AXLE[unit]
 
 
 def unusual_axles(assembly: Assembly, groups: Iterable[Axles]) -> Iterator[dict[str, Any]]:
@@ -44,10 +55,14 @@ def unusual_axles(assembly: Assembly, groups: Iterable[Axles]) -> Iterator[dict[
             sentence = f"{given}, but {compared}"
         else:
             total = thickness / (group.width or thickness) * float(sum(group.group.loads))
+            added = f"the loads of axles '{group.name}' add up to {_rounded(total)}"
             if all_dead and total > _LARGEST_RATIO * all_dead:
                 values = {"load": total, "weight": all_dead}
-                given = f"the loads of axles '{group.name}' add up to {_rounded(total)}"
-                sentence = f"{given}, but all dead loads to {_rounded(all_dead)}"
+                sentence = f"{added}, but all dead loads to {_rounded(all_dead)}"
+            elif _are_light(group, typical_unit(unit_weight)):
+                values = {"load": total, "unit_weight": unit_weight}
+                looks = f"{_rounded(unit_weight)}, looks like {typical_unit(unit_weight)}"
+                sentence = f"{added}, but the median unit weight of the blocks, {looks}"
         if values:
             advice = "use the same unit for axles and weights"
             yield study_warning(StudyCode.AXLES_DIFFER, f"{sentence}: {advice}", name=group.name, **values)

@@ -498,3 +498,24 @@ def test_axles_in_another_unit_than_the_weights():
     assert "the median unit weight of the blocks, 22000, looks like N/m³" in warned_of(heavy, set=common)[0]
     assert warned_of(scene, loads=[87_000]) == []
     assert "add up to 89000, but all dead loads to 88" in warned_of(scene, loads=[89_000])[0]
+    in_newtons = "add up to 120, but the median unit weight of the blocks, 22000, looks like N/m³"
+    assert in_newtons in warned_of(heavy, loads=[120])[0]
+    assert warned_of(heavy, loads=[1]) == warned_of(heavy, loads=[120_000]) == []
+
+
+def test_a_tangent_given_as_an_angle():
+    scene = block_on_floor().replace(joints={"friction_angle": 0.6})
+    (values,) = warned(scene, Code.FRICTION_LOW)
+    assert values["friction"] == pytest.approx(np.tan(np.radians(0.6)))
+    assert "if tan φ = 0.6 is meant, use 'friction'" in message([reason(Code.FRICTION_LOW, **values)])
+    assert warned(block_on_floor(friction=0.03), Code.FRICTION_LOW) == []
+
+
+def test_a_backing_below_all_blocks():
+    def backed(height):
+        backing = mo.Backing(line=[(-3, height), (3, height)], unit_weight=22)
+        fill = mo.Fill(road=[(-3, 4), (3, 4)], unit_weight=19, pressure=False, backing=backing)
+        return warned(block_on_floor().replace(fills=[fill]), Code.IDLE_BACKING)
+
+    assert backed(-1.0) == [{"fill": 1}]
+    assert backed(1.0) == []

@@ -181,6 +181,20 @@ WRONG_CASES = {
 }
 
 
+def test_a_misspelt_key_is_not_reported_as_missing_too(tmp_path):
+    arch = (
+        "[joints]\nfriction = 0.6\n[arch]\nspan = 6\nrise = 1.5\nthickness = {}\n{} = 25\nunit_weight = 22\n"
+    )
+    path = tmp_path / "case.toml"
+    path.write_text(arch.format(0.5, "vousoirs"))
+    with pytest.raises(mo.CaseError, match="unknown key 'vousoirs'; did you mean 'voussoirs'") as error:
+        mo.load(path)
+    assert "missing" not in str(error.value)
+    path.write_text(arch.format(500, "voussoirs"))
+    with pytest.raises(mo.CaseError, match=r"'thickness' is 83\.3 times the span"):
+        mo.load(path)
+
+
 @pytest.mark.parametrize("name", WRONG_CASES)
 def test_wrong_case_file(name, tmp_path, monkeypatch, capsys):
     old, new, expected = WRONG_CASES[name]

@@ -57,7 +57,6 @@ WRONG_CALLS = {
             blocks=({"name": "A", "vertices": TRIANGLE, "wieght": 1}, 5, {"vertices": TRIANGLE}),
             exceptions=[{"between": ["A", "B"], "cohesion": -1}],
         ),
-        "Scene: … missing … 'joints.friction'",
         "Scene: … 'joints.fricton' … did you mean 'friction'",
         "Scene: block no. 1 ('A') … 'wieght' … did you mean 'weight'",
         "Scene: block no. 2 … Block … found 5",
@@ -77,7 +76,7 @@ WRONG_CALLS = {
         lambda: mo.Arch(**ARCH, point_loads=[{"voussoir": 1, "force": (0, 1), "forc": 1}]),
         "Arch: … 'point_loads[0].forc' … did you mean 'force'",
     ),
-    "reference": (lambda: mo.Reference(value=1, sorce=""), "Reference: … 'source'", "'sorce' … 'source'"),
+    "reference": (lambda: mo.Reference(value=1, sorce=""), "Reference: … 'sorce' … 'source'"),
 }
 
 
