@@ -198,6 +198,10 @@ def test_openings_of_three_hinges(tmp_path, in_space):
     assert [row["opening"] for row in told] == frame["opening"].tolist()
     written = [text.get_text() for axes in found.plot().axes for text in axes.texts]
     assert written.count("0.125") == 2
+    moved = mo.settle(scene, "R", right, method="static", movement=0.02).plot()
+    written = [text.get_text() for axes in moved.axes for text in axes.texts]
+    assert written.count("0.0025") == 2
+    assert "after a movement of 0.02" in " ".join(text.get_text() for text in moved.texts).replace("\n", " ")
     found.save(tmp_path / "a.html")
     page = (tmp_path / "a.html").read_text(encoding="utf-8")
     assert "Openings per unit of movement, at the least reaction" in page

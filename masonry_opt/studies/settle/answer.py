@@ -26,12 +26,12 @@ from masonry_opt.reporting.load_factors import (
     state_found,
 )
 from masonry_opt.reporting.names import some
-from masonry_opt.reporting.sentences import numeral
+from masonry_opt.reporting.sentences import BY_CHORDS, numeral
 from masonry_opt.result import Result, distinct_warnings
 from masonry_opt.solution.motion import moving_names
 from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.thresholds import ZERO
-from masonry_opt.studies.settle.openings import joint_openings, largest_movement
+from masonry_opt.studies.settle.openings import after_movement, in_words, joint_openings, largest_movement
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
 
@@ -43,7 +43,7 @@ KIND_NAMES = {"coulomb": "Coulomb", "incremental": INCREMENTAL, "associative": A
 _OPENING_HEADINGS = {f"{kind}_at_movement": f"{kind} after the movement" for kind in ("opening", "sliding")}
 _WRITTEN_JOINTS = 12  #: Largest number of joints whose opening or sliding a picture states, largest first.
 #: Note on the numbers in a picture.
-_NOTE = "Numbers at joints: opening, or sliding (s), per unit of the support's movement"
+_NOTE = "Numbers at joints: opening, or sliding (s), {}"
 _ARROWS = "direction in which the support moves"  #: Legend entry for the arrows on supports.
 
 
@@ -346,16 +346,10 @@ class Settlement(StudyAnswer):
         if self.at_rest is not None:
             facts["at rest"] = f"{numeral(self.at_rest, '.6g')}, with elastic contacts"
         facts |= {name: _words(end) for name, end in self.ends.items()}
-        openings = self.openings
-        if len(openings):
-            movement = 1.0 if self.movement is None else self.movement
-            widths = movement * openings[["opening", "sliding"]].max(axis=1)
-            joints = zip(openings["first"], openings["second"], widths, strict=True)
-            listed = [f"'{first}'–'{second}' {numeral(width, '.3g')}" for first, second, width in joints]
-            of = "per unit of the support's movement"
-            if self.movement is not None:
-                of = f"after a movement of {numeral(self.movement, '.6g')}, in the length unit of the case"
-            facts["openings"] = f"{of}, at the least reaction: {some(listed)}"
+        if len(self.openings):
+            facts["openings"] = in_words(self.openings, self.movement)
+        if any(end.result.crushing == "chords" for end in self.ends.values()):
+            facts["crushing"] = f"limited by {BY_CHORDS}; the parabola permits a wider range of reactions"
         return facts
 
     def as_dict(self) -> dict[str, Any]:
@@ -387,7 +381,7 @@ class Settlement(StudyAnswer):
         if end not in ("least", "greatest"):
             raise OptionError(f"unknown end '{end}': choose from least, greatest")
         if self.fallen:
-            return _drawn(self.fallen, "collapse mechanism: unstable with every reaction", names, view)
+            return _drawn(self.fallen, "collapse mechanism: unstable with every reaction", names, view, None)
         rows = {row["kind"]: row for row in self.ends[end].rows()}
         kind = kind or self.ends[end].answered_by or next(iter(rows))
         if kind not in rows:
@@ -395,7 +389,7 @@ class Settlement(StudyAnswer):
         reaction, supports = rows[kind]["reaction"], printable(some([*map(repr, self.supports)]))
         value = f"none ({rows[kind]['status']})" if reaction is None else numeral(reaction, ".6g")
         heading = f"{end} reaction of {supports}: {value} ({KIND_NAMES[kind]})"
-        return _drawn(self.ends[end].results[kind], heading, names, view)
+        return _drawn(self.ends[end].results[kind], heading, names, view, self.movement)
 
     def save(
         self,
@@ -455,19 +449,25 @@ def _moving(result: Result) -> list[str]:
     return moving_names(result.assembly, answer.d) if answer else []
 
 
-def _drawn(result: Result, heading: str, names: bool, view: ViewAngles | None) -> Picture:
-    """Return a picture of a mechanism, with numbers at the joints that open or slide most."""
+def _drawn(
+    result: Result, heading: str, names: bool, view: ViewAngles | None, movement: float | None
+) -> Picture:
+    """Return a picture of a mechanism, with numbers at the joints that open or slide most.
+
+    The numbers are lengths after a movement of the supports, or per unit of their movement if it is None.
+    """
     refuse_view(result.assembly.scene, view)
     elements, joints = result_elements(result), result.assembly.joints
     marks = [replace(mark, label=_ARROWS) if mark.name == "live" else mark for mark in elements.loads]
-    widest = joint_openings(result).head(_WRITTEN_JOINTS)
+    widest, scale = joint_openings(result).head(_WRITTEN_JOINTS), 1.0 if movement is None else movement
     for number, opening, sliding in zip(widest["joint"], widest["opening"], widest["sliding"], strict=True):
         motion = elements.motion[[joints.first[number], joints.second[number]]].mean(axis=0)[None]
-        text = f"{opening:.3g}" if opening >= sliding else f"{sliding:.3g} s"
+        text = f"{scale * opening:.3g}" if opening >= sliding else f"{scale * sliding:.3g} s"
         point = joints.middle[number][None, None]
         marks.append(Marks("openings", "", "point", BLACK, 0.0, point, motion, text=text))
     elements = replace(elements, heading=heading, loads=marks)
-    return elements_picture(elements, "mechanism", names, view, (_NOTE,) if len(widest) else ())
+    notes = (_NOTE.format(after_movement(movement)),) if len(widest) else ()
+    return elements_picture(elements, "mechanism", names, view, notes)
 
 
 def _words(end: Bound) -> str:

@@ -3,6 +3,8 @@
 import numpy as np
 import pandas as pd
 
+from masonry_opt.reporting.names import some
+from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result
 from masonry_opt.solution.frames import unsigned
 from masonry_opt.solution.motion import fastest, joint_motion
@@ -11,6 +13,25 @@ from masonry_opt.solution.thresholds import ZERO
 #: Largest rotation of a block, in radians, for which the openings of a small motion are accurate enough. The
 #: relative error of an opening is about as large as the rotation.
 SMALL_ROTATION = 0.1
+
+
+def after_movement(movement: float | None) -> str:
+    """Return the phrase that says to which movement of the supports openings refer."""
+    if movement is None:
+        return "per unit of the support's movement"
+    return f"after a movement of {numeral(movement, '.6g')}, in the length unit of the case"
+
+
+def in_words(openings: pd.DataFrame, movement: float | None) -> str:
+    """Return the largest openings at the least reaction as text.
+
+    The openings are lengths after a movement, or per unit of the support's movement if it is None.
+    """
+    scale = 1.0 if movement is None else movement
+    widths = scale * openings[["opening", "sliding"]].max(axis=1)
+    joints = zip(openings["first"], openings["second"], widths, strict=True)
+    listed = some([f"'{first}'–'{second}' {numeral(width, '.3g')}" for first, second, width in joints])
+    return f"{after_movement(movement)}, at the least reaction: {listed}"
 
 
 def joint_openings(result: Result) -> pd.DataFrame:
