@@ -39,6 +39,8 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
     default: Result of the default method at the worst position, if the chosen method is associative.
     no_default: Reason why the default method has no result, if the user or the time limit ended its solve, or
         if it raised an error.
+    by_parabola: Associative load factor at the worst position by the crushing parabola, if the joints of
+        ``worst`` crush by chords inside the parabola; otherwise None. It is an upper bound of λ.
     required_factor: Load factor that is required; None if none is required.
     """
 
@@ -100,6 +102,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         result = {key: worst[key] for key in of_worst} | {key: getattr(self, key) for key in own}
         result["default"] = self.default and self.default.load_factor
         result["default_associative"] = self.default and self.default.associative
+        result["by_parabola"] = self.by_parabola
         result["warnings"] = self.warning_records
         return result | {"positions": records(self.table), "governing": records(self.told), "worst": worst}
 

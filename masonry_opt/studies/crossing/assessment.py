@@ -8,6 +8,7 @@ from typing import NamedTuple
 from masonry_opt.errors import OptionError
 from masonry_opt.reporting.load_factors import known_least
 from masonry_opt.reporting.sentences import numeral
+from masonry_opt.result import Result
 from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.crossing.load_factors import CrossingLoadFactors
 
@@ -48,9 +49,11 @@ def assessed(answer: CrossingLoadFactors, required: float) -> Assessment:
     - A scene fails if an upper bound is less than the required load factor: the load factor of the answer, or
       the load factor of the default method at the worst position.
     - The outcome is undecided if positions are undecided or were not solved, or if the proven lower bound is
-      less than the required load factor. It is also undecided if only the default method finds a load factor
-      below the required one, but with chords inside the crushing parabola of the answer.
+      less than the required load factor. It is also undecided if only a load factor by chords inside the
+      crushing parabola is less than the required one.
     - Otherwise the scene passes.
+
+    A load factor by chords is no upper bound if the load factor by the parabola is known too.
     """
     worst = answer.worst
     if answer.least is None and worst.solution.d is not None:
@@ -62,10 +65,12 @@ def assessed(answer: CrossingLoadFactors, required: float) -> Assessment:
     why = _why_undecided(answer, required)
     if why:
         return Assessment(AssessmentOutcome.UNDECIDED, min(upper.values(), default=None), why)
-    lower = {} if answer.bound is None else {"proven lower bound for associative flow": answer.bound}
-    if not upper | lower:
+    known = upper | _by_chords(answer)
+    if answer.bound is not None:
+        known["proven lower bound for associative flow"] = answer.bound
+    if not known:
         return Assessment(AssessmentOutcome.PASSED, None, "any load is carried")
-    name, least = _last_of_least(upper | lower)
+    name, least = _last_of_least(known)
     return Assessment(AssessmentOutcome.PASSED, least, name)
 
 
@@ -83,20 +88,42 @@ def _last_of_least(named: dict[str, float]) -> tuple[str, float]:
 def _upper_bounds(answer: CrossingLoadFactors) -> dict[str, float]:
     """Return the upper bounds of the least load factor of a crossing, by name.
 
-    A load factor of the default method counts only if it is valid for the crushing law of the answer.
+    Load factors in :func:`_by_chords` are left out.
     """
     worst, default, bounds = answer.worst, answer.default, dict[str, float]()
-    if worst.load_factor is not None:
+    if worst.load_factor is not None and not _is_by_chords(answer, worst):
         kind = "an upper bound"
         if worst.crushing == "chords":
             kind = "for chords inside the crushing parabola, which lower λ"
         elif known_least(worst):
             kind = "proven to be the least at the worst position"
         bounds[f"governing λ by method '{worst.method}', {kind}"] = worst.load_factor
-    if default is not None and default.load_factor is not None and default.crushing == worst.crushing:
+    if default is not None and default.load_factor is not None and not _is_by_chords(answer, default):
         name = f"upper bound by method '{default.method}' at the worst position"
         bounds[name] = default.load_factor
+    if answer.by_parabola is not None:
+        bounds["associative λ by the crushing parabola, an upper bound"] = answer.by_parabola
     return bounds
+
+
+def _is_by_chords(answer: CrossingLoadFactors, result: Result) -> bool:
+    """Return True if a result is for chords, although a load factor by the crushing parabola is known."""
+    is_parabola_known = answer.by_parabola is not None or answer.worst.crushing == "parabola"
+    return is_parabola_known and result.crushing == "chords"
+
+
+def _by_chords(answer: CrossingLoadFactors) -> dict[str, float]:
+    """Return load factors by chords that are no upper bounds for the crushing parabola, by name.
+
+    They are the load factor of the answer and that of the default method, if a load factor by the parabola is
+    known.
+    """
+    named = {}
+    for result in filter(None, (answer.worst, answer.default)):
+        if result.load_factor is not None and _is_by_chords(answer, result):
+            name = f"λ by method '{result.method}' at the worst position, with chords inside the parabola"
+            named[name] = result.load_factor
+    return named
 
 
 def _why_undecided(answer: CrossingLoadFactors, required: float) -> str:
@@ -111,18 +138,16 @@ def _why_undecided(answer: CrossingLoadFactors, required: float) -> str:
         return "it is unknown whether the scene carries its dead load"
     if answer.undecided:
         return "positions are undecided"
-    bound, default = answer.bound, answer.default
+    bound, by_chords = answer.bound, _by_chords(answer)
     if bound is not None and _is_below(bound, required):
         return (
             f"the required load factor is above the proven lower bound {numeral(bound, '.6f')}, but not "
             "above the governing λ: solving positions closer together would decide it"
         )
-    if default is None or default.load_factor is None or not _is_below(default.load_factor, required):
+    if not by_chords or not _is_below(min(by_chords.values()), required):
         return ""
-    return (
-        f"method '{default.method}' finds λ = {numeral(default.load_factor, '.6f')} at the worst position, "
-        f"but with {default.crushing} inside the crushing {answer.worst.crushing}, which lower λ"
-    )
+    name, least = _last_of_least(by_chords)
+    return f"{numeral(least, '.6f')} is below it ({name}), but the crushing parabola permits a larger λ"
 
 
 def assessment_text(answer: CrossingLoadFactors, required: float) -> str:

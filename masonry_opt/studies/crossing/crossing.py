@@ -168,16 +168,8 @@ def _crossed(
     # load.
     worst = min(all_trials, key=lambda trials: (trials.least, not trials.is_undecided))
     result, stop = _worst_result(session, worst, effort, stop)
-    default, no_default = None, ""
-    if first_look and session.method.associative and stop is None:
-        default, no_default = _by_default_method(worst.passage.scene(worst.position))
-    return answer(
-        worst=result,
-        passages=tuple(all_trials),
-        default=default,
-        no_default=no_default,
-        **_ended_by(stop),
-    )
+    others = _other_methods(session, result, worst) if first_look and stop is None else {}
+    return answer(worst=result, passages=tuple(all_trials), **others, **_ended_by(stop))
 
 
 def _ended_by(stop: KeyboardInterrupt | None) -> dict[str, Any]:
@@ -351,13 +343,29 @@ def _without_positions(
     return KeyboardInterrupt(known)
 
 
-def _by_default_method(scene: Scene) -> tuple[Result | None, str]:
-    """Return the result of the default method and "", or None and the reason why it has no result.
+def _other_methods(session: Session, result: Result, worst: search.PassageTrials) -> dict[str, Any]:
+    """Return the fields of a crossing with results of other methods at the worst position.
+
+    An associative method is compared with the default method. Chords inside the crushing parabola are
+    compared with the parabola.
+    """
+    scene, fields = worst.passage.scene(worst.position), dict[str, Any]()
+    if session.method.associative:
+        fields["default"], fields["no_default"] = _solved_by(DEFAULT, scene)
+    if result.crushing == "chords" and result.load_factor is not None:
+        static, _ = _solved_by("static", scene)
+        if static is not None and static.crushing != "chords":
+            fields["by_parabola"] = static.load_factor
+    return fields
+
+
+def _solved_by(method: str, scene: Scene) -> tuple[Result | None, str]:
+    """Return the result of a method and "", or None and the reason why it has no result.
 
     The time limit of the crossing applies to this solve too.
     """
     try:
-        result = prepare(DEFAULT).without_incremental().solve(scene)
+        result = prepare(method).without_incremental().solve(scene)
     except (KeyboardInterrupt, MasonryError) as error:
         return None, str(error) or "interrupted"
     if result.status is not Status.TIME_LIMIT:

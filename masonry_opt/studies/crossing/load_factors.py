@@ -29,6 +29,7 @@ class CrossingLoadFactors:
     left_out: tuple[str, ...] = ()
     default: Result | None = field(default=None, repr=False)
     no_default: str = field(default="", repr=False)
+    by_parabola: float | None = field(default=None, repr=False)
     required_factor: float | None = None
 
     @property

@@ -3,7 +3,7 @@
 from masonry_opt.errors import counted
 from masonry_opt.reporting.load_factors import LEAST, certainty, own_name
 from masonry_opt.reporting.names import some
-from masonry_opt.reporting.sentences import numeral
+from masonry_opt.reporting.sentences import BY_CHORDS, numeral
 from masonry_opt.reporting.summary import crushing
 from masonry_opt.result import Result
 from masonry_opt.studies.crossing.assessment import assessment_text, capacity_text
@@ -88,7 +88,7 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
     capacity = capacity_text(answer)
     if capacity:
         lines["at collapse"] = capacity
-    lines |= required | {"certainty": certainty(worst), "crushing": crushing(worst)}
+    lines |= required | {"certainty": certainty(worst), "crushing": _crushing(answer)}
     lines = {label: words for label, words in lines.items() if words}
     lines["position"] = _where(answer)
     lines["axles"] = f"'{answer.axles}', travelling {answer.direction}{source}"
@@ -107,6 +107,16 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
     if passage.assembly.problem.live.any():
         lines["other loads"] = "λ also multiplies the other live loads of the scene"
     return lines
+
+
+def _crushing(answer: CrossingLoadFactors) -> str:
+    """Return a text on the crushing law; for chords, it has the associative λ by the parabola if known."""
+    if answer.by_parabola is None:
+        return crushing(answer.worst)
+    known = f"limited by {BY_CHORDS}, also for the associative λ"
+    chords = answer.worst.associative
+    more = "" if not chords else f", {answer.by_parabola / chords - 1:.2%} more than by chords"
+    return f"{known}; by the parabola, the associative λ is {numeral(answer.by_parabola, '.6f')} here{more}"
 
 
 def _where(answer: CrossingLoadFactors) -> str:
