@@ -91,7 +91,7 @@ def test_interrupted_in_its_last_solve_it_keeps_what_was_found(method, watched):
     assert found.worst.incremental is None
     assert found.worst.joints["n"].to_numpy() == pytest.approx(whole.worst.joints["n"].to_numpy(), abs=1e-6)
     assert found.worst.assembly.scene == whole.worst.assembly.scene
-    assert "governing λ" in str(found)
+    assert "λ so far" in found.facts()
 
 
 def test_positions_without_an_answer_are_told_and_end():
