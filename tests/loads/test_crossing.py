@@ -1,6 +1,7 @@
 """Tests of axles on a road: closed forms by virtual work, comparisons with sweeps, and proven bounds."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -115,6 +116,22 @@ def test_positions_without_an_answer_are_told_and_end():
     assert found.bound is None
     assert solved < 200
     assert np.nanmin(found.load_factors) == pytest.approx(WEIGHT / 3, rel=1e-6)
+
+
+@pytest.mark.parametrize(("required", "least_bound"), [(None, 0.8), (0.95, 0.95), (0.999, 0.999), (1.1, 0.8)])
+def test_positions_are_solved_until_the_bound_decides_about_a_required_factor(required, least_bound):
+    """1/λ is the length of the load (x, 1 - x²), which is 1 at its greatest: the least λ is 1."""
+    passage = SimpleNamespace(live=lambda x: np.array([x, 1 - x * x]), pieces=lambda _: [(-1.0, 1.0)])
+
+    def by_length(live):
+        return SimpleNamespace(load_factor=1 / np.linalg.norm(live), status=None, interrupted=False)
+
+    found = PassageTrials(passage, by_length)
+    least_associative(found, 2.0, 0.25, required)
+    assert found.least == pytest.approx(1)
+    assert least_bound <= found.bound <= 1
+    if required is None or required > 1:
+        assert found.bound < 0.95
 
 
 @pytest.mark.slow

@@ -142,7 +142,7 @@ def _why_undecided(answer: CrossingLoadFactors, required: float) -> str:
     if bound is not None and _is_below(bound, required):
         return (
             f"the required load factor is above the proven lower bound {numeral(bound, '.6f')}, but not "
-            "above the governing λ: solving positions closer together would decide it"
+            "above the governing λ, and the shortest distance of positions does not decide it"
         )
     if not by_chords or not _is_below(min(by_chords.values()), required):
         return ""

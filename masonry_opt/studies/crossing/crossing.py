@@ -79,7 +79,8 @@ def crossing(
     settled: Movement of supports before the axles cross, by name, as for
         :func:`~masonry_opt.analysis.solve`.
     required_factor: Load factor that the scene must reach. The answer then states whether the scene passed,
-        and ``passed`` is True or False.
+        and ``passed`` is True or False. An associative method solves more positions until its proven lower
+        bound decides.
     progress: Function called with each solved position and its load factor (inf if any load is carried, NaN
         if the load factor is unknown).
 
@@ -106,8 +107,22 @@ def crossing(
     phases = phases_from(options)
     session = prepare(method, function=crossing, **options)
     scene = as_scene(scene, load_case)
-    crossed = cross(session, scene, axles, settled=settled, first_look=True, progress=progress, phases=phases)
+    asked = Questions(required_factor, other_methods=True)
+    crossed = cross(session, scene, axles, settled=settled, asked=asked, progress=progress, phases=phases)
     return replace(crossed, required_factor=required_factor)
+
+
+class Questions(NamedTuple):
+    """Questions that a crossing answers in addition to the least load factor."""
+
+    #: Required load factor. With an associative method, the search continues until its proven lower bound
+    #: decides if the load factor is reached. None if no load factor is required.
+    required_factor: float | None = None
+    #: True if other methods also solve the worst position: see :func:`_other_methods`.
+    other_methods: bool = False
+
+
+_NO_QUESTIONS = Questions()  #: Questions of a crossing that needs the least load factor only.
 
 
 def cross(
@@ -116,19 +131,19 @@ def cross(
     axles: _AxlesArgument = None,
     *,
     settled: Movements | None = None,
-    first_look: bool = False,
+    asked: Questions = _NO_QUESTIONS,
     progress: Callable[[float, float], None] = lambda position, load_factor: None,
     phases: Phases = lambda _: None,
 ) -> Crossing:
     """Move axles over a scene with the method and options of a session.
 
-    If ``first_look`` is True and the method is associative, the default method solves the worst position too.
-    See :func:`crossing` for the other parameters, the answer and the errors.
+    ``asked`` selects additional results. See :func:`crossing` for the other parameters, the answer and the
+    errors.
     """
     scene.in_plane()  # raises OptionError for solids
     with limited(session.how.time_limit):
         try:
-            return _crossed(session, scene, axles, settled, first_look, progress, phases)
+            return _crossed(session, scene, axles, settled, asked, progress, phases)
         except TimeLimitReached as stop:
             raise _time_is_over(scene, stop, "no position was solved") from None
 
@@ -138,7 +153,7 @@ def _crossed(
     scene: Scene,
     axles: _AxlesArgument,
     settled: Movements | None,
-    first_look: bool,
+    asked: Questions,
     progress: Callable[[float, float], None],
     phases: Phases,
 ) -> Crossing:
@@ -163,12 +178,12 @@ def _crossed(
     for passage, first in zip(ways[0], firsts, strict=True):
         loaded = passage.loaded(passage.live(first.trials.position))
         programs[passage.case] = search.moving_load(loaded.problem, effort)
-    all_trials, stop = _cross(session, ways, programs, effort, progress)
+    all_trials, stop = _cross(session, ways, programs, effort, progress, asked.required_factor)
     # If no passage has a load factor, an undecided passage counts as worse than a passage that carries any
     # load.
     worst = min(all_trials, key=lambda trials: (trials.least, not trials.is_undecided))
     result, stop = _worst_result(session, worst, effort, stop)
-    others = _other_methods(session, result, worst) if first_look and stop is None else {}
+    others = _other_methods(session, result, worst) if asked.other_methods and stop is None else {}
     return answer(worst=result, passages=tuple(all_trials), **others, **_ended_by(stop))
 
 
@@ -287,10 +302,12 @@ def _cross(
     programs: dict[str | None, search.SolveLive],
     effort: Effort,
     progress: Callable[[float, float], None],
+    required: float | None,
 ) -> tuple[list[search.PassageTrials], KeyboardInterrupt | None]:
     """Find the least load factor of each passage; return the answers and the exception that ended the search.
 
-    ``programs`` has functions that compute the associative load factor, by load case. The exception is None
+    ``programs`` has functions that compute the associative load factor, by load case. ``required`` is the
+    required load factor, or None. The exception is None
     if the search was completed. If no position was solved, KeyboardInterrupt is raised after Ctrl-C, and
     TimeLimitError at the time limit.
     """
@@ -309,7 +326,8 @@ def _cross(
                 solve = program if is_program else _solve(many, passage, effort)
                 bounds = None if associative else search.PassageTrials(passage, program)
                 all_trials.append(search.PassageTrials(passage, solve, progress, bounds))
-                search.least_associative(all_trials[-1].associative, _longest_range(passage), WITHIN)
+                longest, decided = _longest_range(passage), required if associative else None
+                search.least_associative(all_trials[-1].associative, longest, WITHIN, decided)
             by_case = all_trials[-len(way) :]
             _solve_equal_positions([trials.associative for trials in by_case])
             if not associative:

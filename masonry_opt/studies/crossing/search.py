@@ -28,6 +28,7 @@ from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.answer import certified
 from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
+from masonry_opt.solution.thresholds import same
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 
@@ -308,7 +309,9 @@ class PassageTrials:
         return next(filter(self.passage.carried, sorted(self.answers)), min(self.answers))
 
 
-def least_associative(solved: PassageTrials, longest: float, within: float) -> None:
+def least_associative(
+    solved: PassageTrials, longest: float, within: float, required: float | None = None
+) -> None:
     """Find the least associative load factor of a passage, with a proven lower bound.
 
     The method is branch and bound over ranges of positions. It relies on convexity: the loads that a stable
@@ -329,6 +332,8 @@ def least_associative(solved: PassageTrials, longest: float, within: float) -> N
     solved: Answers with associative flow. Its ``bound`` is set, or None if nothing is proven.
     longest: Largest distance between solved positions.
     within: Relative distance of the bound from the least load factor.
+    required: Required load factor. If it is between the bound and the least load factor, ranges are halved
+        further. None if no load factor is required.
     """
     ranges = [(_needed(solved, *ends), *ends) for ends in solved.passage.pieces(longest)]
     shortest = _SHORTEST_RANGE * (ranges[-1][2] - ranges[0][1]) if ranges else 0.0
@@ -337,7 +342,8 @@ def least_associative(solved: PassageTrials, longest: float, within: float) -> N
         greatest = max(map(_inverse, solved.load_factors))
         halves: list[tuple[float, float]] = []
         for inverse, start, end in ranges:
-            if inverse > greatest * (1 + within) and end - start > shortest:
+            is_low = inverse > greatest * (1 + within) or _is_between(required, inverse, greatest)
+            if is_low and end - start > shortest:
                 middle = (start + end) / 2
                 halves += [(start, middle), (middle, end)]
             else:
@@ -345,6 +351,16 @@ def least_associative(solved: PassageTrials, longest: float, within: float) -> N
         ranges = [(_needed(solved, *ends), *ends) for ends in halves]
     greatest_inverse = float(np.max(bounds, initial=0.0))  # NaN if any bound is NaN
     solved.bound = 1 / greatest_inverse if 0 < greatest_inverse < math.inf else None
+
+
+def _is_between(required: float | None, inverse: float, greatest: float) -> bool:
+    """Return True if a required load factor is above 1/``inverse``, but not above 1/``greatest``.
+
+    Differences within rounding errors do not count.
+    """
+    if required is None or not inverse * required > 1 or same(1 / inverse, required):
+        return False
+    return greatest * required <= 1 or same(1 / greatest, required)
 
 
 def _needed(solved: PassageTrials, start: float, end: float) -> float:
