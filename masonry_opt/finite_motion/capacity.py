@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,17 +11,15 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.brief import brief
-from masonry_opt.drawing.colours import AT_REST, BLACK, HATCH, HINGING_COLOUR, JOINT, SEPARATING_COLOUR
-from masonry_opt.drawing.elements import Elements
-from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.marks import moved as carried
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable
+from masonry_opt.finite_motion.capacity_pictures import curve_picture, displaced_picture
 from masonry_opt.finite_motion.edge import EdgePath
 from masonry_opt.finite_motion.kinematic_check import CONFIDENCE_FACTOR, KinematicCheck, kinematic_check
 from masonry_opt.finite_motion.moved_blocks import LEAST_RATE, control_force, point_forces
 from masonry_opt.finite_motion.path import HingingPath, PathState
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.problem.displaced import displaced, moved, placed
+from masonry_opt.problem.displaced import moved, placed
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces
 from masonry_opt.reporting.load_factors import certainty, named_factor, own_name
@@ -34,7 +32,7 @@ from masonry_opt.solution.reasons import Code, Reason
 from masonry_opt.solution.thresholds import MOVES
 
 if TYPE_CHECKING:
-    from masonry_opt.drawing.figure import Handle, Picture
+    from masonry_opt.drawing.figure import Picture
 
 #: A kinematic check raises an error if the live load differs from the weight of the loaded blocks by more
 #: than this fraction.
@@ -42,11 +40,6 @@ _WEIGHT_TOLERANCE = 1e-2
 #: A kinematic check raises an error if the vertical part of a live force exceeds this fraction of the largest
 #: live force.
 _HORIZONTAL_LOAD_TOLERANCE = 1e-6
-#: Events that a plot of the curve marks, with the legend entry, colour and marker of each event.
-_MARKED_EVENTS = {
-    Code.JOINT_OPENS: ("a joint opens", HINGING_COLOUR, "o"),
-    Code.JOINT_CLOSES: ("a joint closes", JOINT, "s"),
-}
 #: Map from the role of a force to the table of a case file that defines the force. Forces with these roles
 #: prevent a capacity curve; in space, ties and props do not.
 _NOT_FOLLOWED = {
@@ -378,66 +371,14 @@ class Capacity:
         such row.
         """
         if row is None:
-            return self._curve()
+            mover = "the live load" if self.control is self.live else "the control point"
+            return curve_picture(self.result, self.table, mover, self.message)
         if not isinstance(row, int) or not -len(self.steps) <= row < len(self.steps):
             raise OptionError(
                 f"there is no row {row!r}: the table has {len(self.steps)} rows, numbered from 0"
             )
-        return self._displaced(row)
-
-    def _curve(self) -> "Picture":
-        """Plot λ over the displacement of the control point."""
-        # matplotlib is imported only for a plot, because its import takes longer than the computation of most
-        # curves.
-        from masonry_opt.drawing.figure import curve_axes, finish, style
-
-        table, mover = self.table, "the live load" if self.control is self.live else "the control point"
-        heading = f"after the onset at {named_factor(self.result)}"
-        with style():
-            scene = self.result.assembly.scene
-            picture, axes = curve_axes(
-                scene, heading, f"displacement of {mover}, in the length unit of the case"
-            )
-            # A line of a single point would be invisible without a marker.
-            marker = "o" if len(table) == 1 else ""
-            axes.plot(table["displacement"], table["load_factor"], color=BLACK, marker=marker, zorder=3)
-            axes.axhline(0.0, color=HATCH, linewidth=0.6)
-            axes.set_ylim(bottom=min(0.0, -0.02 * self.load_factor))
-            handles: list[Handle] = []
-            for code, (label, colour, marker) in _MARKED_EVENTS.items():
-                rows = table[table["event"] == str(code)]
-                if len(rows):
-                    x, y = rows["displacement"], rows["load_factor"]
-                    handles += axes.plot(x, y, marker, color=colour, label=label, zorder=4)
-            finish(picture, axes, handles, (self.message,))
-        return picture
-
-    def _displaced(self, row: int) -> "Picture":
-        """Plot the displaced blocks to scale, in one state of the curve."""
-        from masonry_opt.drawing.pictures import elements_picture
-
-        assembly, state, joints = self.result.assembly, self.table.iloc[row], self.joints(row)
-        poses, plane, marks = self.steps[row].poses, assembly.scene.dimension == 2, list[Marks]()
-        displaced_assembly = replace(assembly, geometry=displaced(assembly.geometry, poses))
-        if plane:
-            *ends, owner = assembly.geometry.edges
-            sides = np.stack(ends, axis=1)[np.isin(owner, assembly.movable)]
-            marks.append(Marks("rest", "at rest", "line", AT_REST, 0.5, sides))
-        hinged = joints["state"] == "hinged"
-        if hinged.any():
-            place = joints.loc[hinged].filter(list("xyz")).to_numpy() - assembly.geometry.origin
-            marks.append(Marks("hinges", "hinging joint", "dot", HINGING_COLOUR, 5.2, place[:, None]))
-        separated = (joints["state"] == "separated").to_numpy()
-        if plane and separated.any():
-            ends = np.stack([assembly.joints.start, assembly.joints.end], axis=1)[separated]
-            blocks = assembly.joints.first[separated], assembly.joints.second[separated]
-            sides = np.concatenate([placed(ends, poses[block][:, None]) for block in blocks])
-            marks.append(Marks("separates", "separated joint", "line", SEPARATING_COLOUR, 1.6, sides))
-        at = numeral(state["displacement"], ".4g")
-        heading = f"blocks to scale at λ = {numeral(state['load_factor'], '.5f')} and a displacement of {at}"
-        return elements_picture(
-            Elements(displaced_assembly, heading, "", 0 * poses, [], {"mechanism": marks})
-        )
+        state, joints = self.table.iloc[row], self.joints(row)
+        return displaced_picture(self.result.assembly, state, joints, self.steps[row].poses)
 
     def save(self, path: str | Path, row: int | None = None, force: bool = False) -> None:
         """Write the plot that :meth:`plot` returns to a file (.png, .svg or .pdf).
