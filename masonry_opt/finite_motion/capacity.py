@@ -15,14 +15,21 @@ from masonry_opt.drawing.marks import moved as carried
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable
 from masonry_opt.finite_motion.capacity_pictures import curve_picture, displaced_picture
 from masonry_opt.finite_motion.edge import EdgePath
-from masonry_opt.finite_motion.kinematic_check import CONFIDENCE_FACTOR, KinematicCheck, kinematic_check
+from masonry_opt.finite_motion.kinematic_check import (
+    CONFIDENCE_FACTOR,
+    GRAVITY,
+    CheckedCurve,
+    KinematicCheck,
+    kinematic_check,
+)
 from masonry_opt.finite_motion.moved_blocks import LEAST_RATE, control_force, point_forces
-from masonry_opt.finite_motion.path import HingingPath, PathState
+from masonry_opt.finite_motion.path import HingingPath, PathProgress, PathState
+from masonry_opt.finite_motion.struts import strut_paths
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.displaced import moved, placed
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces
-from masonry_opt.reporting.load_factors import certainty, named_factor, own_name
+from masonry_opt.reporting.load_factors import certainty, known_least, named_factor, own_name
 from masonry_opt.reporting.names import labelled, some, warning_lines
 from masonry_opt.reporting.sentences import message, numeral
 from masonry_opt.result import Result
@@ -40,6 +47,8 @@ _WEIGHT_TOLERANCE = 1e-2
 #: A kinematic check raises an error if the vertical part of a live force exceeds this fraction of the largest
 #: live force.
 _HORIZONTAL_LOAD_TOLERANCE = 1e-6
+#: Remark on a kinematic check whose load factor is not proven to be the least.
+_LOWER_MAY_FAIL = "if a collapse state with a lower λ exists, the linear or non-linear check may fail"
 #: Map from the role of a force to the table of a case file that defines the force. Forces with these roles
 #: prevent a capacity curve; in space, ties and props do not.
 _NOT_FOLLOWED = {
@@ -51,7 +60,12 @@ _NOT_FOLLOWED = {
 
 @suggests_arguments
 def capacity(
-    result: Result, *, block: str | None = None, point: tuple[float, ...] | None = None, steps: int = 40
+    result: Result,
+    *,
+    block: str | None = None,
+    point: tuple[float, ...] | None = None,
+    steps: int = 40,
+    progress: PathProgress = lambda number, load_factor: None,
 ) -> "Capacity":
     """Compute the capacity curve of a result, from the onset of collapse down to λ = 0.
 
@@ -74,6 +88,7 @@ def capacity(
         the mean displacement of the live loads, each along its own direction.
     steps: Number of states between the onset and λ = 0 if λ decreases linearly. There are more states if λ
         decreases ever more slowly.
+    progress: Function called at each new state of the curve, with the number of the state and its λ.
 
     Returns
     -------
@@ -102,7 +117,7 @@ def capacity(
         raise OptionError(f"steps must be a whole number of states, at least 2 (found {steps!r})")
     dead, live = point_forces(assembly)
     control = control_force(result, live, block, point)
-    path = (HingingPath if dimension == 2 else EdgePath)(result, (dead, live), steps)
+    path = (HingingPath if dimension == 2 else EdgePath)(result, (dead, live), steps, progress)
     curve = Capacity(result, path.end, tuple(path.steps), path.motion, dead, live, control)
     _, rates, control_rate = curve._onset
     if path.motion.any() and abs(control_rate) <= LEAST_RATE * rates.max():
@@ -290,7 +305,7 @@ class Capacity:
         code: str = "NTC 2008",
         behaviour_factor: float = 2.0,
         confidence_factor: float = CONFIDENCE_FACTOR,
-        gravity: float = 9.81,
+        gravity: float = GRAVITY,
         ultimate: float | None = None,
         secant: float | None = None,
     ) -> KinematicCheck:
@@ -310,7 +325,8 @@ class Capacity:
         behaviour_factor: Behaviour factor q of the linear check.
         confidence_factor: Confidence factor FC. If the strength of masonry is neglected, the codes require
             1.35, the value of the lowest level of knowledge.
-        gravity: Gravitational acceleration in the case's unit of length per s².
+        gravity: Gravitational acceleration in the case's unit of length per s²: 9.81 for metres, 981 for
+            centimetres, 9810 for millimetres.
         ultimate, secant: Ratios d*_u / d*_0 and d*_s / d*_u. Default: the values of the code.
 
         Returns
@@ -347,9 +363,19 @@ class Capacity:
         values: dict[str, Any] = {"code": code, "behaviour_factor": behaviour_factor}
         values |= {"confidence_factor": confidence_factor, "gravity": gravity}
         values |= {"ultimate": ultimate, "secant": secant}
-        curve = self.table[["displacement", "load_factor"]].to_numpy()
         rests_on = f"{named_factor(self.result)}: {certainty(self.result)}"
-        return kinematic_check(self._onset_of_moving, curve, self.reaches_zero, spectrum, values, rests_on)
+        if not known_least(self.result):
+            rests_on += f"; {_LOWER_MAY_FAIL}"
+        assembly = self.result.assembly
+        checked = CheckedCurve(
+            *self._onset_of_moving,
+            states=self.table[["displacement", "load_factor"]].to_numpy(),
+            complete=self.reaches_zero,
+            extent=float(assembly.geometry.extent_of(assembly.movable).max()),
+            struts=strut_paths(assembly, [step.poses for step in self.steps]),
+            rests_on=rests_on,
+        )
+        return kinematic_check(checked, spectrum, values)
 
     def _share_of_weight(self) -> float | None:
         """Return the ratio of the live load to the weight of the loaded blocks.
