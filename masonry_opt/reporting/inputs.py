@@ -122,6 +122,16 @@ def bridged_by_tolerance(v: dict[str, Any]) -> str:
     )
 
 
+def _gravity_differs(v: dict[str, Any]) -> str:
+    """Return a warning that the gravitational acceleration seems to have another unit of length."""
+    found = f"the blocks extend over {v['extent']:.4g}, and T_s = {v['period']:.4g} s"
+    return (
+        f"gravity {v['gravity']:g} seems to have another unit of length than the case ({found}): set "
+        "'gravity' (--gravity) to 9.81 for metres, 981 for centimetres or 9810 for millimetres; a wrong "
+        "gravity makes the non-linear check wrong"
+    )
+
+
 def _corners_bear(v: dict[str, Any]) -> str:
     """Return a warning that the strength does not limit forces at corners, with the corners to check."""
     forces = [f"{force:.4g}" for force in v["normal_forces"]]
@@ -195,6 +205,7 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.FILL_WEIGHT_DIFFERS: fill_weight_differs,
     Code.STRENGTH_DIFFERS: strength_differs,
     Code.STRESS_DIFFERS: stress_differs,
+    Code.GRAVITY_DIFFERS: _gravity_differs,
     Code.ACTS_OUTSIDE: lambda v: (
         f"the {v['load']} force of {blocks(v['blocks'])} acts {v['distance']:.3g} outside the block: correct "
         f"its point of application in scene coordinates ('{v['load']}_at' of the block, or 'at' of the load)"

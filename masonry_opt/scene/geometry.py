@@ -168,6 +168,14 @@ class Extents(ABC):
         points, block = self.corners
         return bounds(block, points, len(self.size))
 
+    def extent_of(self, chosen: np.ndarray) -> np.ndarray:
+        """Return the dimensions of the box around some blocks, shape (dim,).
+
+        ``chosen`` is a mask or the indices of these blocks.
+        """
+        low, high = (corners[chosen] for corners in self.boxes)
+        return np.asarray(high.max(axis=0) - low.min(axis=0))
+
     @property
     def width(self) -> np.ndarray:
         """Return the width of each block: the square root of its area (in space: cube root of its volume).

@@ -345,6 +345,10 @@ class Code(StrEnum):
     # value ``ratio`` is the force on the first of these blocks divided by its weight. A large force on a
     # light block is divided by the median weight instead.
     FORCES_DIFFER = "forces differ"
+    # The gravitational acceleration of a kinematic check seems to have another unit of length than the case.
+    # The value ``gravity`` is the acceleration, ``extent`` is the largest dimension of the movable blocks,
+    # and ``period`` is the secant period in seconds.
+    GRAVITY_DIFFERS = "gravity differs"
 
 
 #: Map from a reason code to the names of its values that are load factors. If the live load is scaled, these

@@ -127,6 +127,7 @@ def test_the_polar_chart_of_a_box(tmp_path):
         box_on_floor(size, friction), "static", every=45, vertical=(0.0, -0.3), solver="clarabel"
     )
     assert len(found.table) == 16
+    assert "direction (°)" in str(found)
     for row in found.table.itertuples():
         expected = over_direction(size, friction, row.vertical, row.direction)
         assert row.load_factor == pytest.approx(expected, rel=1e-6), row

@@ -24,15 +24,15 @@ from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector, Solid
 from masonry_opt.scene.tables import as_path, write_file
+from masonry_opt.scene.typical_sizes import (
+    FEWEST_STONES,
+    LARGEST_SCENE,
+    LARGEST_SMALLER_SIDE,
+    SMALLEST_SCENE,
+)
 
 #: Words that mark layers of windows or doors. The name of such a layer contains one of these words.
 WINDOWS = ("window", "door", "opening")
-
-#: Smallest and largest plausible size of a drawing, in metres. Models in laboratories are larger than the
-#: smallest size, and aqueducts are smaller than the largest size. A warning reports a drawing of any other
-#: size, because its unit may be wrong.
-_SMALLEST_DRAWING = 0.1
-_LARGEST_DRAWING = 1000.0
 
 #: Largest number of copies of outlines that one warning lists; further copies are only counted.
 _MOST_COPIES = 10
@@ -141,6 +141,8 @@ class DxfScene(NamedTuple):
     scene: Scene
     #: lines of text that list the layers that were read, and the layers that were not read, with reasons
     layers: list[str]
+    unit: str  #: name of the scene's unit of length, such as "millimetres"; empty if the drawing has no unit
+    metres: float | None  #: length of this unit in metres; None if the drawing has no unit
 
 
 def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
@@ -179,10 +181,14 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
             for block, push in zip(blocks, pushes, strict=True)
         ]
         scene = stones.scene_of(loaded, drawing, path)
-    for warning in (_copies_warning(copies), _unit_warning(document, extent / scale, drawing.to_metres)):
+    sides = [_smaller_side(shape) for shape, block in zip(found, blocks, strict=True) if not block.fixed]
+    side = float(np.median(sides)) if len(sides) >= FEWEST_STONES else None
+    unit_warning = _unit_warning(document, extent / scale, side and side / scale, drawing.to_metres)
+    for warning in (_copies_warning(copies), unit_warning):
         if warning:
             warnings.warn(printable(f"{path}: {warning}"), DrawingWarning, stacklevel=3)
-    return DxfScene(scene, _use_of_layers(document, drawing))
+    unit = ("metres", 1.0) if drawing.to_metres else (_unit_name(document), outlines.metres(document))
+    return DxfScene(scene, _use_of_layers(document, drawing), *unit)
 
 
 def _scale(document: Any) -> float:
@@ -247,26 +253,43 @@ def _copies_warning(copies: Sequence[tuple[Curve, Curve]]) -> str:
     return f"{many} {is_or_are} drawn twice, and each copy was left out: {'; '.join(pairs)}"
 
 
-def _unit_warning(document: Any, extent: np.ndarray, to_metres: bool) -> str:
-    """Return the warning that the unit of the drawing does not fit its size, or an empty text.
+def _smaller_side(shape: Outline) -> float:
+    """Return the smaller side of the bounding box of an outline."""
+    left, low, right, high = shape.polygon.bounds
+    return float(min(right - left, high - low))
 
-    ``extent`` is the width and height of the drawing in its own unit.
-    """
-    unit = outlines.metres(document)
-    size = float(extent.max())
-    if unit is None or _SMALLEST_DRAWING <= size * unit <= _LARGEST_DRAWING:
+
+def _unit_name(document: Any) -> str:
+    """Return the name of the drawing's unit in plural, such as "millimetres", or "" if it has no unit."""
+    if outlines.metres(document) is None:
         return ""
     from ezdxf.units import unit_name
 
-    name = unit_name(document.header["$INSUNITS"]).lower().replace("meter", "metre")
-    how_large = "only" if size * unit < _SMALLEST_DRAWING else "as much as"
+    return str(unit_name(document.header["$INSUNITS"])).lower().replace("meter", "metre")
+
+
+def _unit_warning(document: Any, extent: np.ndarray, side: float | None, to_metres: bool) -> str:
+    """Return the warning that the unit of the drawing does not fit its size, or an empty text.
+
+    ``extent`` is the width and height of the drawing, and ``side`` the median of the smaller side of its
+    movable blocks, in the unit of the drawing. ``side`` is None if there are few blocks.
+    """
+    unit = outlines.metres(document)
+    size = float(extent.max())
+    if unit is None:
+        return ""
+    if not SMALLEST_SCENE <= size * unit <= LARGEST_SCENE:
+        how_large = "only" if size * unit < SMALLEST_SCENE else "as much as"
+        finding = f"it is {how_large} {size * unit:.6g} m wide or high"
+    elif side is not None and side * unit > LARGEST_SMALLER_SIDE:
+        finding = f"half of its blocks are at least {side * unit:.3g} m wide and high"
+    else:
+        return ""
     effect = "lengths were not scaled, and the unit weight refers to the lengths of the drawing"
     if to_metres:
         effect = f"lengths were multiplied by {unit:g}"
-    return (
-        f"the drawing is in {name} ($INSUNITS), so it is {how_large} {size * unit:.6g} m wide or high: "
-        f"correct the unit in the drawing if it is wrong; {effect}"
-    )
+    in_unit = f"the drawing is in {_unit_name(document)} ($INSUNITS)"
+    return f"{in_unit}, so {finding}: correct the unit in the drawing if it is wrong; {effect}"
 
 
 def _layers(document: Any) -> dict[str, tuple[str, int]]:

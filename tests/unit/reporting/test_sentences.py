@@ -46,6 +46,7 @@ VALUES = {
     "states": 21,
     "static_cuts": 2, "status": str(mo.Status.LOCKED), "steps": 27, "stiffness": (0.4, 0.5), "stress": None,
     "time_limit": 60.0, "seconds": 20.0, "phase": "further starts", "last": 0.5,
+    "gravity": 9.81, "extent": 3000.0,
     "unit_weight": 18.0, "value": 20.0, "weight": 1e8, "widths": [1e-3], "without": 1,
     "word": "unknown", "angle": 1e-3, "tolerance": 1e-3, "turn": 2e-3,
 }  # fmt: skip

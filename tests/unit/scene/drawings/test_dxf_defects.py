@@ -157,6 +157,39 @@ def test_units_that_do_not_fit_the_size_are_doubted(tmp_path, unit, factor, size
     assert [str(warning.message).count(f"so it is {size} wide") for warning in told] == [1] * bool(size)
 
 
+@pytest.mark.parametrize(
+    ("unit", "courses", "warned"),
+    [(6, 9, False), (6, 10, False), (5, 10, False), (15, 9, False), (15, 10, True)],
+)
+def test_units_that_make_stones_too_large_are_doubted(tmp_path, unit, courses, warned):
+    """Stones of 2 × 1 units are 20 m × 10 m in decametres (code 15). A few blocks may be whole walls."""
+    path = drawn(tmp_path / "a.dxf", FLOOR, *(brick(0, y) for y in range(courses)), unit=unit)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        mo.read_dxf(path, **GIVEN)
+    found = [str(warning.message) for warning in told]
+    assert len(found) == warned
+    assert all(
+        "so half of its blocks are at least 10 m wide and high: correct the unit" in one for one in found
+    )
+
+
+@pytest.mark.parametrize(
+    ("unit", "options", "size"),
+    [
+        (0, (), "2 × 3 (unit of length not known)"),
+        (6, (), "2 × 3 m"),
+        (14, (), "2 × 3 decimetres = 0.2 × 0.3 m"),
+        (14, ("--to-metres",), "0.2 × 0.3 m"),
+        (14, ("--thickness", "4"), "2 × 4 × 3 decimetres = 0.2 × 0.4 × 0.3 m"),
+    ],
+)
+def test_the_command_prints_the_size_with_its_unit(tmp_path, command, unit, options, size):
+    path = drawn(tmp_path / "a.dxf", FLOOR, *(brick(0, y) for y in range(3)), unit=unit)
+    told = command("convert", path, tmp_path / "a.toml", "--friction", "0.7", "--unit-weight", "20", *options)
+    assert f"\nsize without supports: {size}\n" in told
+
+
 def test_a_layer_of_supports_that_was_not_read_is_named(tmp_path):
     path = drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0))
     with pytest.raises(mo.CaseError, match=r"layer 'fixed' was not read .not named with --layer\)"):
@@ -180,7 +213,8 @@ def test_the_command_lists_layers_and_prints_warnings(tmp_path, monkeypatch, cap
     options = "--friction", "0.7", "--unit-weight", "20", "--live", "1,0", "--without-layer", "cracks"
     code, out, err = run_command(monkeypatch, capsys, "convert", path, tmp_path / "a.toml", *options)
     assert code == 0
-    _, read, not_read = out.splitlines()
+    _, size, read, not_read = out.splitlines()
+    assert size == "size without supports: 2 × 1 (unit of length not known)"
     assert read == "layers read: fixed (1 curve, supports), stones (2 curves)"
     assert not_read == (
         "layers not read: off (off), ice (frozen), cracks (--without-layer), notes (no outlines)"
