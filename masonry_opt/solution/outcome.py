@@ -19,7 +19,7 @@ from masonry_opt.solution.reasons import Code, Reason, Status, size_of
 from masonry_opt.solution.sense import warnings_of
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.stability import Stability
-from masonry_opt.solution.thresholds import ZERO
+from masonry_opt.solution.thresholds import ZERO, is_lower
 from masonry_opt.solvers.registry import MATRICES
 
 if TYPE_CHECKING:
@@ -416,14 +416,14 @@ class Outcome:
         """Lowest load factor of all exact Coulomb collapse states found; None if no exact state was found.
 
         The states are the answer and the state at the end of the load history. The latter counts only if its
-        load factor is positive.
+        load factor is positive, and lower than that of the answer by more than rounding errors.
         """
         own = self.load_factor if self.exact else None
         history = self.at_incremental
         at_end = None if history is None or not history.exact else history.load_factor
         if at_end is None or at_end <= ZERO:
             return own
-        return at_end if own is None else min(own, at_end)
+        return at_end if own is None or is_lower(at_end, own) else own
 
     @cached_property
     def exact(self) -> bool:
