@@ -44,7 +44,7 @@ _CRUSHING_LAWS = ("chords", "parabola")
 #: their effect on λ is at most this fraction of λ. Exact states of this package reach 7e-12 on the scenes of
 #: ``cases/``, 4e-10 on random scenes, and 3e-7 if the live load acts on blocks 20,000 times lighter than
 #: others.
-_LIMITS: Limits = replace(LIMITS[Kind.EXACT], work=1e-6)
+_LIMITS_OF_USERS_STATES: Limits = replace(LIMITS[Kind.EXACT], work=1e-6)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +87,7 @@ class StateCheck:
     @property
     def exact(self) -> bool:
         """True if no residual exceeds its limit."""
-        return not _LIMITS.failing(self.answer.residuals)
+        return not _LIMITS_OF_USERS_STATES.failing(self.answer.residuals)
 
     @property
     def load_factor(self) -> float:
@@ -113,8 +113,8 @@ class StateCheck:
         """Table with one row for each residual: its value, its limit, and the place where it is largest."""
         import pandas as pd
 
-        limits, largest_at = _LIMITS.as_dict(), self._largest_at()
-        failing = _LIMITS.failing(self.answer.residuals)
+        limits, largest_at = _LIMITS_OF_USERS_STATES.as_dict(), self._largest_at()
+        failing = _LIMITS_OF_USERS_STATES.failing(self.answer.residuals)
         return pd.DataFrame(
             {
                 "residual": name,
