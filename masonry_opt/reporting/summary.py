@@ -1,7 +1,7 @@
 """Write the summary of a result, which ``print`` and the command show, and its technical lines."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from masonry_opt.reporting.load_factors import (
 from masonry_opt.reporting.names import labelled, verb
 from masonry_opt.reporting.sentences import BY_CHORDS, message, numeral, sentences
 from masonry_opt.reporting.stability import answer_line, reserves
+from masonry_opt.scene.blocks import Reference
 from masonry_opt.scene.case_file import CaseFile
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.motion import joint_motion, moving_blocks
@@ -265,9 +266,9 @@ def _reference(result: Outcome) -> str:
     """Return the reference value of the case file, and the relative difference of λ from this value.
 
     For "coulomb" this may be the value of an MCP or of the loop, because all these methods compute a collapse
-    with Coulomb friction. Without such a value, the associative reference value is compared with the
-    associative λ. The text is empty for a load case, because a case file does not name the load case of its
-    values.
+    with Coulomb friction. The text then names the value, and adds the value of an MPEC. Without such a value,
+    the associative reference value is compared with the associative λ. The text is empty for a load case,
+    because a case file does not name the load case of its values.
     """
     if result.assembly.scene.load_case is not None:
         return ""
@@ -287,7 +288,18 @@ def _reference(result: Outcome) -> str:
     if load_factor is not None and reference.value:
         percent = numeral(100 * (load_factor / reference.value - 1), "+.3f")
         difference = f"; the {kind}λ of this result differs by {percent} %"
-    return f"{kind}{reference.value} ({reference.source}){difference}"
+    return f"{kind}{reference.value} ({reference.source}{_name_in_case(known, name, result)}){difference}"
+
+
+def _name_in_case(known: Mapping[str, Reference], name: str, result: Outcome) -> str:
+    """Return a remark that names a reference value, or "" if its name is that of the method or "associative".
+
+    If the case file also has the value of an MPEC, the remark adds this value.
+    """
+    if name in (result.method, "associative"):
+        return ""
+    mpec = f", which also has 'mpec' = {known['mpec'].value}" if "mpec" in known else ""
+    return f"; value '{name}' of the case file{mpec}"
 
 
 def _technical(result: Outcome) -> dict[str, str]:
