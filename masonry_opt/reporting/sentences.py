@@ -494,6 +494,6 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.STILL_CARRIES: lambda v: (
         f"λ has not decreased to zero after {counted(v['steps'], 'state')}: use a smaller value of 'steps'"
     ),
-    Code.FORCES_UNDECIDED: "HiGHS did not find the forces of the next state: try another value of 'steps'",
+    Code.FORCES_UNDECIDED: "HiGHS found no forces at a state: change 'steps', or a survey's 'tolerance'",
     **INPUT_SENTENCES,
 }

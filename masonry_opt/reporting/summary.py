@@ -14,6 +14,7 @@ from masonry_opt.reporting.load_factors import (
     INCREMENTAL,
     LEAST,
     LOWEST,
+    factor_text,
     friction_law,
     load_factor_table,
     own_name,
@@ -33,6 +34,14 @@ from masonry_opt.solution.thresholds import ZERO
 #: Reason codes that describe the course of the analysis instead of the scene. The line that states why there
 #: is no load factor omits these reasons if the result has other reasons.
 _TRIED = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
+
+#: Load factor, relative to the incremental load factor, below which the summary explains that the state
+#: belongs to a self-stress. With a larger value, the summary also explains ordinary differences.
+_FAR_BELOW = 0.5
+
+#: Largest fraction of blocks that move in a state that the summary explains by self-stress. With a larger
+#: value, the summary also explains collapses of the whole structure.
+_FEW_BLOCKS = 0.5
 
 _MOST_TIES = 4  #: Largest number of ties and props that a summary lists; the remaining ones are only counted.
 
@@ -67,6 +76,7 @@ def facts(result: Outcome) -> dict[str, str]:
         "time limit": "".join(_sentences_of(result, Code.TIME_LIMIT)) if result.status.usable else "",
         "incremental": why_not_incremental(result) if _says_why_not_incremental(result) else "",
         **dict(filter(None, [motion(result)])),
+        "self-stress": _self_stress(result),
         "ties": _ties(result),
         "live load": _live_load(result),
         "fill": "\n".join(of_fills(result.assembly)),
@@ -136,6 +146,26 @@ def motion(result: Outcome) -> tuple[str, str] | None:
     if result.load_factor is None:
         return "falls" if result.status is Status.UNSTABLE else "moves", f"{blocks}{joints}"
     return _AT[own_name(result)], f"{blocks} {verb(moving, 'move')}{joints}"
+
+
+def _self_stress(result: Outcome) -> str:
+    """Return an explanation of a load factor far below the incremental load factor, or an empty text.
+
+    The text explains load factors at which few blocks move, because such a state is often a single stone that
+    is released by its own self-stress.
+    """
+    if result.kind is not Kind.EXACT or result.load_factor is None or result.incremental is None:
+        return ""
+    if result.solution.d is None or result.load_factor >= _FAR_BELOW * result.incremental:
+        return ""
+    moving = len(moving_blocks(result.assembly, result.solution.d))
+    if moving > _FEW_BLOCKS * result.size.blocks:
+        return ""
+    return (
+        f"equilibrium does not fix the joint forces at rest, and {counted(moving, 'block')} "
+        f"{verb(moving, 'move')} at this low λ only with some of the possible forces; "
+        f"for loading from rest use the incremental λ = {factor_text(result.incremental)}"
+    )
 
 
 def _ties(result: Outcome) -> str:

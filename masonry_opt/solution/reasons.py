@@ -306,7 +306,8 @@ class Code(StrEnum):
     # between them.
     LOST_JOINTS = "lost joints"
     # A large tolerance closes gaps as wide as mortar joints. The value ``pairs`` lists the two blocks at each
-    # gap. The value ``widths`` lists the widths of the gaps.
+    # gap. The value ``widths`` lists the widths of the gaps. The value ``aligning`` is a tolerance that
+    # aligns the sides of the gaps, or 0 if these sides are parallel.
     BRIDGED_BY_TOLERANCE = "bridged by tolerance"
     # The alignment rotated some joints. The value ``pairs`` lists the two blocks of each rotated joint. The
     # value ``turn`` is the largest rotation, in radians. The value ``tolerance`` is the tolerance of the

@@ -64,21 +64,24 @@ def test_every_state_is_reported(space):
     assert reported == [*enumerate(curve.table["load_factor"])][1:]
 
 
-def test_statics_are_asked_again_without_presolve(failing):
-    """If the simplex method fails on a presolved static program, the program is solved without presolve.
+@pytest.mark.parametrize("option", ["presolve", "simplex_strategy"])
+def test_statics_are_asked_again_with_other_options(failing, option):
+    """If the simplex method fails on a static program, the program is solved without presolve, and then with
+    the primal simplex method.
 
-    This failure occurred for a front of 91 stones.
+    The first failure occurred for a front of 91 stones, the second failure for a survey of 54 stones.
     """
+    default, last = {"presolve": ("choose", "off"), "simplex_strategy": (1, 4)}[option]
     scene = mo.extrude(block_on_floor(0.6, 3.0, friction=3.0), 0.5)
     whole, asked = followed(scene), []
 
-    def presolved(session, _):
-        asked.append(session._highs.getOptionValue("presolve")[1])
-        return asked[-1] != "off"
+    def fails(session, _):
+        asked.append(session._highs.getOptionValue(option)[1])
+        return asked[-1] != last
 
-    failing("highs", presolved)
+    failing("highs", fails)
     again = mo.capacity(solved(scene, "static"), steps=10)
-    assert {*asked} == {"choose", "off"}
+    assert {*asked} == {default, last}
     assert again.end.code is Code.REACHES_ZERO
     assert again.table["load_factor"].to_numpy() == pytest.approx(whole.table["load_factor"].to_numpy())
 

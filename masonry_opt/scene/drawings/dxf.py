@@ -17,7 +17,7 @@ from masonry_opt.files import MARK, refuse_replacing
 from masonry_opt.scene.blocks import Block, Name, Number, Positive, YesNo
 from masonry_opt.scene.drawings import outlines, stones
 from masonry_opt.scene.drawings.defects import Defects
-from masonry_opt.scene.drawings.nesting import add_frames, outlines_with_holes
+from masonry_opt.scene.drawings.nesting import OutlineTolerance, add_frames, outlines_with_holes
 from masonry_opt.scene.drawings.outlines import Curve, Outline
 from masonry_opt.scene.extrude import extrude
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
@@ -36,6 +36,9 @@ WINDOWS = ("window", "door", "opening")
 
 #: Largest number of copies of outlines that one warning lists; further copies are only counted.
 _MOST_COPIES = 10
+
+#: Largest number of outlines of holes that are listed; further holes are only counted.
+_MOST_HOLES = 10
 
 
 class DxfDrawing(stones.FlatDrawing):
@@ -139,7 +142,8 @@ class DxfScene(NamedTuple):
     """Scene of a DXF drawing, with a report on the layers that were read."""
 
     scene: Scene
-    #: lines of text that list the layers that were read, and the layers that were not read, with reasons
+    #: lines of text that list the layers that were read, the layers that were not read, with reasons, and the
+    #: outlines that are holes
     layers: list[str]
     unit: str  #: name of the scene's unit of length, such as "millimetres"; empty if the drawing has no unit
     metres: float | None  #: length of this unit in metres; None if the drawing has no unit
@@ -188,7 +192,7 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
         if warning:
             warnings.warn(printable(f"{path}: {warning}"), DrawingWarning, stacklevel=3)
     unit = ("metres", 1.0) if drawing.to_metres else (_unit_name(document), outlines.metres(document))
-    return DxfScene(scene, _use_of_layers(document, drawing), *unit)
+    return DxfScene(scene, [*_use_of_layers(document, drawing), *_holes(found, scene)], *unit)
 
 
 def _scale(document: Any) -> float:
@@ -214,7 +218,9 @@ def _outlines(
     whole = [curve for curve in curves if not drawing.net or _is_support(curve, drawing)]
     closed, copies = outlines.closed_outlines(whole, short, min(rounding, short), defects)
     is_support = [_is_support(curve, drawing) for curve in closed]
-    nesting = outlines_with_holes(closed, is_support, short, max(short, apart), defects)
+    option = "tolerance" if drawing.outline_tolerance is None else "outline_tolerance"
+    tolerance = OutlineTolerance(option, short, min(rounding, short))
+    nesting = outlines_with_holes(closed, is_support, tolerance, max(short, apart), defects)
     found = nesting.blocks
     lines = [curve for curve in curves if drawing.net and not _is_support(curve, drawing)]
     windows = [curve for curve in lines if _has(curve, drawing.window_layers)]
@@ -333,6 +339,19 @@ def _use_of_layers(document: Any, drawing: DxfDrawing) -> list[str]:
     if unread:
         lines.append(f"layers not read: {', '.join(f'{name} ({reason})' for name, reason in unread.items())}")
     return lines
+
+
+def _holes(found: Sequence[Outline], scene: Scene) -> list[str]:
+    """Return a line of text that lists the outlines that are holes, or an empty list without holes."""
+    holes = [
+        f"{hole.where} in block '{block.name}'"
+        for shape, block in zip(found, scene.blocks, strict=True)
+        for hole in shape.holes
+    ]
+    if not holes:
+        return []
+    more = f"; and {len(holes) - _MOST_HOLES} more" if len(holes) > _MOST_HOLES else ""
+    return [f"holes: {'; '.join(holes[:_MOST_HOLES])}{more}"]
 
 
 def _on_layers(entities: list[Any], drawing: DxfDrawing) -> list[Any]:

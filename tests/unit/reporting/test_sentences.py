@@ -31,7 +31,7 @@ from masonry_opt.solvers.registry import SOLVERS
 #: A value for each name that a reason can have, as in a result of `solve`.
 VALUES = {
     "above": 1.44, "against": False, "associative": 0.6, "backing": True, "beside": "blocks", "carried": 0.4,
-    "blocks": ["A"], "bound": 0.25, "by": 1e-6, "candidates": 12, "count": 7,
+    "aligning": 0.003, "blocks": ["A"], "bound": 0.25, "by": 1e-6, "candidates": 12, "count": 7,
     "dilatancy": -2.0, "distance": 120.0, "draws": 12, "elastic": 0.9,
     "epsilon": 3e-9, "exact": True, "factor": 1.4434, "fall": 1e-3, "fill": 1,
     "first": str(mo.Status.CYCLING), "fixed": True, "forces": True, "friction": 0.5, "gap": 1e-4,
