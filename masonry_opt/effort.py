@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from math import inf
 from typing import Any
 
 from masonry_opt.brief import brief
@@ -41,6 +42,10 @@ def phases_from(options: dict[str, Any]) -> Phases:
     return phases
 
 
+class ProgramLimitReached(Exception):
+    """Error that is raised instead of solving a linear program that the limit of programs excludes."""
+
+
 class Effort:
     """Counter of the seconds, the solved programs and the solver iterations of an analysis."""
 
@@ -57,6 +62,7 @@ class Effort:
         self._lowest: float | None = None  # load factor of the lowest collapse state found so far
         self.seconds = dict.fromkeys(PARTS, 0.0)  #: seconds by part
         self.lp_solves = 0  #: number of solved linear programs, and of cone programs in space
+        self._most_lp_solves = inf  # value of ``lp_solves`` at which HiGHS solves no further linear program
         self.nlp_solves = 0  #: number of solved nonlinear programs
         self.iterations = 0  #: sum of the iterations of the solvers
         #: Names of the solvers by purpose, such as "dead load" or "sub-problems".
@@ -85,6 +91,24 @@ class Effort:
             yield
         finally:
             self._step, self._phase = "", self.phase
+
+    @contextmanager
+    def at_most(self, programs: int) -> Iterator[None]:
+        """Let HiGHS solve at most ``programs`` further linear programs in the ``with`` block.
+
+        The next program raises ProgramLimitReached. The limit is exact: no program is solved after it.
+        """
+        before = self._most_lp_solves
+        self._most_lp_solves = min(before, self.lp_solves + programs)
+        try:
+            yield
+        finally:
+            self._most_lp_solves = before
+
+    def check_programs(self) -> None:
+        """Raise ProgramLimitReached if the limit that :meth:`at_most` has set permits no further program."""
+        if self.lp_solves >= self._most_lp_solves:
+            raise ProgramLimitReached
 
     def lowers(self, load_factor: float) -> None:
         """Report that a lower collapse state was found, with its load factor."""

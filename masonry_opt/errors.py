@@ -27,6 +27,15 @@ def rounded_up(value: float, digits: int = 4) -> str:
     return f"{ceil(value / unit) * unit:.{digits}g}"
 
 
+def rounded_down(value: float, digits: int = 3) -> str:
+    """Return a positive number as text, rounded down to a given number of significant digits.
+
+    A value that must stay below a limit is advised with the limit rounded down.
+    """
+    unit = 10.0 ** (floor(log10(value)) + 1 - digits)
+    return f"{floor(value / unit) * unit:.{digits}g}"
+
+
 def counted(number: int, noun: str) -> str:
     """Return a number with a noun in singular or plural, such as "1 hole" or "2 holes"."""
     return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import typer
 
 import masonry_opt as mo
@@ -168,18 +169,21 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
     reading = f"convert: reading {printable(str(drawing))}"
     with waiting(reading, if_interrupted="no file was written") as work, _options_named(given.called):
         layers: list[str] = []
+        unit, metres = "", None
         with warnings_printed(DrawingWarning):
             if read is mo.read_dxf:
-                scene, layers = read_with_layers(drawing, DxfDrawing.of(given))
+                scene, layers, unit, metres = read_with_layers(drawing, DxfDrawing.of(given))
             else:
                 scene = read(drawing, **given)
         # Find the joints here, because the search raises CaseError if the geometry of the blocks is wrong.
         work.show("convert: finding joints")
-        joints = len(find_joints(scene, shapes_of(scene)).first)
+        shapes = shapes_of(scene)
+        joints = len(find_joints(scene, shapes).first)
     corners = sum(len(block.corners()) for block in scene.blocks) if read is mo.read_mesh else 0
     by_name = corners > _MOST_CORNERS
     save(_case_of_mesh(drawing, out, scene, given) if by_name else scene, out, force)
     _print_counts(scene, out, f", {counted(joints, 'joint')}" + (f", in {drawing}" if by_name else ""))
+    print_text(_size(shapes.extent_of(~scene.fixed), unit, metres))
     if layers:
         print_text(printable("\n".join(layers)))
 
@@ -220,6 +224,20 @@ def _print_counts(scene: mo.Scene, out: Path, more: str = "") -> None:
     holes = counted(sum(len(block.holes) for block in scene.blocks if isinstance(block, Block)), "hole")
     blocks, supports = counted(len(scene.blocks), "block"), sum(block.fixed for block in scene.blocks)
     print_text(f"{out}: {blocks} ({supports} fixed), {holes}{more}")
+
+
+def _size(sides: np.ndarray, unit: str, metres: float | None) -> str:
+    """Return a line on the dimensions of the movable blocks, with their unit of length.
+
+    ``metres`` is the length of the unit in metres, or None if the unit is unknown. If the unit is known and
+    is not the metre, the dimensions follow in metres too.
+    """
+    size = f"size without supports: {' × '.join(f'{side:.4g}' for side in sides)}"
+    if metres is None:
+        return f"{size} (unit of length not known)"
+    if metres == 1:
+        return f"{size} m"
+    return f"{size} {unit} = {' × '.join(f'{side * metres:.4g}' for side in sides)} m"
 
 
 def _refuse(given: Given, known: Container[str], what: str) -> None:

@@ -93,13 +93,17 @@ def capacity(
     with waiting("capacity") as work:
         steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
         onset = mo.solve(case, incremental=False, **steps, **given.rest(mo.solve))
-        work.phase("following the mechanism")
-        curve = mo.capacity(onset, **following)
+        work.show("capacity: following the mechanism")
+
+        def progress(number: int, load_factor: float) -> None:
+            work.show(f"capacity: state {number} of the curve: λ = {numeral(load_factor, '.6f')}")
+
+        curve = mo.capacity(onset, progress=progress, **following)
     check = None if periods is None else curve.check(periods, **checking)
     if json:
         answer = curve.as_dict() | {"check": check.as_dict() if check else None}
         print_text(json_module.dumps(answer, allow_nan=False, ensure_ascii=False))
-        print_warnings(curve.warning_sentences)
+        print_warnings((*curve.warning_sentences, *(check.warning_sentences if check else ())))
     else:
         texts = [str(curve)]
         if check:

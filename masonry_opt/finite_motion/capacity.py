@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,20 +11,25 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.brief import brief
-from masonry_opt.drawing.colours import AT_REST, BLACK, HATCH, HINGING_COLOUR, JOINT, SEPARATING_COLOUR
-from masonry_opt.drawing.elements import Elements
-from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.marks import moved as carried
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable
+from masonry_opt.finite_motion.capacity_pictures import curve_picture, displaced_picture
 from masonry_opt.finite_motion.edge import EdgePath
-from masonry_opt.finite_motion.kinematic_check import CONFIDENCE_FACTOR, KinematicCheck, kinematic_check
+from masonry_opt.finite_motion.kinematic_check import (
+    CONFIDENCE_FACTOR,
+    GRAVITY,
+    CheckedCurve,
+    KinematicCheck,
+    kinematic_check,
+)
 from masonry_opt.finite_motion.moved_blocks import LEAST_RATE, control_force, point_forces
-from masonry_opt.finite_motion.path import HingingPath, PathState
+from masonry_opt.finite_motion.path import HingingPath, PathProgress, PathState
+from masonry_opt.finite_motion.struts import strut_paths
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.problem.displaced import displaced, moved, placed
+from masonry_opt.problem.displaced import moved, placed
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces
-from masonry_opt.reporting.load_factors import certainty, named_factor, own_name
+from masonry_opt.reporting.load_factors import certainty, known_least, named_factor, own_name
 from masonry_opt.reporting.names import labelled, some, warning_lines
 from masonry_opt.reporting.sentences import message, numeral
 from masonry_opt.result import Result
@@ -34,7 +39,7 @@ from masonry_opt.solution.reasons import Code, Reason
 from masonry_opt.solution.thresholds import MOVES
 
 if TYPE_CHECKING:
-    from masonry_opt.drawing.figure import Handle, Picture
+    from masonry_opt.drawing.figure import Picture
 
 #: A kinematic check raises an error if the live load differs from the weight of the loaded blocks by more
 #: than this fraction.
@@ -42,11 +47,8 @@ _WEIGHT_TOLERANCE = 1e-2
 #: A kinematic check raises an error if the vertical part of a live force exceeds this fraction of the largest
 #: live force.
 _HORIZONTAL_LOAD_TOLERANCE = 1e-6
-#: Events that a plot of the curve marks, with the legend entry, colour and marker of each event.
-_MARKED_EVENTS = {
-    Code.JOINT_OPENS: ("a joint opens", HINGING_COLOUR, "o"),
-    Code.JOINT_CLOSES: ("a joint closes", JOINT, "s"),
-}
+#: Remark on a kinematic check whose load factor is not proven to be the least.
+_LOWER_MAY_FAIL = "if a collapse state with a lower λ exists, the linear or non-linear check may fail"
 #: Map from the role of a force to the table of a case file that defines the force. Forces with these roles
 #: prevent a capacity curve; in space, ties and props do not.
 _NOT_FOLLOWED = {
@@ -58,7 +60,12 @@ _NOT_FOLLOWED = {
 
 @suggests_arguments
 def capacity(
-    result: Result, *, block: str | None = None, point: tuple[float, ...] | None = None, steps: int = 40
+    result: Result,
+    *,
+    block: str | None = None,
+    point: tuple[float, ...] | None = None,
+    steps: int = 40,
+    progress: PathProgress = lambda number, load_factor: None,
 ) -> "Capacity":
     """Compute the capacity curve of a result, from the onset of collapse down to λ = 0.
 
@@ -81,6 +88,7 @@ def capacity(
         the mean displacement of the live loads, each along its own direction.
     steps: Number of states between the onset and λ = 0 if λ decreases linearly. There are more states if λ
         decreases ever more slowly.
+    progress: Function called at each new state of the curve, with the number of the state and its λ.
 
     Returns
     -------
@@ -109,7 +117,7 @@ def capacity(
         raise OptionError(f"steps must be a whole number of states, at least 2 (found {steps!r})")
     dead, live = point_forces(assembly)
     control = control_force(result, live, block, point)
-    path = (HingingPath if dimension == 2 else EdgePath)(result, (dead, live), steps)
+    path = (HingingPath if dimension == 2 else EdgePath)(result, (dead, live), steps, progress)
     curve = Capacity(result, path.end, tuple(path.steps), path.motion, dead, live, control)
     _, rates, control_rate = curve._onset
     if path.motion.any() and abs(control_rate) <= LEAST_RATE * rates.max():
@@ -297,7 +305,7 @@ class Capacity:
         code: str = "NTC 2008",
         behaviour_factor: float = 2.0,
         confidence_factor: float = CONFIDENCE_FACTOR,
-        gravity: float = 9.81,
+        gravity: float = GRAVITY,
         ultimate: float | None = None,
         secant: float | None = None,
     ) -> KinematicCheck:
@@ -317,7 +325,8 @@ class Capacity:
         behaviour_factor: Behaviour factor q of the linear check.
         confidence_factor: Confidence factor FC. If the strength of masonry is neglected, the codes require
             1.35, the value of the lowest level of knowledge.
-        gravity: Gravitational acceleration in the case's unit of length per s².
+        gravity: Gravitational acceleration in the case's unit of length per s²: 9.81 for metres, 981 for
+            centimetres, 9810 for millimetres.
         ultimate, secant: Ratios d*_u / d*_0 and d*_s / d*_u. Default: the values of the code.
 
         Returns
@@ -354,9 +363,19 @@ class Capacity:
         values: dict[str, Any] = {"code": code, "behaviour_factor": behaviour_factor}
         values |= {"confidence_factor": confidence_factor, "gravity": gravity}
         values |= {"ultimate": ultimate, "secant": secant}
-        curve = self.table[["displacement", "load_factor"]].to_numpy()
         rests_on = f"{named_factor(self.result)}: {certainty(self.result)}"
-        return kinematic_check(self._onset_of_moving, curve, self.reaches_zero, spectrum, values, rests_on)
+        if not known_least(self.result):
+            rests_on += f"; {_LOWER_MAY_FAIL}"
+        assembly = self.result.assembly
+        checked = CheckedCurve(
+            *self._onset_of_moving,
+            states=self.table[["displacement", "load_factor"]].to_numpy(),
+            complete=self.reaches_zero,
+            extent=float(assembly.geometry.extent_of(assembly.movable).max()),
+            struts=strut_paths(assembly, [step.poses for step in self.steps]),
+            rests_on=rests_on,
+        )
+        return kinematic_check(checked, spectrum, values)
 
     def _share_of_weight(self) -> float | None:
         """Return the ratio of the live load to the weight of the loaded blocks.
@@ -378,66 +397,14 @@ class Capacity:
         such row.
         """
         if row is None:
-            return self._curve()
+            mover = "the live load" if self.control is self.live else "the control point"
+            return curve_picture(self.result, self.table, mover, self.message)
         if not isinstance(row, int) or not -len(self.steps) <= row < len(self.steps):
             raise OptionError(
                 f"there is no row {row!r}: the table has {len(self.steps)} rows, numbered from 0"
             )
-        return self._displaced(row)
-
-    def _curve(self) -> "Picture":
-        """Plot λ over the displacement of the control point."""
-        # matplotlib is imported only for a plot, because its import takes longer than the computation of most
-        # curves.
-        from masonry_opt.drawing.figure import curve_axes, finish, style
-
-        table, mover = self.table, "the live load" if self.control is self.live else "the control point"
-        heading = f"after the onset at {named_factor(self.result)}"
-        with style():
-            scene = self.result.assembly.scene
-            picture, axes = curve_axes(
-                scene, heading, f"displacement of {mover}, in the length unit of the case"
-            )
-            # A line of a single point would be invisible without a marker.
-            marker = "o" if len(table) == 1 else ""
-            axes.plot(table["displacement"], table["load_factor"], color=BLACK, marker=marker, zorder=3)
-            axes.axhline(0.0, color=HATCH, linewidth=0.6)
-            axes.set_ylim(bottom=min(0.0, -0.02 * self.load_factor))
-            handles: list[Handle] = []
-            for code, (label, colour, marker) in _MARKED_EVENTS.items():
-                rows = table[table["event"] == str(code)]
-                if len(rows):
-                    x, y = rows["displacement"], rows["load_factor"]
-                    handles += axes.plot(x, y, marker, color=colour, label=label, zorder=4)
-            finish(picture, axes, handles, (self.message,))
-        return picture
-
-    def _displaced(self, row: int) -> "Picture":
-        """Plot the displaced blocks to scale, in one state of the curve."""
-        from masonry_opt.drawing.pictures import elements_picture
-
-        assembly, state, joints = self.result.assembly, self.table.iloc[row], self.joints(row)
-        poses, plane, marks = self.steps[row].poses, assembly.scene.dimension == 2, list[Marks]()
-        displaced_assembly = replace(assembly, geometry=displaced(assembly.geometry, poses))
-        if plane:
-            *ends, owner = assembly.geometry.edges
-            sides = np.stack(ends, axis=1)[np.isin(owner, assembly.movable)]
-            marks.append(Marks("rest", "at rest", "line", AT_REST, 0.5, sides))
-        hinged = joints["state"] == "hinged"
-        if hinged.any():
-            place = joints.loc[hinged].filter(list("xyz")).to_numpy() - assembly.geometry.origin
-            marks.append(Marks("hinges", "hinging joint", "dot", HINGING_COLOUR, 5.2, place[:, None]))
-        separated = (joints["state"] == "separated").to_numpy()
-        if plane and separated.any():
-            ends = np.stack([assembly.joints.start, assembly.joints.end], axis=1)[separated]
-            blocks = assembly.joints.first[separated], assembly.joints.second[separated]
-            sides = np.concatenate([placed(ends, poses[block][:, None]) for block in blocks])
-            marks.append(Marks("separates", "separated joint", "line", SEPARATING_COLOUR, 1.6, sides))
-        at = numeral(state["displacement"], ".4g")
-        heading = f"blocks to scale at λ = {numeral(state['load_factor'], '.5f')} and a displacement of {at}"
-        return elements_picture(
-            Elements(displaced_assembly, heading, "", 0 * poses, [], {"mechanism": marks})
-        )
+        state, joints = self.table.iloc[row], self.joints(row)
+        return displaced_picture(self.result.assembly, state, joints, self.steps[row].poses)
 
     def save(self, path: str | Path, row: int | None = None, force: bool = False) -> None:
         """Write the plot that :meth:`plot` returns to a file (.png, .svg or .pdf).

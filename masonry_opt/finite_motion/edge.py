@@ -9,7 +9,8 @@ from scipy.optimize import brentq
 from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
 from masonry_opt.finite_motion.moved_blocks import least_missed, overlapping
-from masonry_opt.finite_motion.path import BORNE, PathState
+from masonry_opt.finite_motion.path import BORNE, PathProgress, PathState
+from masonry_opt.finite_motion.struts import strut_ends
 from masonry_opt.problem.displaced import moved, placed, turned
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
 from masonry_opt.problem.loads import Forces, by_component
@@ -59,7 +60,10 @@ class EdgePath:
     axis: Unit vector along the edge.
     """
 
-    def __init__(self, result: Result, forces: tuple[Forces, Forces], count: int) -> None:
+    def __init__(
+        self, result: Result, forces: tuple[Forces, Forces], count: int, progress: PathProgress
+    ) -> None:
+        self.progress = progress
         self.assembly, self.forces, self.effort = result.assembly, forces, Effort()
         self.turns = np.zeros(len(self.assembly.scene.blocks) + 1, dtype=bool)
         self._find_edge(result)
@@ -125,14 +129,14 @@ class EdgePath:
         """
         struts = []
         for force in self.assembly.limited:
-            blocks = np.array([action.block for action in force.actions])
-            at = np.array([action.point for action in force.actions])
-            ends = [placed(at, self._poses(turn)[blocks]) for turn in (0.0, angle, angle + _DIFFERENCE_ANGLE)]
+            turns = (0.0, angle, angle + _DIFFERENCE_ANGLE)
+            ends = [strut_ends(force, self._poses(turn)) for turn in turns]
             at_rest, now, ahead = np.diff(ends, axis=1)[:, 0]
             sense = 1.0 if force.role is Role.TIE else -1.0
             strain = sense * (np.linalg.norm(ahead) - np.linalg.norm(at_rest))
             direction = sense * now / np.linalg.norm(now)
-            actions = tuple(map(Action, blocks.tolist(), ends[1], (direction, -direction)))
+            blocks = [action.block for action in force.actions]
+            actions = tuple(map(Action, blocks, ends[1], (direction, -direction)))
             struts.append((replace(force, actions=actions), force.highest if strain > 0 else force.lowest))
         return struts
 
@@ -178,6 +182,7 @@ class EdgePath:
             if obstacle is not None:
                 return obstacle
             self.steps.append(replace(self.steps[0], poses=self._poses(angle)[:-1], load_factor=load_factor))
+            self.progress(len(self.steps) - 1, load_factor)
         if locks:
             return reason(Code.LOCKS)
         self.steps[-1] = replace(self.steps[-1], event=reason(Code.REACHES_ZERO))

@@ -6,7 +6,7 @@ mass and for the equivalent oscillator.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -14,14 +14,31 @@ import numpy as np
 
 from masonry_opt.brief import brief
 from masonry_opt.errors import OptionError
-from masonry_opt.reporting.names import labelled
-from masonry_opt.reporting.sentences import numeral
+from masonry_opt.finite_motion.struts import StrutPath
+from masonry_opt.problem.limited_forces import Role
+from masonry_opt.reporting.names import labelled, warning_lines
+from masonry_opt.reporting.sentences import numeral, sentences
 from masonry_opt.result import Result
+from masonry_opt.scene.typical_sizes import LARGEST_SCENE, SMALLEST_SCENE
 from masonry_opt.solution.motion import moving_blocks
+from masonry_opt.solution.reasons import Code, Reason, reason
 
 #: Confidence factor FC of the lowest level of knowledge. Both codes require this value if the strength of
 #: masonry is neglected.
 CONFIDENCE_FACTOR = 1.35
+#: Gravitational acceleration in metres per s².
+GRAVITY = 9.81
+#: Longest secant period, in seconds, that a check accepts without a warning. From the period T_F = 10 s on,
+#: spectral displacements are constant (EN 1998-1, Annex A; NTC 2018, 3.2.3.2.3). A rocking block has so long
+#: a period only if it is higher than 78 m, so a longer period is probably due to a wrong unit of length.
+_LONGEST_PERIOD = 10.0
+#: Units of length whose gravitational acceleration is known, with this acceleration.
+_GRAVITY_BY_UNIT = {"metres": 9.81, "centimetres": 981.0, "millimetres": 9810.0}
+#: A gravity belongs to a unit of length if it differs from the unit's value by at most this fraction.
+_GRAVITY_TOLERANCE = 0.01
+#: A change of the length of a tie or prop is reported if it exceeds this fraction of the length at rest.
+#: Smaller changes are rounding errors.
+_LEAST_STRUT_CHANGE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -43,6 +60,35 @@ CODES = {
     "NTC 2018 SLV": CodeRules(0.4, 1.0, 1.68 * math.pi, has_linear=True, is_largest_demand=True),
     "NTC 2018 SLC": CodeRules(0.6, 1.0, 1.56 * math.pi, has_linear=False, is_largest_demand=True),
 }
+
+
+@dataclass(frozen=True)
+class CheckedCurve:
+    """Capacity curve with all values that a kinematic check needs."""
+
+    weights: np.ndarray  #: forces P on the moving masses, shape (f,)
+    rates: np.ndarray  #: virtual displacements δ of the forces P at the onset, shape (f,)
+    control_rate: float  #: virtual displacement δ_k of the control point at the onset
+    states: np.ndarray  #: columns d_k and λ of the curve, shape (states, 2)
+    complete: bool  #: True if the curve reaches λ = 0
+    extent: float  #: largest dimension of the box around all movable blocks
+    struts: Sequence[StrutPath]  #: lengths of all ties and props along the curve
+    rests_on: str  #: name and certainty of the load factor at the onset
+
+
+@dataclass(frozen=True)
+class StrutChange:
+    """Extension of a tie, or shortening of a prop, that a mechanism needs to reach a displacement."""
+
+    role: str  #: "tie" or "prop"
+    name: str  #: name of the tie or prop
+    change: float  #: extension of the tie or shortening of the prop, in the case's unit of length
+    share: float  #: change divided by the length at rest
+
+    def __str__(self) -> str:
+        verb = "lengthen" if self.role == Role.TIE else "shorten"
+        size = f"{numeral(self.change, '.4g')} ({100 * self.share:.2g} % of its length)"
+        return f"{self.role} '{self.name}' must {verb} by {size}"
 
 
 @dataclass(frozen=True)
@@ -74,6 +120,10 @@ class KinematicCheck:
         without a linear check.
     non_linear: True if the non-linear check is satisfied: ``ultimate`` is at least ``demand_displacement``.
     rests_on: Name and certainty of the load factor λ at the onset, on which both checks depend.
+    gravity: Gravitational acceleration of the check, in the case's unit of length per s².
+    struts: Ties that must lengthen and props that must shorten until d*_u is reached, with these changes. The
+        check does not verify that they can.
+    warnings: Warning that the gravitational acceleration belongs to another unit of length; else empty.
     """
 
     code: str
@@ -92,12 +142,22 @@ class KinematicCheck:
     linear: bool | None
     non_linear: bool
     rests_on: str
+    gravity: float
+    struts: tuple[StrutChange, ...]
+    warnings: tuple[Reason, ...]
 
     __repr__ = brief
 
+    @property
+    def warning_sentences(self) -> tuple[str, ...]:
+        """Sentence that warns of a wrong gravitational acceleration; empty without this warning."""
+        return sentences(self.warnings)
+
     def as_dict(self) -> dict[str, Any]:
         """Return the attributes as a dictionary of plain numbers and text."""
-        return asdict(self)
+        warnings = zip(self.warnings, self.warning_sentences, strict=True)
+        records = [{"sentence": sentence} | warning.as_dict() for warning, sentence in warnings]
+        return asdict(self) | {"struts": [asdict(strut) for strut in self.struts], "warnings": records}
 
     def __str__(self) -> str:
         linear = f"a_0 = {self.onset:.4f} g, a*_0 = {self.acceleration:.4f} g"
@@ -107,6 +167,8 @@ class KinematicCheck:
             verdict = "satisfied" if self.linear else "not satisfied"
             linear += f", demand {self.demand_acceleration:.4f} g: {verdict}"
         non_linear = "satisfied" if self.non_linear else "not satisfied"
+        if self.warnings:
+            non_linear += ", if the gravity is correct"
         short = "" if self.complete else " (the true d*_0 is larger, because the curve ends before λ = 0)"
         used, demanded = numeral(self.ultimate, ".5g"), numeral(self.demand_displacement, ".5g")
         lines = {
@@ -114,11 +176,26 @@ class KinematicCheck:
             "mass": f"e* = {self.mass_fraction:.4f}, M* = {self.mass:.6g}",
             "linear": linear,
             "non-linear": f"d*_u = {used}, demand {demanded} at T_s = {self.period:.4g} s: {non_linear}",
-            "rests on": f"{self.rests_on}; if a collapse state with a lower λ exists, the linear or "
-            "non-linear check may fail",
+            "rests on": self.rests_on,
             "displacement": f"d*_0 = {numeral(self.displacement, '.5g')}{short}",
+            "gravity": f"{self.gravity:g}{self._unit_of_length()}",
+            "not checked": self._struts_in_words(),
         }
-        return labelled(lines)
+        return "\n".join([labelled(lines), *warning_lines(self.warning_sentences)])
+
+    def _unit_of_length(self) -> str:
+        """Return a clause that names the unit of length to which the gravity belongs, or "" if unknown."""
+        for unit, value in _GRAVITY_BY_UNIT.items():
+            if abs(self.gravity - value) <= _GRAVITY_TOLERANCE * value:
+                return f": lengths are in {unit}"
+        return ""
+
+    def _struts_in_words(self) -> str:
+        """Return a sentence about ties and props that must change their length, or "" if there are none."""
+        if not self.struts:
+            return ""
+        changes = "; ".join(map(str, self.struts))
+        return f"{changes} until d*_u is reached: verify that this is possible"
 
 
 @dataclass(frozen=True)
@@ -156,54 +233,52 @@ def activation(result: Result) -> Activation | None:
 
 
 def kinematic_check(
-    onset: tuple[np.ndarray, np.ndarray, float],
-    curve: np.ndarray,
-    complete: bool,
-    spectrum: Sequence[tuple[float, float]],
-    values: Mapping[str, float | str],
-    rests_on: str,
+    curve: CheckedCurve, spectrum: Sequence[tuple[float, float]], values: Mapping[str, float | str]
 ) -> KinematicCheck:
     """Make the linear and the non-linear kinematic check with the values of a capacity curve.
 
     Parameters
     ----------
-    onset: Forces P and their rates δ at the onset, shape (f,) each, and the rate δ_k of the control point.
-    curve: Columns d_k and λ of the curve, shape (states, 2).
-    complete: True if the curve reaches λ = 0.
+    curve: Capacity curve.
     spectrum: Pairs of period (s) and acceleration (g).
     values: Parameters of :meth:`~.capacity.Capacity.check` by name.
-    rests_on: Name and certainty of the load factor at the onset, as text.
 
     Raises
     ------
     OptionError
-        If a number or the spectrum is wrong, or the spectrum ends before the secant period.
+        If a number or the spectrum is wrong, the spectrum ends before the secant period, or the acceleration
+        at the secant displacement is zero.
     """
     code, rules, numbers = _rules(values)
     periods, accelerations = _spectrum(spectrum)
-    weights, rates, control_rate = onset
+    weights, rates = curve.weights, curve.rates
     first, second, total = float(weights @ rates), float(weights @ rates**2), float(weights.sum())
     fraction, g = first**2 / (total * second), numbers["gravity"]
-    d = curve[:, 0] * (second / (control_rate * first))
-    a = curve[:, 1] / (fraction * numbers["confidence_factor"])  # a* = λ g / (e* FC)
+    d = curve.states[:, 0] * (second / (curve.control_rate * first))
+    a = curve.states[:, 1] / (fraction * numbers["confidence_factor"])  # a* = λ g / (e* FC)
     ultimate = rules.ultimate * float(d[-1])
     secant = rules.secant * ultimate
-    at_secant = _least_at(secant, d, a)
-    period = rules.period * math.sqrt(secant / (at_secant * g)) if at_secant > 0 else math.inf
-    if period > periods[-1]:
+    at_secant = float(_ordinates_at(secant, d, a).min())
+    if not at_secant > 0:
         raise OptionError(
-            f"the spectrum ends at {periods[-1]:g} s, before T_s = {period:.4g} s: add longer periods"
+            f"no secant period exists, because a* is zero at d*_s = {secant:.4g}: reduce 'ultimate' or "
+            "'secant'"
         )
+    period = rules.period * math.sqrt(secant / (at_secant * g))
+    warnings = _gravity_warnings(g, curve.extent, period)
+    if period > periods[-1]:
+        remedy = "; ".join(sentences(warnings)) or "add longer periods"
+        raise OptionError(f"the spectrum ends at {periods[-1]:g} s, before T_s = {period:.4g} s: {remedy}")
     demand = _spectral_displacement(periods, accelerations, period, rules.is_largest_demand) * g
     limit = float(accelerations[0]) / numbers["behaviour_factor"] if rules.has_linear else None
     return KinematicCheck(
         code=code,
         mass_fraction=fraction,
         mass=fraction * total / g,
-        onset=float(curve[0, 1]),
+        onset=float(curve.states[0, 1]),
         acceleration=float(a[0]),
         displacement=float(d[-1]),
-        complete=complete,
+        complete=curve.complete,
         ultimate=ultimate,
         secant=secant,
         secant_acceleration=at_secant,
@@ -212,8 +287,33 @@ def kinematic_check(
         demand_displacement=demand,
         linear=None if limit is None else bool(a[0] >= limit),
         non_linear=bool(ultimate >= demand),
-        rests_on=rests_on,
+        rests_on=curve.rests_on,
+        gravity=g,
+        struts=tuple(_strut_changes(curve.struts, ultimate, d)),
+        warnings=warnings,
     )
+
+
+def _gravity_warnings(gravity: float, extent: float, period: float) -> tuple[Reason, ...]:
+    """Return a warning if the gravitational acceleration probably belongs to another unit of length.
+
+    ``extent`` is the largest dimension of the movable blocks, and ``period`` is the secant period.
+    """
+    in_metres = extent * GRAVITY / gravity
+    if SMALLEST_SCENE <= in_metres <= LARGEST_SCENE and period <= _LONGEST_PERIOD:
+        return ()
+    return (reason(Code.GRAVITY_DIFFERS, gravity=gravity, extent=extent, period=period),)
+
+
+def _strut_changes(struts: Sequence[StrutPath], ultimate: float, d: np.ndarray) -> Iterator[StrutChange]:
+    """Generate the ties that lengthen and the props that shorten until a displacement is reached.
+
+    ``d`` are the displacements of the states of the curve.
+    """
+    for strut in struts:
+        change = float(_ordinates_at(ultimate, d, strut.change).max())
+        if change > _LEAST_STRUT_CHANGE * strut.at_rest:
+            yield StrutChange(str(strut.role), strut.name, change, change / strut.at_rest)
 
 
 def _rules(values: Mapping[str, Any]) -> tuple[str, CodeRules, dict[str, float]]:
@@ -265,15 +365,15 @@ def _check_values(values: Mapping[str, float]) -> None:
             raise OptionError(f"{name} is a ratio that must be at most 1 (found {values[name]!r})")
 
 
-def _least_at(x: float, xs: np.ndarray, ys: np.ndarray) -> float:
-    """Return the smallest ordinate y of a polyline at abscissa x.
+def _ordinates_at(x: float, xs: np.ndarray, ys: np.ndarray) -> np.ndarray:
+    """Return the ordinates y of a polyline at abscissa x.
 
     A polyline that is not monotonic may have several ordinates at x.
     """
     low, high = np.minimum(xs[:-1], xs[1:]), np.maximum(xs[:-1], xs[1:])
     segments = np.flatnonzero((low <= x) & (x <= high) & (high > low))
     share = (x - xs[segments]) / np.diff(xs)[segments]
-    return float((ys[segments] + share * np.diff(ys)[segments]).min())
+    return ys[segments] + share * np.diff(ys)[segments]
 
 
 def _spectrum(spectrum: Sequence[tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]:

@@ -42,6 +42,15 @@ _SIMPSON_WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6
 _OPENING_TOLERANCE = 1e-6
 #: A joint whose friction coefficient exceeds this value counts as unable to slide.
 _UNLIMITED_FRICTION = 1e9
+#: Options of HiGHS, in the order in which they are tried until HiGHS solves the program for the violation of
+#: equilibrium. The second attempt does not simplify the program by presolve. The third attempt uses the
+#: primal simplex method: on surveyed blocks, whose joints are nearly parallel, the dual simplex method
+#: sometimes ends without an answer.
+_ATTEMPTS: tuple[dict[str, Any], ...] = (
+    {"presolve": "choose"},
+    {"presolve": "off"},
+    {"presolve": "off", "simplex_strategy": 4},
+)
 
 
 def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
@@ -382,11 +391,9 @@ def least_missed(
     row_upper = np.concatenate([np.full(rows, np.inf), -load, np.full(faces, np.inf)])
     low, high = np.where(cost > 0, 0.0, -np.inf), np.full(len(cost), np.inf)
     program = LinearProgram(cost, matrix, row_lower, row_upper, low, high)
-    # If HiGHS fails after it has simplified the program by presolve, the program is solved again without
-    # presolve.
-    for presolve in ("choose", "off"):
+    for attempt in _ATTEMPTS:
         session = HighsSession(
-            program, effort, "finite motion", small_matrix_value=SMALLEST_COEFFICIENT, presolve=presolve
+            program, effort, "finite motion", small_matrix_value=SMALLEST_COEFFICIENT, **attempt
         )
         if session.solve() is Verdict.OPTIMAL:
             *q, value = session.point()

@@ -7,6 +7,7 @@ joint opens, a joint closes, blocks meet, or λ vanishes. A linear program over 
 joints that open.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple, NoReturn
 
@@ -69,6 +70,11 @@ class PathState:
     event: Reason | None = None
 
 
+#: Function that is called at each new state of a path, with the number of the state and its load factor. The
+#: state at rest has the number 0.
+PathProgress = Callable[[int, float], None]
+
+
 class _PathEvent(NamedTuple):
     """Event at which the rigid bodies of the path change or the path ends, such as the opening of a joint."""
 
@@ -111,7 +117,10 @@ class HingingPath:
     motion: Rates of the poses of all blocks at the onset, shape (blocks, 3).
     """
 
-    def __init__(self, result: Result, forces: tuple[Forces, Forces], count: int) -> None:
+    def __init__(
+        self, result: Result, forces: tuple[Forces, Forces], count: int, progress: PathProgress
+    ) -> None:
+        self.progress = progress
         self.assembly, self.count, self.effort = result.assembly, count, Effort()
         problem = self.assembly.problem
         # The unit of λ is its value at the onset, unless this value is zero. The unit of force is the largest
@@ -197,6 +206,7 @@ class HingingPath:
         if len(self.steps) >= _MOST_PATH_STATES:
             raise _PathEnded(reason(Code.STILL_CARRIES, steps=len(self.steps)))
         self.steps.append(PathState(stretch.poses, self.unit * float(stretch.point[-1]), touch, event))
+        self.progress(len(self.steps) - 1, self.steps[-1].load_factor)
 
     def _opened(self, touch: np.ndarray, poses: np.ndarray, optimum: ForceOptimum) -> np.ndarray:
         """Return a mask of the corners that stay in contact as joints begin to open, shape (joints, 2).

@@ -330,9 +330,9 @@ class Problem(ProblemParts):
     def energy_costs(self, p: np.ndarray, weight: float) -> tuple[float, np.ndarray]:
         """Return the cost coefficients of λ and of q in the objective λ Σ|f_L| + weight z·p.
 
-        The rates p have shape (faces,), the coefficients of q have shape (3c + t,). The constant weight c·p
-        is left out. The objective is bounded below if the live load drives the mechanism and the weight is
-        above one.
+        The rates p have shape (faces,), the coefficients of q have shape (3c + t,). Each slack of sliding is
+        divided by max(1, μ). The constant weight c·p is left out. The objective is bounded below if the live
+        load drives the mechanism and the weight is above one.
         """
         return self.live_norm, weight * (self.true_yield.T @ (p / self.steep))
 

@@ -9,9 +9,13 @@ from typing import Any
 
 from masonry_opt.errors import rounded_up
 from masonry_opt.reporting.names import blocks, do, pairs, verb
-from masonry_opt.scene.geometry import set_contact_tolerance, set_tolerance
+from masonry_opt.scene.tolerance_advice import set_both, set_contact_tolerance, set_tolerance
 from masonry_opt.solution.reasons import Code
 from masonry_opt.solution.typical_units import units_in_words
+
+#: Number of nearly parallel joints from which a warning calls them errors of a survey. With a smaller value,
+#: the warning would doubt wedges that are intended, such as a keystone.
+_MANY_PAIRS = 10
 
 
 def _rounded(value: float) -> str:
@@ -96,9 +100,15 @@ def dilatancy_low(v: dict[str, Any]) -> str:
     )
 
 
+def _wide(width: float) -> str:
+    """Return the width of a gap, rounded up to as many digits as an advised contact tolerance."""
+    # Round first, because the computed width of a gap of 0.01 may be 0.010000000000000231.
+    return rounded_up(float(f"{width:.6g}"), 3)
+
+
 def small_gaps(v: dict[str, Any]) -> str:
     """Return a warning that small gaps separate blocks, with the tolerance that closes the gaps."""
-    wide = [f"up to {rounded_up(width, 2)} wide" for width in v["widths"]]
+    wide = [f"up to {_wide(width)} wide" for width in v["widths"]]
     if v["option"] == "tolerance":
         set_option = set_tolerance(v["tolerance"])
         remedy = f"{set_option}, which closes the gaps and makes nearly parallel joints parallel"
@@ -112,7 +122,7 @@ def small_gaps(v: dict[str, Any]) -> str:
 
 def lost_joints(v: dict[str, Any]) -> str:
     """Return a warning that a large tolerance removes joints, with a remedy."""
-    wide = [f"{rounded_up(width, 2)} apart" if width > 0 else "touching" for width in v["widths"]]
+    wide = [f"{_wide(width)} apart" if width > 0 else "touching" for width in v["widths"]]
     remedy = "lower 'tolerance'"
     if max(v["widths"]) > 0:
         remedy = f"{set_contact_tolerance(max(v['widths']))} and remove 'tolerance'"
@@ -124,11 +134,37 @@ def lost_joints(v: dict[str, Any]) -> str:
 
 def bridged_by_tolerance(v: dict[str, Any]) -> str:
     """Return a warning that the tolerance closes gaps as wide as mortar joints, with a remedy."""
-    wide = [f"up to {rounded_up(width, 2)} wide" for width in v["widths"]]
+    wide = [f"up to {_wide(width)} wide" for width in v["widths"]]
     remedy = f"{set_contact_tolerance(max(v['widths']))} and remove 'tolerance'"
+    if v["aligning"]:
+        remedy = set_both(max(v["widths"]), v["aligning"])
     return (
         "'tolerance' closes gaps as wide as mortar joints and also moves corners by similar distances, so λ "
         f"changes: {pairs(v, wide)}; if the drawing omits the mortar, {remedy}"
+    )
+
+
+def _gravity_differs(v: dict[str, Any]) -> str:
+    """Return a warning that the gravitational acceleration seems to have another unit of length."""
+    found = f"the blocks extend over {v['extent']:.4g}, and T_s = {v['period']:.4g} s"
+    return (
+        f"gravity {v['gravity']:g} seems to have another unit of length than the case ({found}): set "
+        "'gravity' (--gravity) to 9.81 for metres, 981 for centimetres or 9810 for millimetres; a wrong "
+        "gravity makes the non-linear check wrong"
+    )
+
+
+def nearly_parallel(v: dict[str, Any]) -> str:
+    """Return a warning that blocks have nearly parallel joints, with a tolerance that aligns the joints."""
+    remedy = f"if the joints should be parallel, {set_tolerance(v['tolerance'])}"
+    if len(v["pairs"]) >= _MANY_PAIRS:
+        remedy = (
+            "so many wedges are usually errors of a survey: "
+            f"{set_tolerance(v['tolerance'])}, which makes these joints parallel"
+        )
+    return (
+        f"a block with almost parallel joints (the angle is at most {v['angle']:.2g} rad) is a wedge, which "
+        f"can slide only if it lifts: {pairs(v)}; {remedy}"
     )
 
 
@@ -170,11 +206,7 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"within the tolerance {v['tolerance']:.3g}: {pairs(v)}; if the blocks should be wedges, lower "
         "'tolerance'"
     ),
-    Code.NEARLY_PARALLEL: lambda v: (
-        f"a block with almost parallel joints (the angle is at most {v['angle']:.2g} rad) is a wedge, which "
-        f"can slide only if it lifts: {pairs(v)}; if the joints should be parallel, "
-        f"{set_tolerance(v['tolerance'])}"
-    ),
+    Code.NEARLY_PARALLEL: nearly_parallel,
     Code.JOINT_AT_CORNERS: lambda v: (
         f"{pairs(v)} meet corner on corner (in space, edge along edge). A joint is made on the bisector of "
         "the facing sides, or on both sides of a notch: check the direction of the joint"
@@ -210,6 +242,7 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.STRENGTH_DIFFERS: strength_differs,
     Code.STRESS_DIFFERS: stress_differs,
+    Code.GRAVITY_DIFFERS: _gravity_differs,
     Code.ACTS_OUTSIDE: lambda v: (
         f"the {v['load']} force of {blocks(v['blocks'])} acts {v['distance']:.3g} outside the block: correct "
         f"its point of application in scene coordinates ('{v['load']}_at' of the block, or 'at' of the load)"

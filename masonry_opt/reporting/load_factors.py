@@ -30,6 +30,9 @@ _BOUNDS = (
     *(Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED),
 )
 
+#: Reason codes of a search that began from a state of the user, and found no exact state.
+_MISSED = (Code.NOT_FOUND, Code.NO_TIME)
+
 #: Map from the reason code with which a load history ended to a remark on the incremental load factor.
 _HISTORY_END_REMARKS = {
     Code.NO_WORK: "collapse in which the live load does no work",
@@ -74,8 +77,8 @@ def load_factor_lines(result: Outcome) -> tuple[LoadFactorLine, ...]:
     """
     if result.status is Status.UNSTABLE:
         return ()
-    if result.kind is Kind.ASSOCIATIVE:
-        return () if result.load_factor is None else (_own_line(result),)
+    if result.kind is Kind.ASSOCIATIVE and result.load_factor is None:
+        return ()
     lines = []
     if result.load_factor is not None and result.kind is not Kind.INCREMENTAL:
         lines.append(_own_line(result))
@@ -84,7 +87,7 @@ def load_factor_lines(result: Outcome) -> tuple[LoadFactorLine, ...]:
         lines.append(_incremental_line(result))
     elif why_not and result.load_factor is not None:
         lines.append(LoadFactorLine(INCREMENTAL, None, why_not))
-    if result.associative is not None:
+    if result.associative is not None and result.kind is not Kind.ASSOCIATIVE:
         lines.append(LoadFactorLine(ASSOCIATIVE, result.associative, _upper_bound(result)))
     return tuple(lines)
 
@@ -217,6 +220,9 @@ def _associative_remark(result: Outcome) -> str:
     if result.exact:
         exact = "it is also an exact collapse state with Coulomb friction"
         return f"{_upper_bound(result)}; {exact}, {_not_proven(result)}"
+    missed = _missed(result)
+    if missed:
+        return "; ".join([_upper_bound(result), *missed])
     return (
         f"{_upper_bound(result)}; if joints slide without opening, collapse may occur at a lower load "
         "factor, which method 'coulomb' computes"
@@ -249,7 +255,12 @@ def _incremental_remark(result: Outcome) -> str:
 
 def _coulomb_remark(result: Outcome) -> str:
     """Return the remark on a Coulomb state: whether it is exact, and whether a lower λ is possible."""
-    return "; ".join([state_found(result), *_lower_states(result)])
+    return "; ".join([state_found(result), *_missed(result), *_lower_states(result)])
+
+
+def _missed(result: Outcome) -> list[str]:
+    """Return a sentence that says that the search from a state of the user found no exact state, if so."""
+    return list(sentences([reason for reason in result.reasons if reason.code in _MISSED]))
 
 
 def state_found(result: Outcome) -> str:
@@ -265,12 +276,21 @@ def _state(result: Outcome) -> str:
     """
     if result.exact:
         return "exact collapse state"
-    residuals = result.certificate.as_dict() if result.certificate else {}
+    residuals = _certificate_residuals(result)
     above = LIMITS[Kind.EXACT].failing(residuals)
     if not above and "polygon" in result.friction_law:
         return f"collapse state with friction {friction_law(result)}"
     named = ", ".join(f"{name} {numeral(residuals[name], '.1e')}" for name in above)
     return f"collapse state that is not exact: its residuals are too large{f' ({named})' if named else ''}"
+
+
+def _certificate_residuals(result: Outcome) -> dict[str, float]:
+    """Return the residuals of the certificate as they are compared with limits; empty without an answer.
+
+    Complementarity is divided by |λ|.
+    """
+    answer = result.solution.answer
+    return {} if answer is None else {name: answer.residuals[name] for name in answer.certificate.as_dict()}
 
 
 def _starts(result: Outcome) -> str:

@@ -307,12 +307,11 @@ def _undecided_history(v: dict[str, Any]) -> str:
         ended = f"neither {history} nor the loop of linear programs led to a collapse state"
         return ended if v["searched"] else f"{ended}: set option search=10 to look for a collapse state"
     ended = f"{history} led to no collapse state"
-    is_history_alone = v["method"] in ("", "incremental")
-    return (
-        f"{ended}: use method 'coulomb', which also looks for a collapse state without a load history"
-        if is_history_alone
-        else ended
-    )
+    if v["method"] not in ("", "incremental"):
+        return ended
+    larger = "set a larger value in mo.IncrementalSettings, or " if "setting" in v["word"] else ""
+    other = "use method 'coulomb', which also looks for a collapse state without a load history"
+    return f"{ended}: {larger}{other}"
 
 
 def _bracket(v: dict[str, Any]) -> str:
@@ -499,6 +498,6 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.STILL_CARRIES: lambda v: (
         f"λ has not decreased to zero after {counted(v['steps'], 'state')}: use a smaller value of 'steps'"
     ),
-    Code.FORCES_UNDECIDED: "HiGHS did not find the forces of the next state: try another value of 'steps'",
+    Code.FORCES_UNDECIDED: "HiGHS found no forces at a state: change 'steps', or a survey's 'tolerance'",
     **INPUT_SENTENCES,
 }

@@ -1,7 +1,7 @@
 """Write the summary of a result, which ``print`` and the command show, and its technical lines."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from masonry_opt.reporting.load_factors import (
     INCREMENTAL,
     LEAST,
     LOWEST,
+    factor_text,
     friction_law,
     load_factor_table,
     own_name,
@@ -22,6 +23,7 @@ from masonry_opt.reporting.load_factors import (
 from masonry_opt.reporting.names import labelled, verb
 from masonry_opt.reporting.sentences import BY_CHORDS, PARABOLA_REMARK, message, numeral, sentences
 from masonry_opt.reporting.stability import answer_line, reserves
+from masonry_opt.scene.blocks import Reference
 from masonry_opt.scene.case_file import CaseFile
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.motion import joint_motion, moving_blocks
@@ -32,6 +34,14 @@ from masonry_opt.solution.thresholds import ZERO
 #: Reason codes that describe the course of the analysis instead of the scene. The line that states why there
 #: is no load factor omits these reasons if the result has other reasons.
 _TRIED = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
+
+#: Load factor, relative to the incremental load factor, below which the summary explains that the state
+#: belongs to a self-stress. With a larger value, the summary also explains ordinary differences.
+_FAR_BELOW = 0.5
+
+#: Largest fraction of blocks that move in a state that the summary explains by self-stress. With a larger
+#: value, the summary also explains collapses of the whole structure.
+_FEW_BLOCKS = 0.5
 
 _MOST_TIES = 4  #: Largest number of ties and props that a summary lists; the remaining ones are only counted.
 
@@ -66,6 +76,7 @@ def facts(result: Outcome) -> dict[str, str]:
         "time limit": "\n".join(_time_limits(result)) if result.status.usable else "",
         "incremental": why_not_incremental(result) if _says_why_not_incremental(result) else "",
         **dict(filter(None, [motion(result)])),
+        "self-stress": _self_stress(result),
         "ties": _ties(result),
         "live load": _live_load(result),
         "fill": "\n".join(of_fills(result.assembly)),
@@ -140,6 +151,26 @@ def motion(result: Outcome) -> tuple[str, str] | None:
     if result.load_factor is None:
         return "falls" if result.status is Status.UNSTABLE else "moves", f"{blocks}{joints}"
     return _AT[own_name(result)], f"{blocks} {verb(moving, 'move')}{joints}"
+
+
+def _self_stress(result: Outcome) -> str:
+    """Return an explanation of a load factor far below the incremental load factor, or an empty text.
+
+    The text explains load factors at which few blocks move, because such a state is often a single stone that
+    is released by its own self-stress.
+    """
+    if result.kind is not Kind.EXACT or result.load_factor is None or result.incremental is None:
+        return ""
+    if result.solution.d is None or result.load_factor >= _FAR_BELOW * result.incremental:
+        return ""
+    moving = len(moving_blocks(result.assembly, result.solution.d))
+    if moving > _FEW_BLOCKS * result.size.blocks:
+        return ""
+    return (
+        f"equilibrium does not fix the joint forces at rest, and {counted(moving, 'block')} "
+        f"{verb(moving, 'move')} at this low λ only with some of the possible forces; "
+        f"for loading from rest use the incremental λ = {factor_text(result.incremental)}"
+    )
 
 
 def _ties(result: Outcome) -> str:
@@ -277,9 +308,9 @@ def _reference(result: Outcome) -> str:
     """Return the reference value of the case file, and the relative difference of λ from this value.
 
     For "coulomb" this may be the value of an MCP or of the loop, because all these methods compute a collapse
-    with Coulomb friction. Without such a value, the associative reference value is compared with the
-    associative λ. The text is empty for a load case, because a case file does not name the load case of its
-    values.
+    with Coulomb friction. The text then names the value, and adds the value of an MPEC. Without such a value,
+    the associative reference value is compared with the associative λ. The text is empty for a load case,
+    because a case file does not name the load case of its values.
     """
     if result.assembly.scene.load_case is not None:
         return ""
@@ -299,7 +330,18 @@ def _reference(result: Outcome) -> str:
     if load_factor is not None and reference.value:
         percent = numeral(100 * (load_factor / reference.value - 1), "+.3f")
         difference = f"; the {kind}λ of this result differs by {percent} %"
-    return f"{kind}{reference.value} ({reference.source}){difference}"
+    return f"{kind}{reference.value} ({reference.source}{_name_in_case(known, name, result)}){difference}"
+
+
+def _name_in_case(known: Mapping[str, Reference], name: str, result: Outcome) -> str:
+    """Return a remark that names a reference value, or "" if its name is that of the method or "associative".
+
+    If the case file also has the value of an MPEC, the remark adds this value.
+    """
+    if name in (result.method, "associative"):
+        return ""
+    mpec = f", which also has 'mpec' = {known['mpec'].value}" if "mpec" in known else ""
+    return f"; value '{name}' of the case file{mpec}"
 
 
 def _technical(result: Outcome) -> dict[str, str]:

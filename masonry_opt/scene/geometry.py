@@ -10,11 +10,12 @@ import numpy as np
 import shapely
 
 from masonry_opt.brief import brief
-from masonry_opt.errors import CaseError, rounded_up
+from masonry_opt.errors import CaseError
 from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.outlines import sides_of
 from masonry_opt.scene.rows import bounds
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.tolerance_advice import too_thin_for
 
 #: Default tolerance of lengths, relative to the diagonal of the box around the movable blocks. Smaller
 #: details are ignored.
@@ -36,10 +37,6 @@ MORTAR = 0.35
 #: parallel arcs varies by the rise of their chords. With a smaller value, parts of curved joints are lost.
 _CHORD_ALLOWANCE = 0.05
 
-#: Amount by which a recommended contact tolerance exceeds the gap, relative to the gap, to allow for
-#: rounding.
-_GAP_ROUNDING = 1e-6
-
 #: Ratio of the recommended ``tolerance`` to the error of the corners of a drawing. With this ratio, the
 #: alignment makes joints parallel even if both sides of a joint deviate by the error. With a smaller ratio,
 #: some joints remain wedge-shaped. A larger ratio aligns more joints than necessary.
@@ -48,22 +45,6 @@ TOLERANCE_OVER_ERROR = 3.0
 #: Largest distance of a corner from the straight line between its neighbours at which the corner is removed,
 #: relative to the tolerance.
 STRAIGHT = 0.1
-
-
-def set_tolerance(tolerance: float) -> str:
-    """Return the part of a message that advises setting ``tolerance``.
-
-    The value is rounded up to two digits.
-    """
-    return f"set 'tolerance' to {rounded_up(tolerance, 2)}"
-
-
-def set_contact_tolerance(gap: float) -> str:
-    """Return the part of a message that advises setting ``contact_tolerance`` to a value that closes a gap.
-
-    The value has three digits. It is larger than the gap, because the width of the gap may be rounded.
-    """
-    return f"set 'contact_tolerance' to {rounded_up(gap * (1 + _GAP_ROUNDING), 3)}"
 
 
 def frame_of(scene: Scene, corners: np.ndarray, block: np.ndarray) -> tuple[np.ndarray, float]:
@@ -168,6 +149,14 @@ class Extents(ABC):
         points, block = self.corners
         return bounds(block, points, len(self.size))
 
+    def extent_of(self, chosen: np.ndarray) -> np.ndarray:
+        """Return the dimensions of the box around some blocks, shape (dim,).
+
+        ``chosen`` is a mask or the indices of these blocks.
+        """
+        low, high = (corners[chosen] for corners in self.boxes)
+        return np.asarray(high.max(axis=0) - low.min(axis=0))
+
     @property
     def width(self) -> np.ndarray:
         """Return the width of each block: the square root of its area (in space: cube root of its volume).
@@ -213,7 +202,7 @@ class Geometry(Extents):
 
     def thickness(self) -> np.ndarray:
         """Return the thickness of each block, which is its least width, shape (blocks,)."""
-        return np.array([_least_width(polygon) for polygon in self.polygons])
+        return np.array([least_width(polygon) for polygon in self.polygons])
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
         """Iterate over the pairs of blocks that overlap: index of the pair, and region of the overlap."""
@@ -226,7 +215,7 @@ class Geometry(Extents):
             # The depth of an overlap is at most its width. For a curved piece, such as the region between two
             # arcs, the width of the enclosing strip is too large. Therefore π times `mean` is a second upper
             # limit.
-            width = max(map(_least_width, shapely.get_parts(common[number])))
+            width = max(map(least_width, shapely.get_parts(common[number])))
             depth = min(width, np.pi * float(mean[number]))
             if depth > self.contact_tolerance:
                 middle = shapely.get_coordinates(shapely.centroid(common[number]))[0]
@@ -312,7 +301,7 @@ def _built_up(
     return whole
 
 
-def _least_width(piece: shapely.Geometry) -> float:
+def least_width(piece: shapely.Geometry) -> float:
     """Return the smallest distance between two parallel lines that enclose a polygon."""
     corners = shapely.get_coordinates(shapely.convex_hull(piece))
     sides = np.diff(corners, axis=0)
@@ -365,13 +354,9 @@ def refuse_too_thin(
     thin = np.flatnonzero((thickness <= too_thin) & (thickness > none))
     if scene.tolerance is None or not len(thin):
         return
+    thin = thin[np.argsort(thickness[thin], kind="stable")]
     blocks = list(dict.fromkeys(block[thin].tolist()))
-    raise_for(
-        blocks,
-        scene,
-        f"{{}} is too thin for 'tolerance' {scene.tolerance:.3g}: "
-        "lower 'tolerance', and set 'contact_tolerance' to close gaps between stones",
-    )
+    raise_for(blocks, scene, f"{{}} is {too_thin_for(scene.tolerance, float(thickness[thin[0]]))}")
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,10 @@ GROUPS = ("weight", "fill", "dead", "live", "axles")
 
 #: Name of the fixed ground in the key ``between``, unless a movable block has this name.
 GROUND = "ground"
+
+#: Unit vectors in plan at 0°, 90°, 180° and 270°.
+_AXES_IN_PLAN = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, -1.0, 0.0))
+
 Pressure = Annotated[Annotated[Number, Tag("<one>")] | Annotated[Point, Tag("<several>")], ONE_OR_SEVERAL]
 
 
@@ -218,6 +222,11 @@ class Earthquake(Record):
         """
         if not isinstance(self.direction, float):
             return self.direction
+        quarter, rest = divmod(self.direction % 360, 90)
+        if rest == 0:
+            # cos 90° is 6e-17 in floating-point arithmetic. Return exact axes, so that an angle has the same
+            # results as the vector along the axis.
+            return _AXES_IN_PLAN[int(quarter)]
         angle = math.radians(self.direction)
         return math.cos(angle), math.sin(angle), 0.0
 

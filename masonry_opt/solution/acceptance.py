@@ -143,3 +143,8 @@ def over_load_factor(energy: float, load_factor: float) -> float:
     The energy is relative to the work of the live load at λ = 1.
     """
     return energy / max(abs(load_factor), SMALLEST)
+
+
+def times_load_factor(residual: float, load_factor: float) -> float:
+    """Multiply a residual by |λ|, or by ``SMALLEST`` if |λ| is smaller."""
+    return residual * max(abs(load_factor), SMALLEST)

@@ -36,7 +36,8 @@ class Certificate:
     flow: largest departure of Bᵀd from the flow rule, over the largest velocity.
     complementarity: Σ|z p|, relative to the work of the live load at λ = 1. The sum is the energy of faces
         that move although they are not at yield. For associative flow, the error of λ is at most this
-        residual. Rates of sliding faces are divided by max(1, μ) / max(1, slope of the flow rule).
+        residual. The limits of acceptance apply to this value divided by |λ|. Rates of sliding faces are
+        divided by max(1, μ) / max(1, slope of the flow rule).
     """
 
     equilibrium: float

@@ -55,8 +55,7 @@ def median_unit_weight(assembly: Assembly) -> float:
 
 def unusual_stresses(assembly: Assembly) -> Iterator[Reason]:
     """Generate warnings about strengths and cohesions that seem to have another unit than the weights."""
-    low, high = (corners[assembly.movable] for corners in assembly.geometry.boxes)
-    extent = float((high.max(axis=0) - low.min(axis=0)).max())
+    extent = float(assembly.geometry.extent_of(assembly.movable).max())
     weight = median_unit_weight(assembly) * extent
     if not weight:
         return

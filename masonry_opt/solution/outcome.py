@@ -19,6 +19,7 @@ from masonry_opt.solution.reasons import Code, Reason, Status, size_of
 from masonry_opt.solution.sense import warnings_of
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.stability import Stability
+from masonry_opt.solution.thresholds import ZERO, is_lower
 from masonry_opt.solvers.registry import MATRICES
 
 if TYPE_CHECKING:
@@ -84,8 +85,8 @@ class Outcome:
     nlp_solves: number of nonlinear programs solved.
     stationary: True if no mechanism that the search (option ``search``) tried lowers λ, False if the solver
         could not decide for some mechanisms; None if the method did not search.
-    lowest: lowest load factor of the exact Coulomb collapse states that the method found; None if it found no
-        exact state.
+    lowest: lowest load factor of the exact Coulomb collapse states that the method and the incremental
+        analysis found; None if they found no exact state.
     incremental: incremental load factor, by method "incremental": the largest load factor of the load
         history in which the live load is increased from zero, with elastic contacts. None if the history
         has no collapse, if it is switched off, and for methods with associative flow.
@@ -412,8 +413,17 @@ class Outcome:
 
     @property
     def lowest(self) -> float | None:
-        """Lowest load factor of all exact Coulomb collapse states found; None if no exact state was found."""
-        return self.load_factor if self.exact else None
+        """Lowest load factor of all exact Coulomb collapse states found; None if no exact state was found.
+
+        The states are the answer and the state at the end of the load history. The latter counts only if its
+        load factor is positive, and lower than that of the answer by more than rounding errors.
+        """
+        own = self.load_factor if self.exact else None
+        history = self.at_incremental
+        at_end = None if history is None or not history.exact else history.load_factor
+        if at_end is None or at_end <= ZERO:
+            return own
+        return at_end if own is None or is_lower(at_end, own) else own
 
     @cached_property
     def exact(self) -> bool:
@@ -437,11 +447,11 @@ class Outcome:
     def range(self) -> tuple[float | None, float | None]:
         """Lower and upper bound of the least λ with the joints' own flow rule; None for an unknown bound.
 
-        The lower bound is proven without assumptions. The upper bound is λ if its state is exact; otherwise
-        it is the associative load factor.
+        The lower bound is proven without assumptions. The upper bound is ``lowest``, or without an exact
+        state the associative load factor.
         """
         proven = self.bound if self.solution.bound_derived else None
-        return proven, self.load_factor if self.exact else self.associative
+        return proven, self.associative if self.lowest is None else self.lowest
 
     @property
     def crushing(self) -> str:

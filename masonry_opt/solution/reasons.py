@@ -312,7 +312,8 @@ class Code(StrEnum):
     # between them.
     LOST_JOINTS = "lost joints"
     # A large tolerance closes gaps as wide as mortar joints. The value ``pairs`` lists the two blocks at each
-    # gap. The value ``widths`` lists the widths of the gaps.
+    # gap. The value ``widths`` lists the widths of the gaps. The value ``aligning`` is a tolerance that
+    # aligns the sides of the gaps, or 0 if these sides are parallel.
     BRIDGED_BY_TOLERANCE = "bridged by tolerance"
     # The alignment rotated some joints. The value ``pairs`` lists the two blocks of each rotated joint. The
     # value ``turn`` is the largest rotation, in radians. The value ``tolerance`` is the tolerance of the
@@ -351,6 +352,10 @@ class Code(StrEnum):
     # value ``ratio`` is the force on the first of these blocks divided by its weight. A large force on a
     # light block is divided by the median weight instead.
     FORCES_DIFFER = "forces differ"
+    # The gravitational acceleration of a kinematic check seems to have another unit of length than the case.
+    # The value ``gravity`` is the acceleration, ``extent`` is the largest dimension of the movable blocks,
+    # and ``period`` is the secant period in seconds.
+    GRAVITY_DIFFERS = "gravity differs"
 
 
 #: Map from a reason code to the names of its values that are load factors. If the live load is scaled, these

@@ -78,14 +78,14 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
 
     Some warnings need a solution; they are omitted if it is None.
     """
-    of_wedges = tuple(wedges(assembly, solution))
+    of_wedges, joints = tuple(wedges(assembly, solution)), assembly.joints
     return (
         *_joints(assembly),
         *_idle_supports(assembly),
         *_clamping(assembly, solution),
         *_small_gaps(assembly, of_wedges),
-        *_gaps_of(assembly, Code.LOST_JOINTS, assembly.joints.lost),
-        *_gaps_of(assembly, Code.BRIDGED_BY_TOLERANCE, assembly.joints.bridged),
+        *_gaps_of(assembly, Code.LOST_JOINTS, joints.lost),
+        *_gaps_of(assembly, Code.BRIDGED_BY_TOLERANCE, joints.bridged, aligning=joints.aligning),
         *_blocks(assembly),
         *of_wedges,
         *_bearing_corners(assembly, solution),
@@ -160,16 +160,17 @@ def _small_gaps(assembly: Assembly, of_wedges: tuple[Reason, ...]) -> list[Reaso
     return [reason(Code.SMALL_GAPS, pairs=pairs, **values)]
 
 
-def _gaps_of(assembly: Assembly, code: Code, gaps: Gaps) -> list[Reason]:
+def _gaps_of(assembly: Assembly, code: Code, gaps: Gaps, **values: float) -> list[Reason]:
     """Return a warning that names the pairs of blocks at gaps, with the widest gap first.
 
-    The list is empty if there are no gaps. ``code`` is the code of the warning.
+    The list is empty if there are no gaps. ``code`` is the code of the warning, and ``values`` are further
+    values of the warning.
     """
     widest_first = dict(sorted(gaps.items(), key=lambda gap: -gap[1]))
     if not widest_first:
         return []
     pairs = [assembly.names(np.array(pair)) for pair in widest_first]
-    return [reason(code, pairs=pairs, widths=list(widest_first.values()))]
+    return [reason(code, pairs=pairs, widths=list(widest_first.values()), **values)]
 
 
 def _blocks(assembly: Assembly) -> Iterator[Reason]:

@@ -205,7 +205,9 @@ class HighsSession:
         """Solve with the present costs and bounds, within a time limit in seconds.
 
         If HiGHS fails from a warm start and time remains, the program is solved again from a cold start.
+        Raises ProgramLimitReached if the effort permits no further program.
         """
+        self.effort.check_programs()
         ends = time.perf_counter() + seconds
         verdict = self.run(seconds)
         if verdict is Verdict.FAILED:

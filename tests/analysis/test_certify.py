@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from analysis.test_no_work import scene as lifted
 from analysis.test_no_work import stone
-from scenes import CASES, block_on_floor, small_wall
+from scenes import CASES, block_on_floor, small_wall, solved
 from scenes_in_space import corner_wall, pushed_box
 from unit.solution.test_recomputation import tied_boxes, wall_under_fill
 
@@ -83,6 +83,18 @@ def test_equilibrium_that_is_missed():
         [0.1, 0.1 / 0.6, 0.1]
     )
     assert "NOT an exact collapse state, because residuals are too large: equilibrium 1.0e-01" in str(check)
+
+
+def test_a_slightly_wrong_load_factor_is_not_exact():
+    """On wall 5, an error of λ of 4.6e-7 hides in the total weight, but not in the work of the mechanism."""
+    wall = mo.load(CASES / "ferris_tinloi" / "wall_5.toml")
+    result = solved(wall)
+    right = mo.certify(wall, result.load_factor, result.q, result.d)
+    wrong = mo.certify(wall, result.load_factor - 4.6e-7, result.q, result.d)
+    assert right.exact
+    assert right.load_factor_error < 1e-12
+    assert set(failing(wrong)) == {"work"}
+    assert 4.6e-7 * (1 - 1e-6) <= wrong.load_factor_error < 1e-6
 
 
 def test_yield_that_is_missed():

@@ -191,6 +191,15 @@ def test_the_first_state_will_do_if_asked_for():
     assert_exact(first)
 
 
+def test_without_descent_no_lower_state_is_looked_for():
+    """On wall 2 the first exact state is 0.6 % above the state at which the descent ends."""
+    first, lowest = solved(WALLS[1], descent=False), solved(WALLS[1])
+    assert_exact(first)
+    assert first.load_factor == pytest.approx(0.560896, abs=1e-6)
+    assert lowest.load_factor == pytest.approx(0.557416, abs=1e-6)
+    assert first.lp_solves < lowest.lp_solves
+
+
 @pytest.mark.parametrize("name", ["wedges", "irregular"])
 def test_interior_points_in_turn_end_near_where_simplex_does(name):
     """Interior-point programs find a state from the last forces of a load history.

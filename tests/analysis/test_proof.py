@@ -18,7 +18,7 @@ from scenes_in_space import corner_wall
 from scipy.optimize import linprog
 
 import masonry_opt as mo
-from masonry_opt.methods.bounds.least import prove_least
+from masonry_opt.methods.bounds.least import LeastProof, prove_least
 from masonry_opt.methods.bounds.settings import SETTINGS
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import assemble
@@ -193,7 +193,21 @@ def test_a_number_of_programs_ends_a_search():
     search = prove_least(Task(assemble(scene).problem), None, SECONDS, associative(scene), few)
     assert search.proof is None
     assert "50 linear programs" in search.why
-    assert 50 <= search.programs <= 50 + assemble(scene).problem.faces
+    assert search.programs == 50
+
+
+@pytest.mark.parametrize("most", [0, 3, 51, 52, 53, 200])
+def test_the_limit_of_programs_is_exact(most):
+    """Energy bounds, shorter clauses and attempts to find a state are within the limit too.
+
+    The search can be continued afterwards.
+    """
+    scene = mo.load(FOLDER / "stones_14_joints.toml")
+    search = LeastProof(Task(assemble(scene).problem), None, associative(scene))
+    assert not search.run(SECONDS, most)
+    assert search.programs == most
+    assert not search.run(SECONDS, 10)
+    assert search.programs == most + 10
 
 
 def test_joints_that_create_energy_are_refused_by_name():

@@ -92,6 +92,22 @@ def test_where_simplex_finds_no_state_the_default_s_answer_comes_back_as_such(fa
     assert result.stationary is None
 
 
+def test_the_lowest_state_is_not_above_an_exact_incremental_state():
+    """From associative forces the method ends above the load history on wall 3, and finds no state on wall 4.
+
+    The incremental state is exact on both walls.
+    """
+    for wall, has_state in ((WALLS[2], True), (WALLS[3], False)):
+        result = mo.solve(wall, "coulomb", start=solved(wall, "static"))
+        assert result.exact is has_state
+        assert result.at_incremental.exact
+        assert result.lowest == pytest.approx(result.incremental, rel=1e-9)
+        assert result.lowest < 0.9 * result.load_factor
+        assert result.range[1] == result.lowest
+        assert f"incremental    {result.incremental:.6g}" in result.summary
+        assert ("the search found no exact state" in result.summary) is not has_state
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["mpec", "coulomb"])
 @pytest.mark.parametrize(

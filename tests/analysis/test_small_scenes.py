@@ -32,6 +32,15 @@ def test_the_default_ends_low_where_states_are_far_apart():
     assert met["count"] >= 2
 
 
+@pytest.mark.slow
+def test_the_summary_explains_states_far_below_the_incremental_load_factor():
+    """The incremental load factor is 4.00. At 1.84, two of eight blocks move, with other joint forces."""
+    result = mo.solve(random_scene("wall", 50037))
+    assert result.load_factor < 0.5 * result.incremental
+    assert f"for loading from rest use the incremental λ = {result.incremental:.6g}" in result.summary
+    assert "self-stress" not in mo.solve(two_blocks()).summary
+
+
 def test_one_state_is_said_to_be_the_only_one_met():
     met = values_of(solved(two_blocks()), Code.STATES_MET)
     assert met["count"] == 1

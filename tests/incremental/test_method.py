@@ -110,6 +110,8 @@ def test_settings_are_an_option():
     result = mo.solve(two_blocks(), "incremental", settings=wide)
     assert result.load_factor is None
     assert values_of(result, Code.UNDECIDED)["steps"] <= 4
+    assert "'increments' permits" in result.message
+    assert "set a larger value in mo.IncrementalSettings" in result.message
     with pytest.raises(mo.OptionError, match="settings"):
         mo.solve(two_blocks(), "incremental", settings={"tolerance": 0.1})
 

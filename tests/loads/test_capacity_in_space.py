@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from mappings import turned
 from scenes import CASES, block_on_floor, on_floor, solved
+from scipy.optimize import brentq
 
 import masonry_opt as mo
 from masonry_opt.errors import OptionError
@@ -53,21 +54,34 @@ def test_as_the_plane_s_on_extruded_scenes(scene):
     assert {*space.joints()["state"]} <= {"hinged", "closed"}
 
 
-def test_statics_are_asked_again_without_presolve(failing):
-    """If the simplex method fails on a presolved static program, the program is solved without presolve.
+@pytest.mark.parametrize("space", [False, True])
+def test_every_state_is_reported(space):
+    """The callback receives the number and λ of every state after the state at rest."""
+    scene, reported = block_on_floor(0.6, 3.0, friction=3.0), []
+    curve = followed(
+        mo.extrude(scene, 0.5) if space else scene, progress=lambda *state: reported.append(state)
+    )
+    assert reported == [*enumerate(curve.table["load_factor"])][1:]
 
-    This failure occurred for a front of 91 stones.
+
+@pytest.mark.parametrize("option", ["presolve", "simplex_strategy"])
+def test_statics_are_asked_again_with_other_options(failing, option):
+    """If the simplex method fails on a static program, the program is solved without presolve, and then with
+    the primal simplex method.
+
+    The first failure occurred for a front of 91 stones, the second failure for a survey of 54 stones.
     """
+    default, last = {"presolve": ("choose", "off"), "simplex_strategy": (1, 4)}[option]
     scene = mo.extrude(block_on_floor(0.6, 3.0, friction=3.0), 0.5)
     whole, asked = followed(scene), []
 
-    def presolved(session, _):
-        asked.append(session._highs.getOptionValue("presolve")[1])
-        return asked[-1] != "off"
+    def fails(session, _):
+        asked.append(session._highs.getOptionValue(option)[1])
+        return asked[-1] != last
 
-    failing("highs", presolved)
+    failing("highs", fails)
     again = mo.capacity(solved(scene, "static"), steps=10)
-    assert {*asked} == {"choose", "off"}
+    assert {*asked} == {default, last}
     assert again.end.code is Code.REACHES_ZERO
     assert again.table["load_factor"].to_numpy() == pytest.approx(whole.table["load_factor"].to_numpy())
 
@@ -106,6 +120,15 @@ def test_a_front_that_overturns(plan, strength):
     assert found.displacement == curve.displacement
     if strength is None:
         assert curve.displacement == pytest.approx(b / 2, abs=CLOSE)
+        assert not found.struts
+        return
+    # At d*_u, the centroid of the front has moved by 0.4 of its displacement at λ = 0.
+    turn = brentq(lambda a: b * (1 - np.cos(a)) / 2 + h * np.sin(a) / 2 - found.ultimate, 0, 0.5)
+    x, z = y * np.sin(turn) - b * np.cos(turn), y * np.cos(turn) + b * np.sin(turn)
+    (tie,) = found.struts
+    assert tie.change == pytest.approx(np.hypot(x - far + b, z - y) + far, abs=1e-3 * tie.change)
+    assert tie.share == pytest.approx(tie.change / -far)
+    assert f"tie '{tie.name}' must lengthen by {tie.change:.4g} (" in str(found)
 
 
 PARTS = {"A": (0, 1), "B": (1, 2)}

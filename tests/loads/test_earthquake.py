@@ -27,6 +27,16 @@ def quake(scene: mo.Scene, method: str = "static", **keys: object) -> float:
     return mo.solve(scene.shaken(mo.Earthquake(**keys)), method, incremental=False).required()
 
 
+def test_an_angle_along_an_axis_is_exactly_this_axis():
+    """cos 90° is 6e-17 in floating-point arithmetic, which may lead to another collapse state."""
+    axes = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, -1.0, 0.0)]
+    for turns in (-1, 0, 2):
+        found = [mo.Earthquake(direction=360 * turns + 90 * number).towards for number in range(4)]
+        assert found == axes
+    half = math.sqrt(0.5)
+    assert mo.Earthquake(direction=-45).towards == pytest.approx((half, -half, 0.0), rel=1e-15)
+
+
 @pytest.mark.parametrize(("side", "vertical"), [("left", -0.5), ("right", 0.4)])
 @pytest.mark.parametrize(("width", "height", "friction"), [(1.0, 3.0, 0.6), (4.0, 1.0, 0.6)])
 @pytest.mark.parametrize("method", ["static", "coulomb"])
@@ -127,6 +137,7 @@ def test_the_polar_chart_of_a_box(tmp_path):
         box_on_floor(size, friction), "static", every=45, vertical=(0.0, -0.3), solver="clarabel"
     )
     assert len(found.table) == 16
+    assert "direction (°)" in str(found)
     for row in found.table.itertuples():
         expected = over_direction(size, friction, row.vertical, row.direction)
         assert row.load_factor == pytest.approx(expected, rel=1e-6), row

@@ -11,6 +11,7 @@ import masonry_opt as mo
 from masonry_opt.errors import OptionError
 from masonry_opt.finite_motion.kinematic_check import activation
 from masonry_opt.scene.blocks import rectangle
+from masonry_opt.solution.reasons import Code
 
 SPECTRUM = [(0.0, 0.2), (0.15, 0.5), (0.5, 0.5), (1.0, 0.25), (2.0, 0.125), (4.0, 0.03125)]
 
@@ -181,9 +182,10 @@ def test_wrong_spectra_and_values_are_refused():
     for spectrum in ("none", [(0, 1)], [(0, 1), (0, 2)], [(0.1, 1), (4, 2)], [(0, 1), (4, -2)]):
         with pytest.raises(OptionError, match="the spectrum must be a list of pairs"):
             curve.check(spectrum)
-    for spectrum, shares in (([(0, 1), (0.01, 1)], {}), (SPECTRUM, {"ultimate": 1.0, "secant": 1.0})):
-        with pytest.raises(OptionError, match="the spectrum ends at"):
-            curve.check(spectrum, **shares)
+    with pytest.raises(OptionError, match=r"the spectrum ends at .*: add longer periods"):
+        curve.check([(0, 1), (0.01, 1)])
+    with pytest.raises(OptionError, match="no secant period exists"):
+        curve.check(SPECTRUM, ultimate=1.0, secant=1.0)
     with pytest.raises(OptionError, match="unknown code 'NTC 2018': choose from 'NTC 2008', 'NTC 2018 SLV'"):
         curve.check(SPECTRUM, code="NTC 2018")
     for name, value in {"gravity": 0, "ultimate": 1.1, "behaviour_factor": "2"}.items():
@@ -191,21 +193,65 @@ def test_wrong_spectra_and_values_are_refused():
             curve.check(SPECTRUM, **{name: value})
 
 
-@pytest.mark.slow
+@cache
+def slender(length: float) -> mo.Capacity:
+    """Return the curve of a block of 0.3 m × 3 m, in a unit of length of which a metre has ``length``."""
+    block = mo.Block(name="A", vertices=rectangle(0, 0.3 * length, 0, 3 * length), weight=1, live=(1, 0))
+    floor = mo.Block(name="floor", vertices=rectangle(-length, length, -length, 0), fixed=True)
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.7), blocks=[block, floor])
+    return mo.capacity(mo.solve(scene, "static"))
+
+
 @pytest.mark.parametrize(
-    ("method", "words", "known"),
+    ("length", "gravity", "warned"),
     [
-        ("static", "λ = 0.5 (associative): upper bound", "not proven to be the least"),
-        ("coulomb", "λ = 0.5 (least, proven): exact", "no other λ above zero is possible"),
+        (1.0, 9.81, False),
+        (1e3, 9.81, True),
+        (1e3, 9810.0, False),
+        (1e2, 9.81, True),
+        (1e2, 981.0, False),
+        (1.0, 9810.0, True),
     ],
 )
-def test_a_check_says_on_which_load_factor_it_rests(method, words, known):
+def test_a_gravity_of_another_unit_of_length_is_warned_of(length, gravity, warned):
+    """A block of 0.3 m × 3 m, in different units of length, has the same verdict only with the right gravity.
+
+    ``length`` is the number of units in a metre.
+    """
+    spectrum = [*SPECTRUM, (100.0, 0.00005)]
+    right = slender(1.0).check(spectrum, code="NTC 2018 SLV")
+    check = slender(length).check(spectrum, code="NTC 2018 SLV", gravity=gravity)
+    assert not right.non_linear
+    assert [warning.code for warning in check.warnings] == [Code.GRAVITY_DIFFERS] * warned
+    assert ("warning: gravity" in str(check)) == ("if the gravity is correct" in str(check)) == warned
+    assert [warning["gravity"] for warning in check.as_dict()["warnings"]] == [gravity] * warned
+    if not warned:
+        assert check.period == pytest.approx(right.period)
+        assert check.non_linear == right.non_linear
+        unit = {9.81: "metres", 981.0: "centimetres", 9810.0: "millimetres"}[gravity]
+        assert f"{gravity:g}: lengths are in {unit}" in str(check)
+
+
+def test_a_spectrum_too_short_for_a_wrong_gravity_leads_to_the_gravity():
+    with pytest.raises(OptionError, match=r"ends at 4 s, before T_s = .* s: gravity 9\.81 .*--gravity"):
+        slender(1000.0).check(SPECTRUM)
+
+
+@pytest.mark.parametrize(
+    ("method", "words", "known", "proven"),
+    [
+        ("static", "λ = 0.5 (associative): upper bound", "not proven to be the least", False),
+        ("coulomb", "λ = 0.5 (least, proven): exact", "no other λ above zero is possible", True),
+    ],
+)
+def test_a_check_says_on_which_load_factor_it_rests(method, words, known, proven):
     """The check quotes how its load factor is known: λ = 1/2 of a block half as wide as high, pushed by
-    its weight."""
+    its weight. A λ that is proven to be the least is not followed by a remark on lower states."""
     block = mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 2), (0, 2)], weight=1, live=(1, 0))
     floor = mo.Block(name="floor", vertices=[(-1, -1), (2, -1), (2, 0), (-1, 0)], fixed=True)
     scene = mo.Scene(joints=mo.JointDefaults(friction=0.9), blocks=[block, floor])
     check = mo.capacity(mo.solve(scene, method)).check(SPECTRUM)
     assert check.rests_on.startswith(words)
     assert known in check.rests_on
-    assert f"rests on         {check.rests_on}; if a collapse state with a lower λ exists" in str(check)
+    assert ("if a collapse state with a lower λ exists" in check.rests_on) != proven
+    assert f"rests on         {check.rests_on}\n" in str(check)

@@ -63,6 +63,8 @@ def test_directions(command, path):
     assert [row[2] for row in rows] == pytest.approx([1 / 2, 1 / 2, 1 / 2.5, 1 / 2.5])
     assert answer["governing"] == "to the left, and 0.5 of that against gravity"
     assert picture.stat().st_size > 5000
+    table = command("directions", path, *asked[:-2])
+    assert "\n direction   vertical / horizontal" in table  # the directions are "left" and "right"
     command.refused("directions", path)
     command.refused("directions", path, "--vertical=up")
 

@@ -12,6 +12,7 @@ import masonry_opt as mo
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.solution.reasons import Code
 from masonry_opt.studies.many.standing import standing
+from masonry_opt.studies.many.threshold_text import rounded_outwards
 from masonry_opt.studies.run_columns import ANSWER_COLUMNS
 
 LOAD = {"load": 0.3, "method": "static", "samples": 1}
@@ -51,6 +52,30 @@ def test_greatest_tilt_of_a_block_is_its_slenderness():
     thinner, d = found.fails.result.assembly.problem, found.fails.result.solution.d
     assert thinner.dead @ d > 0
     assert found.fails.certificate.flow < 1e-8
+
+
+@pytest.mark.parametrize("search", [mo.least, mo.most])
+def test_the_printed_value_holds(search):
+    """The printed threshold and ends are rounded outwards, so the scene holds at the printed threshold."""
+    sign = 1 if search is mo.least else -1
+    found = search(
+        lambda x: tilted(block_on_floor(2.0, 1.0, friction=sign * x), 25), *sorted((0.1 * sign, sign))
+    )
+    printed = [
+        float(number) for number in re.findall(r"^\w+(?: value)? +(?:at )?(-?[\d.]+)", str(found), re.M)
+    ]
+    value, holds, fails = (sign * number for number in printed[:3])
+    assert value == holds >= sign * found.holds.value > sign * found.fails.value >= fails
+    assert f"interpolated between both ends: {found.value:.9g})" in str(found)
+    assert value == pytest.approx(math.tan(math.radians(25)), rel=2e-6)
+
+
+def test_rounding_outwards():
+    assert rounded_outwards(0.12345, 3, upwards=True) == "0.124"
+    assert rounded_outwards(0.12345, 3, upwards=False) == "0.123"
+    assert rounded_outwards(-0.12345, 3, upwards=True) == "-0.123"
+    assert {rounded_outwards(0.3, 9, upwards=upwards) for upwards in (True, False)} == {"0.3"}
+    assert rounded_outwards(1 / 3, 17, upwards=True) == f"{1 / 3:.17g}"
 
 
 def test_a_margin_is_not_passed_off_as_a_load_factor():

@@ -85,6 +85,15 @@ def test_of_a_block_that_slides_both_loads_are_the_friction():
     assert str(found).count("; incremental the same") == 4
 
 
+def test_quantiles_that_no_load_factor_has_are_stated_as_shares_of_runs():
+    """A quantile that is not a load factor is printed as the share of runs that fall or carry any load."""
+    printed = str(sampled([*[-np.inf] * 2, *range(1, 17), *[np.inf] * 2])).splitlines()
+    assert "at least 5% of the runs are unstable under their dead load" in printed
+    assert "at least 5% of the runs carry any load" in printed
+    assert any(line.startswith("50%    of λ are below 8.00000 (") for line in printed)
+    assert not any("below none" in line or "below any" in line for line in printed)
+
+
 @pytest.mark.slow
 def test_incremental_load_factors_stand_beside_the_lowest_found():
     """Incremental load factors have quantiles, correlations and charts next to those of the lowest found.

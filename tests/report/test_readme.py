@@ -39,9 +39,19 @@ def test_what_the_command_says_is_what_it_says(monkeypatch):
     )
 
 
+@pytest.mark.parametrize("number", [0, 1], ids=["wall", "blocks"])
+def test_case_files_with_a_live_load_have_the_load_factors_shown(number, tmp_path):
+    """The text before or after a case file states its load factor."""
+    case = blocks("toml")[number]
+    path = tmp_path / "case.toml"
+    path.write_text(case, "utf-8")
+    shown = re.findall(r"λ = (0\.\d+)\.\n$", README.partition(f"\n```toml\n{case}")[0])
+    assert [f"{mo.solve(path, incremental=False).load_factor:.3g}"] == shown
+
+
 def test_the_arch_without_live_load_is_answered_as_shown(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    Path("arch.toml").write_text(blocks("toml")[1])
+    Path("arch.toml").write_text(blocks("toml")[2], "utf-8")
     shown = README.split("(docs/stability.md) explains:\n\n")[1].split("\n\n")[0]
     lines = [line.removeprefix("    ") for line in shown.splitlines()]
     assert str(mo.solve("arch.toml")) == "\n".join(lines)

@@ -181,10 +181,10 @@ class Statics(Theory):
         self._restrict(moving)
         self._restricted = moving.copy()
         self._session.set_costs("load_factor", np.ones(1))
-        verdict = self._solve()
-        found = self.point() if verdict is Verdict.OPTIMAL else None
-        self._session.set_costs("load_factor", np.zeros(1))
-        return found
+        try:
+            return self.point() if self._solve() is Verdict.OPTIMAL else None
+        finally:
+            self._session.set_costs("load_factor", np.zeros(1))
 
     def _restrict(self, conditions: np.ndarray) -> None:
         self._session.set_room("yield", np.where(conditions, 0.0, np.full(len(conditions), inf)))
@@ -216,8 +216,10 @@ class Statics(Theory):
         self._session.set_costs("q", cost)
         self._restrict(alone)
         self._restricted = alone
-        verdict = self._solve()
-        self._session.set_costs("q", np.zeros_like(cost))
+        try:
+            verdict = self._solve()
+        finally:
+            self._session.set_costs("q", np.zeros_like(cost))
         if verdict is Verdict.INFEASIBLE:
             ray = self._session.dual_ray()
             return None if ray is None else self._confirmed(ray, alone, problem, highest)

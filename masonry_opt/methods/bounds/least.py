@@ -3,6 +3,7 @@
 import time
 
 from masonry_opt.deadline import seconds_left
+from masonry_opt.effort import ProgramLimitReached
 from masonry_opt.methods.bounds.conflicts import Undecided
 from masonry_opt.methods.bounds.search import ConflictSearch, ConflictSearchTimeout
 from masonry_opt.methods.bounds.settings import SETTINGS, ProofSettings
@@ -65,6 +66,7 @@ class LeastProof:
     def run(self, seconds: float, programs: int) -> bool:
         """Search within a limit of time and a number of linear programs; return True if the search has ended.
 
+        The search solves at most ``programs`` linear programs, including those of its preparation.
         The search ends with a proof, or with the reason why there is no proof. A search that has not ended
         can be run again; it then continues with all learned clauses.
         """
@@ -72,24 +74,26 @@ class LeastProof:
             return True
         try:
             self._continue(time.perf_counter() + min(seconds, seconds_left()), programs)
-        except ConflictSearchTimeout:
+        except (ConflictSearchTimeout, ProgramLimitReached):
             return False
         except Undecided as error:
             self.why = str(error)
         return True
 
     def _continue(self, ends: float, programs: int) -> None:
-        if self._search is None:
-            assert self._start is not None
-            self._search = ConflictSearch(self._task, self._start, self._settings)
-        search = self._search
-        if self.best is not None:
-            search.lower_to(self.best.load_factor)
-        try:
-            search.run(ends, programs)
-        finally:
-            if search.best is not None:
-                self.lower_to(search.best)
+        most = min(programs, self._settings.most_programs - self.programs)
+        with self._task.effort.at_most(most):
+            if self._search is None:
+                assert self._start is not None
+                self._search = ConflictSearch(self._task, self._start, self._settings)
+            search = self._search
+            if self.best is not None:
+                search.lower_to(self.best.load_factor)
+            try:
+                search.run(ends)
+            finally:
+                if search.best is not None:
+                    self.lower_to(search.best)
         self.proof = search.proof()
 
 

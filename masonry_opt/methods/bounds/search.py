@@ -8,6 +8,7 @@ until it is minimal, and the SAT solver learns a clause that excludes the set.
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cached_property
 from math import inf
 
@@ -15,6 +16,7 @@ import numpy as np
 from pysat.engines import Propagator
 from pysat.solvers import Cadical195
 
+from masonry_opt.effort import ProgramLimitReached
 from masonry_opt.methods.bounds.conflicts import (
     Kinematics,
     Refutation,
@@ -36,7 +38,7 @@ from masonry_opt.solution.thresholds import ZERO, is_lower
 
 
 class ConflictSearchTimeout(Exception):
-    """Error that is raised if the search reaches its limit of time or of linear programs."""
+    """Error that is raised if the search reaches its time limit."""
 
 
 class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no types
@@ -48,8 +50,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
     def __init__(self, task: Task, known: float, settings: ProofSettings) -> None:
         super().__init__()
         self._task, self._problem, self._settings = task, task.problem, settings
-        #: Time and number of linear programs at which the search stops. A stopped search can be continued.
-        self._ends, self._most_programs = inf, settings.most_programs
+        self._ends = inf  #: time at which the search stops; a stopped search can be continued
         self._scaled = in_units_of_load(task.problem)
         self._effort, self._solved_before = task.effort, task.effort.lp_solves
         self._effort.uses("cadical", "clauses")
@@ -78,14 +79,14 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._decisions, self._examined = 0, False
         self._stopped: BaseException | None = None
 
-    def run(self, ends: float, more: int) -> None:
+    def run(self, ends: float) -> None:
         """Search until the learned clauses exclude all assignments of the yield conditions.
 
-        The search stops when ``time.perf_counter`` reaches ``ends``, or after ``more`` linear programs, and
-        then raises ConflictSearchTimeout. A further call continues the search with its learned clauses.
-        Raise Undecided if the programs leave an assignment undecided.
+        Raise ConflictSearchTimeout when ``time.perf_counter`` reaches ``ends``, and ProgramLimitReached when
+        the effort permits no further linear program. A further call continues the search with its learned
+        clauses. Raise Undecided if the programs leave an assignment undecided.
         """
-        self._ends, self._most_programs = ends, min(self._settings.most_programs, self.programs + more)
+        self._ends = ends
         self._stopped = self._clause = None
         self._values[:] = 0
         self._trail.clear()
@@ -219,7 +220,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         """Check if the present assignment can be refuted; if not, look for an exact state with a lower λ."""
         self._examined = True
         while True:
-            if time.perf_counter() >= self._ends or self.programs >= self._most_programs:
+            if time.perf_counter() >= self._ends:
                 raise ConflictSearchTimeout
             moving, at_rest = self._values > 0, self._values < 0
             if self._motion is None or self._motion[0][at_rest].max(initial=0.0) > self._settings.zero:
@@ -234,7 +235,11 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
                 self._slacks = self._statics.slacks()
             energy = float((self._slacks * self._motion[0]).max(initial=0.0))
             is_complete = bool(self._values.all())
-            if (energy > self._settings.energy and not is_complete) or not self._descended():
+            if energy > self._settings.energy and not is_complete:
+                return
+            if not self._descended():
+                # The limit of linear programs may have ended the attempt before it found a state.
+                self._effort.check_programs()
                 return
 
     def _refuted(self, theory: Theory, conditions: np.ndarray) -> bool:
@@ -301,15 +306,16 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         Three sets of forces are tested: the present forces of the program, the forces with the least λ at
         which all conditions with a nonzero rate in the mechanism are at yield, and the forces that the search
         for exact states finds near these. The result is None if no state has a lower λ than all known states.
+        Forces that need a linear program are left out if the limit of programs is reached.
         """
-        points = [self._statics.point()]
-        least = self._statics.least(rates > self._settings.zero)
-        if least is not None:
-            points.append(least)
-        answers = [self._answer(load_factor, q, d) for load_factor, q in points]
-        nearby = self._refiner.state_near(answers[-1].q)
-        if nearby is not None:
-            answers.append(nearby.answer)
+        answers = [self._answer(*self._statics.point(), d)]
+        with suppress(ProgramLimitReached):
+            least = self._statics.least(rates > self._settings.zero)
+            if least is not None:
+                answers.append(self._answer(*least, d))
+            nearby = self._refiner.state_near(answers[-1].q)
+            if nearby is not None:
+                answers.append(nearby.answer)
         return min(filter(self._is_lower, answers), key=lambda one: one.load_factor, default=None)
 
     def _answer(self, load_factor: float, q: np.ndarray, d: np.ndarray) -> Answer:
@@ -323,12 +329,16 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         """Return a lower bound of the energy that each yield condition dissipates per unit rate.
 
         The bounds have shape (faces,) and are in scaled units. If a sliding condition cannot be at yield, a
-        conflict that consists of this condition alone is stored.
+        conflict that consists of this condition alone is stored. If the limit of programs is reached, the
+        remaining bounds contain no friction energy.
         """
         problem = self._problem
         energy = problem.face_cohesion.copy()
         for condition in np.flatnonzero(friction_excess(problem)).tolist():
-            found = self._statics.least_friction(problem, condition, self.highest)
+            try:
+                found = self._statics.least_friction(problem, condition, self.highest)
+            except ProgramLimitReached:
+                break
             if isinstance(found, StaticConflict):
                 self.conflicts.append(found)
             elif found is not None and found.value > 0:
@@ -341,12 +351,12 @@ def _refutes(theory: Theory, conditions: np.ndarray) -> Refutation | None:
     """Return multipliers that prove a linear program infeasible if chosen slacks or rates are zero, or None.
 
     The mask of the chosen conditions has shape (faces,). Their slacks are zero in the program of forces, and
-    their rates are zero in the program of mechanisms. None is returned if the program is feasible or if HiGHS
-    does not decide.
+    their rates are zero in the program of mechanisms. None is returned if the program is feasible, if HiGHS
+    does not decide, or if the limit of programs is reached.
     """
     try:
         return theory.refutes(conditions)
-    except Undecided:
+    except (Undecided, ProgramLimitReached):
         return None
 
 

@@ -59,6 +59,9 @@ SETTINGS = ProofSettings()
 class ProofBudget(Settings):
     """Settings of the number of linear programs that method "coulomb" may spend on a proof.
 
+    The guide explains each field: page "The method", section "Settings of the default method". The source
+    file of this class has the same text in the comment above each field.
+
     Unlike a time limit, a number of programs makes results independent of the machine.
     ``benchmarks/README.md`` has the measurements.
     """
@@ -79,6 +82,7 @@ class ProofBudget(Settings):
     programs: int = zero_or_more(4500)
 
     #: No proof is tried on scenes with more than this number of joints, because it would hardly ever succeed.
+    #: With a larger number the method takes longer on larger scenes.
     most_joints: int = zero_or_more(60)
 
     #: Largest number of linear programs in the search for a proof on scenes without the full budget, relative
@@ -92,7 +96,7 @@ class ProofBudget(Settings):
     most_joints_with_share: int = zero_or_more(25)
 
     #: Time limit of the search for a proof in seconds. The search reaches it only if linear programs are very
-    #: slow, and then ends without a proof.
+    #: slow, and then ends without a proof. With a shorter time results may depend on the machine.
     seconds: float = 30.0
 
     #: Upper end of the range of load factors that the search for a proof covers, relative to the last load

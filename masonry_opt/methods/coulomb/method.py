@@ -52,7 +52,7 @@ class CoulombOptions(Options):
     ----------
     descent: True to look for states with a lower load factor, in the plane on scenes of up to 500 joints. On
         small scenes in the plane, and in space, further starts are tried too. If False, the first exact state
-        is the answer.
+        is the answer. The options ``search`` and ``start`` look for lower states in any case.
     search: time in seconds of a further search for lower states, from other starts and near the lowest state
         so far. On small scenes in the plane the search alternates with the search for a proof, and ends when
         a proof shows that no state is lower.

@@ -33,7 +33,8 @@ class CoulombRun:
 
     Attributes
     ----------
-    seeks_lower: True if states with a lower load factor are looked for after an exact state is found.
+    seeks_lower: True if states with a lower load factor are looked for after an exact state is found. If
+        False, the first exact state is the answer.
     settings: settings of the search for exact states.
     budget: budget of the proof that no state is lower.
     incremental: the solution of the incremental analysis, once it is known.
@@ -84,7 +85,7 @@ class CoulombRun:
     @cached_property
     def states(self) -> "LowestState":
         """Record of the exact states found so far, and of the state with the lowest load factor."""
-        return LowestState(self.task, self.analysis, self.settings)
+        return LowestState(self.task, self.analysis, self.settings, self.seeks_lower)
 
     @property
     def answer(self) -> Answer | None:
@@ -143,15 +144,21 @@ def with_proof(solution: Solution, proof: Proof | None) -> Solution:
 class LowestState:
     """Record of the exact states that were found, and of the state with the lowest load factor."""
 
-    def __init__(self, task: Task, analysis: IncrementalAnalysis, settings: SearchSettings = SEARCH) -> None:
+    def __init__(
+        self,
+        task: Task,
+        analysis: IncrementalAnalysis,
+        settings: SearchSettings = SEARCH,
+        seeks_lower: bool = True,
+    ) -> None:
         self._task, self._problem, self._effort = task, task.problem, task.effort
         self._analysis, self._settings = analysis, settings
         self.met = StateRecord()
         simplex = self._problem.joints <= settings.simplex_up_to and not self._problem.layout.round
-        refiner = refiner_of(task, settings) if simplex else None
+        refiner = refiner_of(task, settings, descends=seeks_lower) if simplex else None
         self._search = Search(refiner, analysis, self.met, settings) if refiner else None
         self._lowest: ExactState | None = None
-        self._by_programs: Answer | None = None
+        self._lowest_without_simplex: Answer | None = None
 
     @cached_property
     def _alternation(self) -> "Alternation":
@@ -167,7 +174,7 @@ class LowestState:
         States from the simplex method or from a proof have priority over states from the load history or from
         cone programs.
         """
-        return self._lowest.answer if self._lowest else self._by_programs
+        return self._lowest.answer if self._lowest else self._lowest_without_simplex
 
     def lower_to(self, state: Answer) -> None:
         """Store an exact state with a lower λ that the search for a proof has found.
@@ -194,10 +201,10 @@ class LowestState:
         # with the friction cone.
         start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)
         exact = start if start.exact and self._counts(start) else None
-        self._by_programs = _exact_or_lower(self._by_programs, exact)
+        self._lowest_without_simplex = _exact_or_lower(self._lowest_without_simplex, exact)
         found = self._alternation.state_near(start.q, start.d if start.exact else None)
         found = found if found is not None and self._counts(found) else None
-        self._by_programs = _exact_or_lower(self._by_programs, found)
+        self._lowest_without_simplex = _exact_or_lower(self._lowest_without_simplex, found)
         self._report()
         if self._problem.layout.round:
             self.met.count(found if found is not None and found.exact else exact)
@@ -219,11 +226,11 @@ class LowestState:
             self._problem, self._effort, self._alternation, settings.weight_series_in_space[0]
         )
         search = Search(finder, self._analysis, self.met, settings)
-        lowest = self._by_programs
+        lowest = self._lowest_without_simplex
         known = None if lowest is None else exact_state_of(self._problem.by_cone, lowest)
         for state in search.fixed_number(known, _forces_of_steps(history, settings.steps_in_space)):
             if state is not None and self._counts(state, state.below):
-                self._by_programs = _exact_or_lower(self._by_programs, state.answer)
+                self._lowest_without_simplex = _exact_or_lower(self._lowest_without_simplex, state.answer)
                 self._report()
 
     def _keep(self, state: ExactState | None) -> None:

@@ -101,7 +101,7 @@ class ExactPrograms:
     def forces(
         self, p: np.ndarray, weight: float = SEARCH.weight, before_each: Callable[[], None] = lambda: None
     ) -> tuple[float, np.ndarray] | None:
-        """Minimise λ plus the weighted energy z·p for given rates p, shape (faces,).
+        """Minimise λ Σ|f_L| plus the weighted energy z·p for given rates p, shape (faces,).
 
         Return λ and the forces, shape (3c + t,), or None if no solver finds an optimum. ``before_each`` is
         called before each solve.

@@ -1,13 +1,13 @@
 """Find exact states by two linear programs with warm starts.
 
 (a) Mechanism: for the yield slacks z of a state, minimise z·p over the kinematics of the joints' own flow
-rule. The faces with p > 0 are the support S of the mechanism.
+rule. Each slack of sliding is divided by max(1, μ). The faces with p > 0 are the support S of the mechanism.
 
 (b) Statics: minimise λ subject to equilibrium and yield, with z = 0 on S.
 
-The forces of (b) and the mechanism of (a) together satisfy every condition exactly. The dual variables of
-z = 0 on S show which faces keep λ from decreasing, and how strongly. Another mechanism of the faces at yield,
-in which the rates of these faces are as small as possible, may have a lower λ.
+The forces of (b) and the mechanism of (a) together satisfy every condition of both programs exactly. The dual
+variables of z = 0 on S show which faces keep λ from decreasing, and how strongly. Another mechanism of the
+faces at yield, in which the rates of these faces are as small as possible, may have a lower λ.
 """
 
 import time
@@ -46,7 +46,12 @@ _RAY_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class ExactState:
-    """Collapse state that obeys the flow rule of its joints, exact up to rounding errors of the solver."""
+    """Collapse state from the two linear programs, with the flow rule of its joints.
+
+    The state is exact only if its residuals are within the limits of exact states, see :attr:`exact`. A joint
+    without normal force, for example, may slide in both directions at once: this satisfies every row of the
+    programs, but violates the flow rule.
+    """
 
     problem: Problem
     load_factor: float  #: load factor λ
@@ -55,7 +60,7 @@ class ExactState:
     rates: np.ndarray  #: rates p of the mechanism, one for each yield condition, shape (faces,)
     #: Dual variable of the condition z = 0 of each yield condition with a nonzero rate, shape (faces,). The
     #: larger the dual variable is, the more λ would decrease without this condition.
-    strength: np.ndarray
+    duals: np.ndarray
     #: Load factor λ ≤ 0 of a state that the search for lower states reached from this state; infinite if no
     #: state of this kind is known.
     below: float = inf
@@ -142,14 +147,17 @@ class StateFinder(ABC):
 class Refiner(StateFinder):
     """Finder of exact states in the plane, which solves two linear programs alternately.
 
-    One program determines a mechanism, the other determines forces. Both are warm-started.
+    One program determines a mechanism, the other determines forces. Both are warm-started. If ``descends`` is
+    False, the finder stops at the first exact state, and looks for no lower state.
     """
 
     undecided: int
 
-    def __init__(self, problem: Problem, effort: Effort, settings: SearchSettings = SEARCH) -> None:
+    def __init__(
+        self, problem: Problem, effort: Effort, settings: SearchSettings = SEARCH, descends: bool = True
+    ) -> None:
         super().__init__(problem, effort)
-        self._settings = settings
+        self._settings, self._descends = settings, descends
         forces, motion = programs(problem)
         self._statics = HighsSession(
             forces, effort, _REFINEMENT_PURPOSE, small_matrix_value=SMALLEST_COEFFICIENT
@@ -187,26 +195,24 @@ class Refiner(StateFinder):
         if not self._forces_at(self.problem.live_norm, np.zeros(self.problem.B.shape[1]), support):
             return None
         load_factor, q = float(self._statics.values("load_factor")[0]), self._statics.values("q")
-        strength = np.where(support, np.abs(self._statics.duals("yield")), 0.0)
-        return ExactState(self.problem, load_factor, q, d, rates, strength)
+        duals = np.where(support, np.abs(self._statics.duals("yield")), 0.0)
+        return ExactState(self.problem, load_factor, q, d, rates, duals)
 
     def state_near(self, q: np.ndarray) -> ExactState | None:
         """Return the exact state found from joint forces q, shape (3c,), or None if no state is found.
 
         The first state has the mechanism with the least energy for the given forces. Lower states with other
-        mechanisms follow, until λ no longer decreases or would decrease to zero. If an earlier start led to
-        the same first state (λ to ten digits and dual variables to six), its result is returned, unless the
-        solver left programs undecided.
+        mechanisms follow, until λ no longer decreases or would decrease to zero. A finder that does not
+        descend stops at the first exact state. If an earlier start led to the same first state (λ to ten
+        digits and dual variables to six), its result is returned, unless the solver left programs undecided.
 
-        A state whose certificate exceeds the limits is not returned. The reason is that a joint without
-        normal force may slide in both directions at once, which satisfies every row of the programs but
-        violates the flow rule.
+        A state whose certificate exceeds the limits is not returned, see :class:`ExactState`.
         """
         first = self.first(q)
         if first is None:
             return None
-        largest = first.strength.max(initial=0.0) or 1.0
-        key = f"{first.load_factor:.9e}", np.round(first.strength / largest, 6).tobytes()
+        largest = first.duals.max(initial=0.0) or 1.0
+        key = f"{first.load_factor:.9e}", np.round(first.duals / largest, 6).tobytes()
         if key in self._ends:
             self.undecided = 0
             return self._ends[key]
@@ -216,10 +222,23 @@ class Refiner(StateFinder):
         return state
 
     def _lowest_from(self, first: ExactState) -> ExactState | None:
-        """Step from a state to lower and lower λ. Return the last state if it is exact, otherwise None."""
-        state, lower = first, self._lower(first)
-        while lower is not None and not lower.load_factor <= ZERO < state.load_factor:
-            state, lower = lower, self._lower(lower)
+        """Step from a state to lower and lower λ. Return the last state if it is exact, otherwise None.
+
+        A finder that does not descend returns the first exact state of these steps.
+        """
+        state = first
+        while self._descends or not state.exact:
+            lower = self._lower(state)
+            if lower is None or lower.load_factor <= ZERO < state.load_factor:
+                return self._last_of_descent(state, lower)
+            state = lower
+        return state
+
+    def _last_of_descent(self, state: ExactState, lower: ExactState | None) -> ExactState | None:
+        """Return the last state of a descent if it is exact, otherwise None.
+
+        If the next state, ``lower``, is exact and has λ ≤ 0, its load factor is stored with the last state.
+        """
         if not state.exact:
             return None
         if lower and lower.exact and not self._weightless(lower):
@@ -229,20 +248,22 @@ class Refiner(StateFinder):
     def first(self, q: np.ndarray) -> ExactState | None:
         """Return the first state that the two linear programs find from given forces, or None.
 
-        The forces ``q`` have shape (3c,). If no forces bring all faces with a nonzero rate to yield, the next
-        attempt starts from the forces that are nearest to yield, which have the least z·p.
+        The forces ``q`` have shape (3c,). If no forces bring all faces with a nonzero rate p to yield, the
+        next attempt starts from forces that minimise λ Σ|f_L| plus a weight times z·p. The weight and the
+        largest number of such repairs are settings.
         """
-        for _ in range(1 + self._settings.repairs):
+        repairs = 0
+        while True:
             mechanism = self.mechanism(np.maximum(self.problem.slacks(q), 0.0) / self.problem.steep)
             if mechanism is None:
                 return None
             state = self.least(*mechanism)
-            if state is not None:
+            if state is not None or repairs == self._settings.repairs:
                 return state
             if not self._forces_at(*self.problem.energy_costs(mechanism[0], self._settings.weight)):
                 return None
             q = self._statics.values("q")
-        return None
+            repairs += 1
 
     def _lower(self, state: ExactState) -> ExactState | None:
         """Return a state with a lower λ than the given state, or None if none is found.
@@ -253,9 +274,9 @@ class Refiner(StateFinder):
         state is tried.
         """
         self.undecided = 0
-        if state.strength.any():
+        if state.duals.any():
             slack = self.problem.slacks(state.q) / self.problem.steep
-            mechanism = self.mechanism(state.strength / state.strength.max(), slack > self._settings.at_yield)
+            mechanism = self.mechanism(state.duals / state.duals.max(), slack > self._settings.at_yield)
             lower = mechanism and self.least(*mechanism)
             if lower and is_lower(lower.load_factor, state.load_factor) and not self._weightless(lower):
                 return lower
@@ -299,10 +320,10 @@ class Refiner(StateFinder):
         return verdict is Verdict.OPTIMAL
 
 
-def refiner_of(task: Task, settings: SearchSettings = SEARCH) -> Refiner:
+def refiner_of(task: Task, settings: SearchSettings = SEARCH, descends: bool = True) -> Refiner:
     """Return a new :class:`Refiner` for the problem of a task."""
     with task.effort.measure("build"):
-        return Refiner(task.problem, task.effort, settings)
+        return Refiner(task.problem, task.effort, settings, descends)
 
 
 class ConeRefiner(StateFinder):

@@ -236,9 +236,9 @@ class Search:
         Program (b) yields the forces of lower λ after a few of the active yield conditions are released.
         """
         assert isinstance(self._finder, Refiner)
-        if state is None or not state.strength.any():
+        if state is None or not state.duals.any():
             return None
-        holding = np.flatnonzero(state.strength > SAME * state.strength.max())
+        holding = np.flatnonzero(state.duals > SAME * state.duals.max())
         drawn = rng.random(self.problem.faces)[holding]
         rates = state.rates.copy()
         rates[holding[drawn <= max(self._settings.released_share, drawn.min())]] = 0.0

@@ -9,6 +9,9 @@ from masonry_opt.methods.settings import Settings, zero_or_more
 class SearchSettings(Settings):
     """Settings of the search for exact states with a lower λ.
 
+    The guide explains each field: page "The method", section "Settings of the default method". The source
+    file of this class has the same text in the comment above each field.
+
     ``benchmarks/lowest.py`` measures how often the lowest load factor with the default settings exceeds the
     lowest load factor that is known.
     """
@@ -86,21 +89,21 @@ class SearchSettings(Settings):
     #: never end without a limit. A program that reaches the limit counts as undecided.
     seconds_per_joint: float = 0.2
 
-    #: Weight of the energy z·p relative to λ in the program of forces, if the mechanism is known only
+    #: Weight of the energy z·p relative to λ Σ|f_L| in the program of forces, if the mechanism is known only
     #: roughly. With a smaller weight more energy remains: 50 % more on façades if the weight is 10. With a
     #: larger weight λ is higher: by up to 0.2 % if the weight is 100.
     weight: float = 30.0
 
-    #: Weights in the plane. The alternation between mechanisms and forces minimises λ plus a weight times the
-    #: energy z·p, for one weight after the other. With smaller weights λ is lower. With larger weights less
-    #: energy remains.
+    #: Weights in the plane. The alternation between mechanisms and forces minimises λ Σ|f_L| plus a weight
+    #: times the energy z·p, for one weight after the other. With smaller weights λ is lower. With larger
+    #: weights less energy remains.
     weights_in_plane: tuple[float, ...] = (1e3, 1e4)
 
-    #: Series of weights in space. As in the plane, the alternation between mechanisms and forces minimises λ
-    #: plus a weight times the energy z·p, for one weight of a series after the other. If it finds no state,
-    #: it starts again with the next series. Further starts of a search use only the first series, whose
-    #: weights increase slowly and lead to a lower λ. The large weights of the second series keep the forces
-    #: near the start, which helps on many rings of wedges.
+    #: Series of weights in space. As in the plane, the alternation between mechanisms and forces minimises
+    #: λ Σ|f_L| plus a weight times the energy z·p, for one weight of a series after the other. If it finds no
+    #: state, it starts again with the next series. Further starts of a search use only the first series,
+    #: whose weights increase slowly and lead to a lower λ. The large weights of the second series keep the
+    #: forces near the start, which helps on many rings of wedges.
     weight_series_in_space: tuple[tuple[float, ...], ...] = (
         (3.0, 10.0, 30.0, 1e2, 3e2, 1e3, 1e4),
         (*5 * [1e4], *2 * [1e5, 1e6]),

@@ -47,8 +47,12 @@ class End(StrEnum):
     COLLAPSE = "equilibrium is lost"
     UNBOUNDED = "the compression of joints grows with the live load, so joints carry any multiple of it"
     UNSTABLE = "the scene is not in equilibrium under its dead load from rest"
-    SLOW = "the blocks still move after many steps, without equilibrium or collapse"
-    UNDECIDED = "the analysis found neither a collapse nor a proof that the load has no limit"
+    #: The three ends below leave the load factor undecided. Each names the setting that limits the analysis.
+    SLOW = "the blocks still move after the solves that the setting 'motion_solves' permits"
+    TOO_MANY_INCREMENTS = (
+        "the load history did not end within the increments that the setting 'increments' permits"
+    )
+    TOO_LARGE_LOAD = "the blocks carry the largest live load that the setting 'unbounded' permits"
 
 
 @dataclass(frozen=True)
@@ -230,11 +234,11 @@ class _LoadRaising:
             if increment == inf:
                 return self._result(End.UNBOUNDED)
             if self.carried > self.settings.unbounded * self.unit:
-                break
+                return self._result(End.TOO_LARGE_LOAD)
             self._raise_to(self.carried + increment)
             if self.slow and not self._pass_slow_motion():
                 return self._result(End.SLOW)
-        return self._result(End.UNDECIDED)
+        return self._result(End.TOO_MANY_INCREMENTS)
 
     def _raise_to(self, load_factor: float) -> None:
         """Apply a larger load factor, and record the equilibrium, collapse or slow motion that follows."""

@@ -92,7 +92,7 @@ def _solution(analysis: IncrementalAnalysis, result: IncrementalResult) -> Solut
         solution = replace(solution, history=result.history.steps)
     if result.end is End.UNBOUNDED:
         return solution.ended(Status.SOLVER_FAILED, Code.UNBOUNDED, steps=steps)
-    if result.end in (End.SLOW, End.UNDECIDED):
+    if result.end in (End.SLOW, End.TOO_MANY_INCREMENTS, End.TOO_LARGE_LOAD):
         return solution.ended(Status.SOLVER_FAILED, Code.UNDECIDED, **_undecided(result))
     return _at_collapse(analysis, result, solution)
 

@@ -9,6 +9,9 @@ from masonry_opt.methods.settings import Settings, above_one, zero_or_more
 class IncrementalSettings(Settings):
     """Settings of the incremental analysis. Most users need only the first three settings.
 
+    The guide explains each field: page "The incremental analysis", section "Settings". The source file of
+    this class has the same text in the comment above each field.
+
     The mean contact force is that under the dead load. An *elastic displacement* is the closing of a joint of
     mean length (in space: mean area) under the mean contact force.
     """
@@ -20,8 +23,10 @@ class IncrementalSettings(Settings):
     #: stiffer than a tie by the inverse of this value. With a smaller value the search takes more steps. With
     #: a larger value the range is wider, and the exact state may be missed.
     tolerance: float = 1e-3
-    #: Change of the contact forces in one load increment, relative to their mean. With a smaller value there
-    #: are more increments. With a larger value, contacts that slip back and forth may lead to a different
+    #: Change of the contact forces in the first trial of a load increment, relative to the size of the
+    #: contact forces. The trial is at least ``smallest_increment``, and at most twice the last increment. It
+    #: is then doubled as long as no contact opens, closes, slips or sticks. With a smaller value there are
+    #: more increments. With a larger value, contacts that slip back and forth may lead to a different
     #: equilibrium.
     increment: float = 0.1
     #: Displacement beyond which the blocks count as collapsed, relative to the elastic displacement under the
@@ -71,7 +76,9 @@ class IncrementalSettings(Settings):
     motion_solves: int = 4000
     #: Largest number of solves for the exact state of a collapse, each after a displacement of ``far``. With
     #: fewer solves fewer exact states are found in space, because directions of slip may change from solve to
-    #: solve. With more solves collapses without an exact state take longer.
+    #: solve. With more solves collapses without an exact state take longer. With 0 the load history uses no
+    #: exact states. The analysis then usually ends with a range of the collapse load (code ``range`` instead
+    #: of ``collapse``), also in the plane, and its load factors differ slightly.
     exact_solves: int = zero_or_more(4)
     #: Blocks count as free to move without resistance if more than this fraction of the unbalanced forces
     #: remains even though all contacts stick. With a smaller fraction rounding errors may look like a free

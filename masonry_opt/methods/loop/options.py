@@ -40,8 +40,8 @@ class LoopOptions(Options):
 
     Attributes
     ----------
-    preset: "paper" for the paper's loop alone, with the values of :data:`PAPER`. Options that are set as well
-        replace the values of the preset.
+    preset: "paper" for the loop as in the paper, with the values of :data:`PAPER` and without the exact state
+        at the end. Options that are set as well replace the values of the preset.
     sub_problems: "accurate" or "rough". The default is "rough" from 1000 joints (in space contact points),
         with a solver that can stop early (Clarabel). Otherwise the default is "accurate".
 

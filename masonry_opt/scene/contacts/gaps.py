@@ -10,10 +10,14 @@ from masonry_opt.scene.geometry import (
     NEAR_MISS,
     TOLERANCE_OVER_ERROR,
     Extents,
-    set_contact_tolerance,
-    set_tolerance,
 )
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.tolerance_advice import set_contact_tolerance, set_tolerance
+
+#: Ratio of the recommended ``tolerance`` to the median difference between the widths of both ends of a gap.
+#: If the coordinates of all corners have independent errors of at most e, the median is about 0.8 e. The
+#: tolerance is then about ``TOLERANCE_OVER_ERROR`` times e. A larger ratio aligns more joints than necessary.
+_TOLERANCE_OVER_DIFFERENCE = 4.0
 
 #: Option of a scene that closes gaps: ``tolerance`` corrects errors of a drawing and aligns its joints;
 #: ``contact_tolerance`` bridges intended gaps, such as undrawn mortar.
@@ -80,6 +84,16 @@ def closing(scene: Scene, shapes: Extents, pairs: np.ndarray, apart: Facing) -> 
     if scene.contact_tolerance is not None or (apart.most > NEAR_MISS * width).any():
         return Closing("contact_tolerance", float(apart.most.max()))
     return Closing("tolerance", joining_tolerance(apart))
+
+
+def aligning_tolerance(facing: Facing) -> float:
+    """Return a tolerance that aligns sides whose angle is an error of the drawing, or 0 without such sides.
+
+    The median of the errors is decisive, because a drawing also contains sides of wedges.
+    """
+    is_error = facing.angle <= DEFAULT_SETTINGS.most_turn
+    difference = (facing.angle * facing.shorter)[is_error]
+    return _TOLERANCE_OVER_DIFFERENCE * float(np.median(difference)) if len(difference) else 0.0
 
 
 def joining_tolerance(apart: Facing) -> float:

@@ -1,46 +1,42 @@
 """Find the joints of a scene: shared sides of blocks, and corners and edges that touch elsewhere."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from masonry_opt.brief import brief
-from masonry_opt.errors import CaseError, counted, rounded_up
+from masonry_opt.errors import CaseError, rounded_up
 from masonry_opt.scene.contacts.alignment import AlignedContacts, aligned, square_to
 from masonry_opt.scene.contacts.drawn import DrawnContacts
-from masonry_opt.scene.contacts.gaps import Closing, closing, joining_tolerance, near_misses
+from masonry_opt.scene.contacts.gaps import (
+    Closing,
+    closing,
+    near_misses,
+)
 from masonry_opt.scene.contacts.mortar import (
     Bridge,
     bridged_by_tolerance,
     find_bridge,
-    has_large_tolerance,
     is_drawn_apart,
     lost_joints,
     refuse_thin_blocks,
 )
 from masonry_opt.scene.contacts.neighbours import CONTACT_FUNCTIONS, facing_sides, near_pairs
+from masonry_opt.scene.contacts.overlaps import refuse_overlaps
 from masonry_opt.scene.geometry import (
-    MORTAR,
-    Common,
     Extents,
     raise_for,
-    set_contact_tolerance,
 )
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.rows import following, linked, ranges
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.faces import place
 
 #: Largest difference of coordinates that counts as a rounding error, relative to the spacing of
 #: floating-point numbers at the largest coordinate. With a larger value, small errors of a drawing remain
 #: unaligned.
 _COORDINATE_ROUNDING = 64.0
-
-#: Overlap of two blocks, as a fraction of the smaller block, above which the smaller block counts as inside
-#: the larger block.
-_SHARE_INSIDE = 0.999
 
 #: Type of a dict of gaps, which maps the indices of two blocks to the largest width of the gap between them.
 Gaps = dict[tuple[int, int], float]
@@ -97,6 +93,7 @@ class Joints:
     #: Gaps that the tolerance turns into joints although the gaps are as wide as a mortar joint, with their
     #: largest widths.
     bridged: Gaps
+    aligning: float  #: tolerance that aligns the sides of these gaps; 0 if the sides are parallel
     #: Both ends of each segment in the middle of a small gap, shape (segments, 2, 2) or (segments, 2, 3). In
     #: space the segments are the sides of polygons.
     facing: np.ndarray
@@ -279,6 +276,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     joint, ring = np.repeat(joint[rings], count[rings]), np.repeat(np.arange(len(rings)), count[rings])
     rounding = _COORDINATE_ROUNDING * float(np.spacing(np.abs(shapes.boxes + shapes.origin).max()))
     ends = pairs[owner[order]]
+    bridged, aligning = bridged_by_tolerance(scene, shapes, pairs, shared)
     after = aligned(DrawnContacts(ends, normal, accuracy, point, joint, ring, shapes.tolerance, rounding))
     tangent = np.where(after.turn[:, None] > 0, square_to(tangent[order], after.normal), tangent[order])
     if scene.dimension == 2:
@@ -301,7 +299,8 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         gaps=gaps,
         closing=closes_gaps,
         lost=lost,
-        bridged=bridged_by_tolerance(scene, shapes, pairs, shared),
+        bridged=bridged,
+        aligning=aligning,
         facing=outline_sides(*across.outlines()[2:])[0],
         without_normal=[(int(i), int(j)) for i, j in pairs[np.unique(meeting[has_no_gap])]],
         meets=meets[has_no_gap],
@@ -368,69 +367,6 @@ def _values(joint: JointDefaults) -> dict[str, float | tuple[float, float]]:
         "dilatancy_stress": joint.dilatancy_stress or (np.inf, np.inf),
         "strength": joint.strength or np.inf,
     }
-
-
-def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
-    """Raise CaseError if two blocks overlap by more than the contact tolerance.
-
-    ``near`` lists the pairs of blocks that are near each other, shape (pairs, 2).
-    """
-    (low, high), (i, j) = shapes.boxes, near.T
-    inside = np.minimum(high[i], high[j]) - np.maximum(low[i], low[j])
-    pairs = near[(inside > shapes.contact_tolerance).all(axis=1)]
-    overlaps: dict[int, list[Common]] = {}
-    for number, piece in shapes.overlaps(pairs):
-        overlaps.setdefault(number, []).append(piece)
-        if len(overlaps) == shapes.enough:
-            break
-    if not overlaps:
-        return
-    size = {pair: sum(piece.size for piece in pieces) for pair, pieces in overlaps.items()}
-    worst = max(size, key=lambda pair: size[pair])
-    deepest = max(overlaps[worst], key=lambda piece: piece.depth)
-    names = [repr(scene.blocks[index].name) for index in pairs[worst]]
-    depth = max(piece.depth for pieces in overlaps.values() for piece in pieces)
-    advice = "move the blocks apart"
-    if size[worst] > _SHARE_INSIDE * shapes.size[pairs[worst]].min():
-        advice = "one block is inside the other: move the blocks apart, or remove one of them"
-    elif deepest.depth <= shapes.reach[pairs[worst]].min() and scene.contact_tolerance is None:
-        # A thin overlap may be due to inexact coordinates, so the message also recommends a tolerance.
-        joining = _closing_of_overlaps(scene, shapes, near, pairs[[*overlaps]], depth)
-        is_wider = joining.option == "tolerance" and joining.tolerance > depth
-        parallel = " (the tolerance also aligns nearly parallel sides)" if is_wider else ""
-        advice = f"move the blocks apart; if coordinates are inexact, {joining.advice}{parallel}"
-    elif depth <= MORTAR * shapes.width[pairs[worst]].min():
-        advice = f"move the blocks apart; if they are meant to overlap, {set_contact_tolerance(depth)}"
-    others = len(overlaps) - 1
-    least = "at least " if len(overlaps) == shapes.enough else ""
-    more = ""
-    if others:
-        verb = "overlaps" if others == 1 else "overlap"
-        more = f" ({least}{counted(others, 'more pair')} {verb}, up to {depth:.3g} deep)"
-    overlap = f"blocks {names[0]} and {names[1]} overlap {shapes.within} of {size[worst]:.6g}"
-    at = f"near {place(deepest.middle + shapes.origin, shapes.contact_tolerance)}, {deepest.depth:.3g} deep"
-    raise CaseError(f"{scene.origin}: {overlap} {at}: {advice}{more}")
-
-
-def _closing_of_overlaps(
-    scene: Scene, shapes: Extents, near: np.ndarray, overlapping: np.ndarray, depth: float
-) -> Closing:
-    """Return the option that turns small gaps, and overlaps up to a given depth, into joints.
-
-    The option is the tolerance, unless a tolerance that aligns the sides is so large that joints are lost.
-    ``near`` lists the pairs of blocks that may face each other. ``overlapping`` lists the pairs of blocks
-    that overlap.
-    """
-    shapes = replace(shapes, contact_tolerance=depth)
-    facing = facing_sides(scene, shapes, near, shapes.reach[near].min(axis=1, initial=np.inf))
-    number_of_pair = np.array([len(scene.blocks), 1])
-    overlap = np.isin(near @ number_of_pair, overlapping @ number_of_pair)
-    touch = (facing.most <= shapes.tolerance) & ~overlap[facing.pair]
-    apart = near_misses((facing.where(touch),), facing.where(~touch), len(near))
-    tolerance = max(depth, joining_tolerance(apart))
-    if not has_large_tolerance(scene, replace(shapes, tolerance=tolerance)):
-        return Closing("tolerance", tolerance)
-    return Closing("contact_tolerance", float(apart.most.max(initial=depth)))
 
 
 def refuse_floating(

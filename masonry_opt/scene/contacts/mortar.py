@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from masonry_opt.errors import counted
-from masonry_opt.scene.contacts.gaps import Closing, closing
+from masonry_opt.scene.contacts.gaps import Closing, aligning_tolerance, closing
 from masonry_opt.scene.contacts.neighbours import facing_sides, near_pairs
 from masonry_opt.scene.contacts.sides import LEAN, Facing
 from masonry_opt.scene.geometry import (
@@ -19,6 +19,7 @@ from masonry_opt.scene.geometry import (
 )
 from masonry_opt.scene.rows import linked
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.tolerance_advice import set_tolerance
 
 #: Largest mean width of a gap, relative to the median gap, that counts as mortar of the same masonry. With a
 #: larger value, the recommended tolerance also closes narrow openings.
@@ -31,6 +32,19 @@ _PARALLEL_ERROR = 0.1
 #: Smallest thickness of a block, relative to ``tolerance``. A thinner block raises an error. With too small a
 #: value, both sides of a block may merge into one line or plane.
 _THINNEST = 2.0
+
+#: Amount by which a gap may exceed the contact tolerance because of rounding errors, relative to the contact
+#: tolerance. A smaller value causes warnings about gaps that are as wide as the contact tolerance.
+_ROUNDING = 1e-6
+
+#: Largest median difference between the widths of both ends of a gap, relative to the median mean width, at
+#: which gaps of a survey count as intended. With a larger value, gaps that are only due to inaccurate
+#: coordinates count as intended.
+_SURVEY_ERROR = 0.5
+
+#: Smallest fraction of joints across gaps as wide as mortar, at which gaps of a survey count as intended.
+#: With a smaller value, a few inaccurate corners count as mortar.
+_SURVEY_FRACTION = 0.5
 
 
 @dataclass(frozen=True)
@@ -48,6 +62,7 @@ class Bridge:
     #: True if the scene's ``tolerance`` is as large as a mortar joint. The advice is then to remove it, and
     #: to set ``contact_tolerance`` in its place.
     replaces_tolerance: bool
+    aligning: float  #: tolerance that aligns the sides of the gaps; 0 if the sides are parallel
 
     def advice(self, scene: Scene) -> str:
         """Return the part of a message that advises setting the option and describes its effect."""
@@ -58,11 +73,19 @@ class Bridge:
                 f"{self._connections(scene)}"
             )
         one, other = (repr(scene.blocks[index].name) for index in self.widest)
-        instead = " and remove 'tolerance'" if self.replaces_tolerance else ""
+        advice = self.closing.advice
+        if self.replaces_tolerance:
+            advice += " and remove 'tolerance'"
+        survey = ""
+        if self.aligning:
+            survey = (
+                f"; if the drawing is a survey, also {set_tolerance(self.aligning)}, which makes nearly "
+                "parallel joints parallel"
+            )
         return (
-            f"{self.closing.advice}{instead}, which makes {counted(self.joints, 'joint')} "
+            f"{advice}, which makes {counted(self.joints, 'joint')} "
             f"across gaps of up to {self.gap:.3g} (the widest gap is between {one} and {other}) "
-            f"and connects {self._connections(scene)}"
+            f"and connects {self._connections(scene)}{survey}"
         )
 
     def _connections(self, scene: Scene) -> str:
@@ -137,7 +160,12 @@ def find_bridge(
     if gap <= _fine_tolerance(scene, shapes):
         gap = 0.0
     replaces = option.option == "contact_tolerance" and has_large_tolerance(scene, shapes)
-    return Bridge(option, gap, (first, second), len(closed.pair), connected, remaining, neighbour, replaces)
+    aligning = 0.0
+    if option.option == "contact_tolerance" and not _are_parallel(closed):
+        aligning = aligning_tolerance(closed)
+    return Bridge(
+        option, gap, (first, second), len(closed.pair), connected, remaining, neighbour, replaces, aligning
+    )
 
 
 def _gaps_to_close(
@@ -165,8 +193,7 @@ def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, ne
     is a tolerance, a tolerance closes the small gaps of the scene too.
     """
     option = closing(scene, shapes, pairs, closed)
-    is_parallel = closed.angle * closed.shorter <= _PARALLEL_ERROR * closed.most
-    if len(closed.pair) > 1 and is_parallel.all():
+    if len(closed.pair) > 1 and _are_parallel(closed):
         return Closing("contact_tolerance", float(closed.most.max()))
     if option.option == near.option == "tolerance":
         return Closing("tolerance", max(option.tolerance, near.tolerance))
@@ -212,11 +239,15 @@ def lost_joints(
 
 def bridged_by_tolerance(
     scene: Scene, shapes: Extents, pairs: np.ndarray, joined: Facing
-) -> dict[tuple[int, int], float]:
+) -> tuple[dict[tuple[int, int], float], float]:
     """Return the pairs of blocks between which the tolerance closes a gap as wide as mortar.
 
-    Several such gaps with parallel sides are intended. The contact tolerance makes the same joints, but does
-    not move corners. The result contains the width of the gap between the blocks of each pair.
+    Several such gaps with parallel sides are intended. In a survey, whose sides are not exactly parallel,
+    gaps are intended if at least half of the joints have one, and if the gaps are wide compared with the
+    errors of their sides. The contact tolerance makes the same joints, but does not move corners.
+
+    The first result contains the width of the gap between the blocks of each pair. The second result is the
+    tolerance that aligns the sides of the gaps, or 0 if the sides are parallel.
 
     Parameters
     ----------
@@ -230,15 +261,31 @@ def bridged_by_tolerance(
         Sides of these pairs that face each other and have a joint.
     """
     if not has_large_tolerance(scene, shapes):
-        return {}
-    wide = joined.where(joined.most > NEAR_MISS * shapes.width[pairs[joined.pair]].min(axis=1))
-    is_parallel = wide.angle * wide.shorter <= _PARALLEL_ERROR * wide.most
-    if len(wide.pair) < 2 or not is_parallel.all():
-        return {}
+        return {}, 0.0
+    # The contact tolerance closes narrower gaps, even without the tolerance.
+    closed = (1 + _ROUNDING) * (scene.contact_tolerance or 0.0)
+    wide = joined.where(
+        joined.most > np.maximum(NEAR_MISS * shapes.width[pairs[joined.pair]].min(axis=1), closed)
+    )
+    if len(wide.pair) < 2 or not (_are_parallel(wide) or _are_surveyed(wide, len(joined.pair))):
+        return {}, 0.0
     bridged: dict[tuple[int, int], float] = {}
     for (i, j), width in zip(pairs[wide.pair].tolist(), wide.most.tolist(), strict=True):
         bridged[i, j] = max(bridged.get((i, j), 0.0), width)
-    return bridged
+    return bridged, 0.0 if _are_parallel(wide) else aligning_tolerance(wide)
+
+
+def _are_parallel(gaps: Facing) -> bool:
+    """Return True if both sides of all gaps are parallel, apart from small errors."""
+    return bool((gaps.angle * gaps.shorter <= _PARALLEL_ERROR * gaps.most).all())
+
+
+def _are_surveyed(wide: Facing, joints: int) -> bool:
+    """Return True if ``wide`` gaps are the mortar of a survey with the given number of joints."""
+    if len(wide.pair) < _SURVEY_FRACTION * joints:
+        return False
+    difference = float(np.median(wide.angle * wide.width))
+    return difference <= _SURVEY_ERROR * float(np.median(_mean_gap(wide)))
 
 
 def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:

@@ -5,7 +5,16 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, Side, across, first_near, flattened, polyhedron
+from masonry_opt.scene.drawings.meshes import (
+    FEWEST_SIDES,
+    Mesh,
+    MeshSolid,
+    Side,
+    across,
+    first_near,
+    flattened,
+    polyhedron,
+)
 from masonry_opt.scene.drawings.winding import fan_triangles, winding_number
 from masonry_opt.scene.outlines import convex_pieces
 from masonry_opt.scene.rows import bounds, dots
@@ -65,6 +74,11 @@ def convex_solids(mesh: Mesh, tolerance: float) -> list[MeshSolid]:
     flat = flattened(mesh, tolerance)
     if flat is not None and len(flat.sides) < len(whole.sides):
         whole = flat
+    if len(whole.sides) < FEWEST_SIDES:
+        raise ValueError(
+            f"the block is not a solid within the tolerance {tolerance:.3g}: lower 'tolerance', "
+            "or check the unit of the drawing"
+        )
     if whole.convex(tolerance):
         return [whole]
     hull = _hull(whole.corners, tolerance)

@@ -17,25 +17,28 @@ from masonry_opt.files import MARK, refuse_replacing
 from masonry_opt.scene.blocks import Block, Name, Number, Positive, YesNo
 from masonry_opt.scene.drawings import outlines, stones
 from masonry_opt.scene.drawings.defects import Defects
-from masonry_opt.scene.drawings.nesting import add_frames, outlines_with_holes
+from masonry_opt.scene.drawings.nesting import OutlineTolerance, add_frames, outlines_with_holes
 from masonry_opt.scene.drawings.outlines import Curve, Outline
 from masonry_opt.scene.extrude import extrude
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector, Solid
 from masonry_opt.scene.tables import as_path, write_file
+from masonry_opt.scene.typical_sizes import (
+    FEWEST_STONES,
+    LARGEST_SCENE,
+    LARGEST_SMALLER_SIDE,
+    SMALLEST_SCENE,
+)
 
 #: Words that mark layers of windows or doors. The name of such a layer contains one of these words.
 WINDOWS = ("window", "door", "opening")
 
-#: Smallest and largest plausible size of a drawing, in metres. Models in laboratories are larger than the
-#: smallest size, and aqueducts are smaller than the largest size. A warning reports a drawing of any other
-#: size, because its unit may be wrong.
-_SMALLEST_DRAWING = 0.1
-_LARGEST_DRAWING = 1000.0
-
 #: Largest number of copies of outlines that one warning lists; further copies are only counted.
 _MOST_COPIES = 10
+
+#: Largest number of outlines of holes that are listed; further holes are only counted.
+_MOST_HOLES = 10
 
 
 class DxfDrawing(stones.FlatDrawing):
@@ -139,8 +142,11 @@ class DxfScene(NamedTuple):
     """Scene of a DXF drawing, with a report on the layers that were read."""
 
     scene: Scene
-    #: lines of text that list the layers that were read, and the layers that were not read, with reasons
+    #: lines of text that list the layers that were read, the layers that were not read, with reasons, and the
+    #: outlines that are holes
     layers: list[str]
+    unit: str  #: name of the scene's unit of length, such as "millimetres"; empty if the drawing has no unit
+    metres: float | None  #: length of this unit in metres; None if the drawing has no unit
 
 
 def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
@@ -179,10 +185,14 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
             for block, push in zip(blocks, pushes, strict=True)
         ]
         scene = stones.scene_of(loaded, drawing, path)
-    for warning in (_copies_warning(copies), _unit_warning(document, extent / scale, drawing.to_metres)):
+    sides = [_smaller_side(shape) for shape, block in zip(found, blocks, strict=True) if not block.fixed]
+    side = float(np.median(sides)) if len(sides) >= FEWEST_STONES else None
+    unit_warning = _unit_warning(document, extent / scale, side and side / scale, drawing.to_metres)
+    for warning in (_copies_warning(copies), unit_warning):
         if warning:
             warnings.warn(printable(f"{path}: {warning}"), DrawingWarning, stacklevel=3)
-    return DxfScene(scene, _use_of_layers(document, drawing))
+    unit = ("metres", 1.0) if drawing.to_metres else (_unit_name(document), outlines.metres(document))
+    return DxfScene(scene, [*_use_of_layers(document, drawing), *_holes(found, scene)], *unit)
 
 
 def _scale(document: Any) -> float:
@@ -208,7 +218,9 @@ def _outlines(
     whole = [curve for curve in curves if not drawing.net or _is_support(curve, drawing)]
     closed, copies = outlines.closed_outlines(whole, short, min(rounding, short), defects)
     is_support = [_is_support(curve, drawing) for curve in closed]
-    nesting = outlines_with_holes(closed, is_support, short, max(short, apart), defects)
+    option = "tolerance" if drawing.outline_tolerance is None else "outline_tolerance"
+    tolerance = OutlineTolerance(option, short, min(rounding, short))
+    nesting = outlines_with_holes(closed, is_support, tolerance, max(short, apart), defects)
     found = nesting.blocks
     lines = [curve for curve in curves if drawing.net and not _is_support(curve, drawing)]
     windows = [curve for curve in lines if _has(curve, drawing.window_layers)]
@@ -247,26 +259,43 @@ def _copies_warning(copies: Sequence[tuple[Curve, Curve]]) -> str:
     return f"{many} {is_or_are} drawn twice, and each copy was left out: {'; '.join(pairs)}"
 
 
-def _unit_warning(document: Any, extent: np.ndarray, to_metres: bool) -> str:
-    """Return the warning that the unit of the drawing does not fit its size, or an empty text.
+def _smaller_side(shape: Outline) -> float:
+    """Return the smaller side of the bounding box of an outline."""
+    left, low, right, high = shape.polygon.bounds
+    return float(min(right - left, high - low))
 
-    ``extent`` is the width and height of the drawing in its own unit.
-    """
-    unit = outlines.metres(document)
-    size = float(extent.max())
-    if unit is None or _SMALLEST_DRAWING <= size * unit <= _LARGEST_DRAWING:
+
+def _unit_name(document: Any) -> str:
+    """Return the name of the drawing's unit in plural, such as "millimetres", or "" if it has no unit."""
+    if outlines.metres(document) is None:
         return ""
     from ezdxf.units import unit_name
 
-    name = unit_name(document.header["$INSUNITS"]).lower().replace("meter", "metre")
-    how_large = "only" if size * unit < _SMALLEST_DRAWING else "as much as"
+    return str(unit_name(document.header["$INSUNITS"])).lower().replace("meter", "metre")
+
+
+def _unit_warning(document: Any, extent: np.ndarray, side: float | None, to_metres: bool) -> str:
+    """Return the warning that the unit of the drawing does not fit its size, or an empty text.
+
+    ``extent`` is the width and height of the drawing, and ``side`` the median of the smaller side of its
+    movable blocks, in the unit of the drawing. ``side`` is None if there are few blocks.
+    """
+    unit = outlines.metres(document)
+    size = float(extent.max())
+    if unit is None:
+        return ""
+    if not SMALLEST_SCENE <= size * unit <= LARGEST_SCENE:
+        how_large = "only" if size * unit < SMALLEST_SCENE else "as much as"
+        finding = f"it is {how_large} {size * unit:.6g} m wide or high"
+    elif side is not None and side * unit > LARGEST_SMALLER_SIDE:
+        finding = f"half of its blocks are at least {side * unit:.3g} m wide and high"
+    else:
+        return ""
     effect = "lengths were not scaled, and the unit weight refers to the lengths of the drawing"
     if to_metres:
         effect = f"lengths were multiplied by {unit:g}"
-    return (
-        f"the drawing is in {name} ($INSUNITS), so it is {how_large} {size * unit:.6g} m wide or high: "
-        f"correct the unit in the drawing if it is wrong; {effect}"
-    )
+    in_unit = f"the drawing is in {_unit_name(document)} ($INSUNITS)"
+    return f"{in_unit}, so {finding}: correct the unit in the drawing if it is wrong; {effect}"
 
 
 def _layers(document: Any) -> dict[str, tuple[str, int]]:
@@ -310,6 +339,19 @@ def _use_of_layers(document: Any, drawing: DxfDrawing) -> list[str]:
     if unread:
         lines.append(f"layers not read: {', '.join(f'{name} ({reason})' for name, reason in unread.items())}")
     return lines
+
+
+def _holes(found: Sequence[Outline], scene: Scene) -> list[str]:
+    """Return a line of text that lists the outlines that are holes, or an empty list without holes."""
+    holes = [
+        f"{hole.where} in block '{block.name}'"
+        for shape, block in zip(found, scene.blocks, strict=True)
+        for hole in shape.holes
+    ]
+    if not holes:
+        return []
+    more = f"; and {len(holes) - _MOST_HOLES} more" if len(holes) > _MOST_HOLES else ""
+    return [f"holes: {'; '.join(holes[:_MOST_HOLES])}{more}"]
 
 
 def _on_layers(entities: list[Any], drawing: DxfDrawing) -> list[Any]:

@@ -30,6 +30,8 @@ _PARALLEL_COSINE = 0.9
 #: Angle between two faces at a common edge, in radians, below which the faces count as coincident.
 _COINCIDENT_ANGLE = 1e-4
 
+FEWEST_SIDES = 4  #: Smallest number of sides of a solid: those of a tetrahedron.
+
 Edge = tuple[int, int]
 
 
@@ -183,7 +185,10 @@ def flattened(mesh: Mesh, tolerance: float) -> MeshSolid | None:
             return None
         points[corner] -= move
     solid = MeshSolid(points, [_ringed(points, side.rings) for side in coarse.sides])
-    return solid if all(_is_flat(points, side, tolerance) for side in solid.sides) else None
+    is_flat = all(_is_flat(points, side, tolerance) for side in solid.sides)
+    # A large tolerance merges opposite faces, until no volume remains.
+    is_solid = len(solid.sides) >= FEWEST_SIDES and 2 * solid.volume > tolerance * solid.area
+    return solid if is_flat and is_solid else None
 
 
 def _is_flat(points: np.ndarray, side: Side, tolerance: float) -> bool:

@@ -3,6 +3,7 @@
 import re
 from collections import Counter, defaultdict
 from collections.abc import Callable, Sequence
+from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
@@ -10,16 +11,29 @@ import shapely
 
 from masonry_opt.scene.drawings.defects import Defect, Defects, near
 from masonry_opt.scene.drawings.outlines import Curve, Outline
-from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
+from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, least_width
 from masonry_opt.scene.rows import linked
+from masonry_opt.scene.tolerance_advice import lower_tolerance
 
 #: Largest relative difference in area at which an outline inside another outline counts as a copy. With a
 #: larger value, a hole that almost fills a block would count as a copy of the block's outline.
 _EQUAL_AREA_TOLERANCE = 1e-9
 
+#: Ratio of the bounds of a tolerance at which its bisection ends. With a larger value, messages advise
+#: smaller tolerances than necessary.
+_LIMIT_PRECISION = 1.01
+
 #: Smallest number of outlines inside an outline that can be a frame around the drawing. With the value 1, a
 #: block with one hole would count as a frame.
 _FEWEST_IN_FRAME = 2
+
+
+class OutlineTolerance(NamedTuple):
+    """Length below which details of outlines are ignored."""
+
+    option: str  #: option that sets the length: "tolerance" or "outline_tolerance"
+    length: float  #: length below which details of outlines are ignored
+    rounding: float  #: rounding error of the drawing, which is the default of the length
 
 
 class Nesting(NamedTuple):
@@ -30,7 +44,11 @@ class Nesting(NamedTuple):
 
 
 def outlines_with_holes(
-    outlines: Sequence[Curve], is_support: Sequence[bool], tolerance: float, overlap: float, defects: Defects
+    outlines: Sequence[Curve],
+    is_support: Sequence[bool],
+    tolerance: OutlineTolerance,
+    overlap: float,
+    defects: Defects,
 ) -> Nesting:
     """Separate outlines of blocks from outlines of holes, and leave out duplicate outlines.
 
@@ -41,7 +59,15 @@ def outlines_with_holes(
 
     Outlines that have no area or cross themselves are added to the defects and left out.
     """
-    drawn = [(curve, _polygon(curve, tolerance, defects)) for curve in outlines]
+    is_collapsed = [_is_collapsed(curve, tolerance) for curve in outlines]
+    drawn = [
+        (curve, None if collapses else _polygon(curve, tolerance.length, defects))
+        for curve, collapses in zip(outlines, is_collapsed, strict=True)
+    ]
+    if any(is_collapsed):
+        # Stop here: without the collapsed outlines, other outlines would count as blocks instead of holes.
+        _add_collapsed(list(compress(outlines, is_collapsed)), outlines, tolerance, defects)
+        return Nesting([], [])
     is_shape = [polygon is not None for _, polygon in drawn]
     curves = [curve for curve, polygon in drawn if polygon is not None]
     polygons = np.array([polygon for _, polygon in drawn if polygon is not None], dtype=object)
@@ -107,15 +133,57 @@ def _blocks(
     return outlines
 
 
+def _without_details(curve: Curve, tolerance: float) -> shapely.Polygon:
+    """Return the polygon of a closed curve without sides that are shorter than a tolerance."""
+    step = np.hypot(*(curve.points - np.roll(curve.points, 1, axis=0)).T)
+    points = curve.points[step > tolerance]
+    return shapely.Polygon(points if len(points) > 2 else None)
+
+
+def _has_area(curve: Curve, tolerance: float) -> bool:
+    """Return True if the polygon of a closed curve has an area, apart from details within a tolerance."""
+    return bool(_without_details(curve, tolerance).convex_hull.area > tolerance**2)
+
+
+def _is_collapsed(curve: Curve, tolerance: OutlineTolerance) -> bool:
+    """Return True if a closed curve has an area as drawn, but none within the given tolerance."""
+    return not _has_area(curve, tolerance.length) and _has_area(curve, tolerance.rounding)
+
+
+def _largest_tolerance(curve: Curve, tolerance: OutlineTolerance) -> float:
+    """Return, by bisection, the largest tolerance within which a collapsed curve has an area."""
+    low, high = tolerance.rounding, tolerance.length
+    while high > _LIMIT_PRECISION * low:
+        middle = (low * high) ** 0.5
+        low, high = (middle, high) if _has_area(curve, middle) else (low, middle)
+    return low
+
+
+def _add_collapsed(
+    collapsed: Sequence[Curve], outlines: Sequence[Curve], tolerance: OutlineTolerance, defects: Defects
+) -> None:
+    """Add a defect for each outline that has an area as drawn, but none within the given tolerance.
+
+    All of these defects have one remedy: a tolerance within which all outlines have an area.
+    """
+    limit = min(_largest_tolerance(curve, tolerance) for curve in collapsed)
+    widths = (least_width(shapely.Polygon(curve.points)) for curve in outlines if len(curve.points) > 2)
+    thickness = min(width for width in widths if width > tolerance.rounding)
+    too_large = f"too thin for '{tolerance.option}' {tolerance.length:.3g}"
+    advice = lower_tolerance(thickness, limit, tolerance.option)
+    remedy = f"the thickness of the thinnest outline is {thickness:.3g}, so {advice}"
+    for curve in collapsed:
+        several, place = f"outlines are {too_large}", near(*curve.points[0])
+        defects.add(Defect(curve.where, f"is {too_large}", several, remedy, place))
+
+
 def _polygon(curve: Curve, tolerance: float, defects: Defects) -> shapely.Polygon | None:
     """Return the polygon of a closed curve.
 
     If the curve has no area or crosses itself, add a defect and return None.
     """
-    step = np.hypot(*(curve.points - np.roll(curve.points, 1, axis=0)).T)
-    points = curve.points[step > tolerance]
-    polygon = shapely.Polygon(points if len(points) > 2 else None)
-    if polygon.convex_hull.area <= tolerance**2:
+    polygon = _without_details(curve, tolerance)
+    if not _has_area(curve, tolerance):
         place = near(*curve.points[0])
         defects.add(Defect(curve.where, "has no area", "outlines have no area", "delete it", place))
         return None
@@ -123,7 +191,7 @@ def _polygon(curve: Curve, tolerance: float, defects: Defects) -> shapely.Polygo
         return shapely.orient_polygons(polygon)
     # GEOS writes the first crossing in square brackets, as in "Self-intersection[2 0.5]".
     crossing = re.search(r"\[(\S+) (\S+)\]", shapely.is_valid_reason(polygon))
-    place = near(*map(float, crossing.groups())) if crossing else near(*points[0])
+    place = near(*map(float, crossing.groups())) if crossing else near(*curve.points[0])
     remedy = "draw the corners in order along the outline"
     defects.add(Defect(curve.where, "crosses itself", "outlines cross themselves", remedy, place))
     return None

@@ -19,6 +19,7 @@ from masonry_opt.scene.joints import Friction, JointDefaults
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector, Solid, Vector, prism
 from masonry_opt.scene.space.shapes import shapes
+from masonry_opt.scene.tolerance_advice import too_thin_for
 
 #: Largest number of characters in the name of a block. Longer names are shortened.
 _LONGEST_NAME = 200
@@ -199,20 +200,63 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
         raise ValueError(f"every block is a support: mark fewer blocks as supports (blocks: {names})")
     middle = np.concatenate(movable).mean(axis=0)
     tolerance = drawing.tolerance or _tolerance(movable)
-    blocks = []
-    mistakes = []
-    for mesh in meshes:
+    blocks, mistakes = _solids(meshes, drawing, tolerance, middle)
+    if mistakes and drawing.tolerance is not None:
+        wrong = [meshes[number] for number in mistakes]
+        _refuse_large_tolerance(meshes, wrong, drawing, _tolerance(movable))
+    refuse(list(mistakes.values()))
+    scene = scene_of(blocks, drawing.replace(tolerance=tolerance), path)
+    shapes(scene)  # raises CaseError if the analysis cannot use a block
+    return scene
+
+
+def _solids(
+    meshes: Sequence[Mesh], drawing: SolidDrawing, tolerance: float, middle: np.ndarray
+) -> tuple[list[Solid], dict[int, str]]:
+    """Return the solids of meshes, and the mistakes of wrong meshes by the index of the mesh.
+
+    ``middle`` is the middle of the movable blocks. The slab of a support lies on the side away from it.
+    """
+    solids = []
+    mistakes = {}
+    for number, mesh in enumerate(meshes):
         try:
             with naming(f"block '{mesh.name}'"):
                 if mesh.flat and not mesh.fixed:
                     raise ValueError("the block is a single face: give it a thickness, or make it a support")
-                blocks.append(drawing.solid(_slab(mesh, middle) if mesh.flat else mesh, tolerance))
+                solids.append(drawing.solid(_slab(mesh, middle) if mesh.flat else mesh, tolerance))
         except CaseError as error:
-            mistakes.append(str(error))
-    refuse(mistakes)
-    scene = scene_of(blocks, drawing.replace(tolerance=tolerance), path)
-    shapes(scene)  # raises CaseError if the analysis cannot use a block
-    return scene
+            mistakes[number] = str(error)
+    return solids, mistakes
+
+
+def _refuse_large_tolerance(
+    meshes: Sequence[Mesh], wrong: Sequence[Mesh], drawing: SolidDrawing, default: float
+) -> None:
+    """Raise ValueError if the ``wrong`` meshes are solids within a smaller tolerance than the drawing's.
+
+    The tolerance is halved until no mesh is wrong, or until it is smaller than the ``default``. The message
+    names the thinnest mesh and a sufficient upper limit of the tolerance.
+    """
+    given = drawing.tolerance
+    if given is None or any(mesh.flat for mesh in wrong):
+        return
+    limit = given / 2
+    while _solids(wrong, drawing, limit, np.zeros(3))[1]:
+        limit /= 2
+        if limit < default:
+            return
+    thickness = {mesh.name: _least_width(mesh) for mesh in meshes if not mesh.flat}
+    name = min(thickness, key=lambda block: thickness[block])
+    raise ValueError(f"block '{name}' is {too_thin_for(given, thickness[name], limit)}")
+
+
+def _least_width(mesh: Mesh) -> float:
+    """Return the smallest distance between two planes parallel to a face that enclose the mesh."""
+    vectors = np.array([area_vector(mesh.points[face]) for face in mesh.faces])
+    sizes = np.linalg.norm(vectors, axis=1)
+    normals = vectors[sizes > 0] / sizes[sizes > 0, None]
+    return float(np.ptp(mesh.points @ normals.T, axis=0).min(initial=np.inf))
 
 
 def _slab(mesh: Mesh, middle: np.ndarray) -> Mesh:

@@ -15,9 +15,10 @@ import shapely
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene import outlines
-from masonry_opt.scene.geometry import STRAIGHT, TOLERANCE_OVER_ERROR, set_tolerance
+from masonry_opt.scene.geometry import STRAIGHT, TOLERANCE_OVER_ERROR
 from masonry_opt.scene.rows import Rows, bounds, dots, first_alike, following, lengths, ranges, sums, turned
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.tolerance_advice import set_tolerance
 
 #: Ratio of the error of one corner of a rectangular face to the distance of the corners from their mean
 #: plane. The plane tilts towards the wrong corner, so all four corners have the same distance, a quarter of

@@ -37,7 +37,6 @@ from masonry_opt.studies.writing import StudyAnswer, records
 _BAR_HEIGHT = 0.09  #: Height of a bar, relative to the width of the axes.
 #: Printed headings of the table, by column.
 _HEADINGS = {
-    "direction": "direction (°)",
     "vertical": "vertical / horizontal",
     "a_0": "a_0 (g)",
     "a_star_0": "a_star_0 (g)",
@@ -166,7 +165,10 @@ class Cases(StudyAnswer):
 
     def _with_table(self, results: Iterable[str]) -> str:
         """Return the printed text: the heading, the table, and texts of results, separated by blank lines."""
-        table = frame_text(self.table.rename(columns=_HEADINGS), "").strip("\n")
+        headings = dict(_HEADINGS)
+        if self.to_draw.assembly.scene.dimension == 3:
+            headings["direction"] = "direction (°)"  # in the plane, the directions are "left" and "right"
+        table = frame_text(self.table.rename(columns=headings), "").strip("\n")
         return printable("\n\n".join([self._text(), table, *results]))
 
     def as_dict(self) -> dict[str, Any]:

@@ -5,7 +5,7 @@ values, one at which the scene holds and one at which it fails.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -33,6 +33,7 @@ from masonry_opt.solution.thresholds import LOWER
 from masonry_opt.studies.many.jumps import jump_between
 from masonry_opt.studies.many.scene_answer import SceneAnswer, solve_or_cross
 from masonry_opt.studies.many.standing import standing
+from masonry_opt.studies.many.threshold_text import distinguishing_digits, rounded_outwards
 from masonry_opt.studies.run_columns import ANSWER_COLUMNS, CROSSING_COLUMNS, framed
 from masonry_opt.studies.runner import whole
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
@@ -147,8 +148,11 @@ class Threshold(StudyAnswer):
         does = (
             "is stable under its dead load" if self.load is None else f"carries λ = {numeral(self.load, 'g')}"
         )
+        value = f"{self._rounded(self.holds)}, at which the scene {does}"
+        if self.value != self.holds.value:
+            value += f" (threshold, interpolated between both ends: {numeral(self.value, '.9g')})"
         facts = {
-            f"{self._kind} value": f"{numeral(self.value, '.9g')}, at which the scene {does}",
+            f"{self._kind} value": value,
             "holds": self._end(self.holds),
             "fails": self._end(self.fails),
             "scenes solved": str(self.evaluations),
@@ -184,19 +188,27 @@ class Threshold(StudyAnswer):
             return []
         return [end.name for end in (self.holds, self.fails) if math.isfinite(end.number)]
 
+    def _rounded(self, end: Trial) -> str:
+        """Return the value of an end as text, rounded outwards from the interval.
+
+        The scene thus also holds at the printed holding end, and fails at the printed failing end.
+        """
+        digits = distinguishing_digits(self.fails.value, [self.holds.value], _VALUE_DIGITS)
+        return rounded_outwards(end.value, digits, upwards=end.holds == self.least)
+
     def _end(self, end: Trial) -> str:
         """Return a text on an end of the interval: value, load factor or margin, and largest residual.
 
         The numbers have enough digits to distinguish both ends, and the failing end from the load.
         """
-        spec = _distinguishing_format(self.fails.value, [self.holds.value], _VALUE_DIGITS)
-        value = numeral(end.value, spec)
+        value = self._rounded(end)
         if not math.isfinite(end.number):
             return f"at {value}: {end.result.status}"
         worst = end.certificate.worst if end.certificate else None
         residual = "" if worst is None else f" (largest residual {worst:.0e})"
         near = [number for number in (self.holds.number, self.load) if number is not None]
-        number = numeral(end.number, _distinguishing_format(self.fails.number, near, _NUMBER_DIGITS))
+        digits = distinguishing_digits(self.fails.number, near, _NUMBER_DIGITS)
+        number = numeral(end.number, f".{digits}g")
         place = f", with {end.answer.place}" if end.answer.place else ""
         return f"at {value}: {self._measure} {number}{residual}{place}"
 
@@ -212,18 +224,6 @@ class Threshold(StudyAnswer):
                 result[name] |= end.answer.crossing.place
         trials = [{name: getattr(trial, name) for name in _TRIAL_COLUMNS} for trial in self.trials]
         return plain(result | {"trials": trials})
-
-
-def _distinguishing_format(number: float, others: Sequence[float], least: int) -> str:
-    """Return the format with the fewest significant digits that distinguishes a number from other numbers.
-
-    The number of digits is at least ``least``, and at most 17.
-    """
-    for digits in range(least, 18):
-        spec = f".{digits}g"
-        if all(f"{number:{spec}}" != f"{other:{spec}}" for other in others):
-            return spec
-    return ".17g"
 
 
 #: Function that returns the scene for a value of the varied parameter.

@@ -31,6 +31,7 @@ from masonry_opt.studies.many.runs import (
     ends,
     run_many,
 )
+from masonry_opt.studies.many.sample_text import quantile_text, statistic_text
 from masonry_opt.studies.run_columns import CROSSED_RUNS, is_crossed
 from masonry_opt.studies.runner import REFUSED, UNSOLVED, whole
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
@@ -375,10 +376,9 @@ class Sample(StudyAnswer):
     def __str__(self) -> str:
         lines = []
         for row in self.quantiles().to_dict("records"):
-            value = _statistic_text(row, "value", ".5f")
-            lines.append(f"{row['probability']:<6.0%} of λ are below {value} ({CONFIDENCE:.0%} confidence)")
+            lines.append(quantile_text(row, CONFIDENCE))
         for row in self.sensitivity().dropna(thresh=4).head(_PRINTED_CORRELATIONS).to_dict("records"):
-            correlation = _statistic_text(row, "rank_correlation", "+.3f")
+            correlation = statistic_text(row, "rank_correlation", "+.3f")
             lines.append(f"rank correlation with {row['parameter']} {correlation}")
         return printable("\n".join([super().__str__(), *lines]))
 
@@ -390,33 +390,6 @@ class Sample(StudyAnswer):
         result["warnings"] = self.warning_records
         tables = {name: records(frame) for name, frame in self.tables().items()}
         return result | {"confidence": CONFIDENCE} | tables
-
-
-def _statistic_text(row: Mapping[Any, Any], name: str, spec: str) -> str:
-    """Return a text on a statistic and its confidence limits, for λ and the incremental load factor.
-
-    ``row`` is a row of a table of ``Sample``, ``name`` is the column of the statistic, and ``spec`` is the
-    format of numbers.
-    """
-
-    def with_limits(prefix: str) -> str:
-        value, lower, upper = (_value_text(row[prefix + end], spec) for end in (name, "lower", "upper"))
-        return f"{value} ({lower} to {upper})"
-
-    statistic = with_limits("")
-    if math.isnan(row[INCREMENTAL_COLUMN + name]):
-        return statistic
-    incremental = with_limits(INCREMENTAL_COLUMN)
-    return f"{statistic}; incremental {'the same' if incremental == statistic else incremental}"
-
-
-def _value_text(value: float, spec: str) -> str:
-    """Return a load factor or a statistic as text: a number, "none", "unknown" or "any load"."""
-    if math.isfinite(value):
-        return numeral(value, spec)
-    if math.isnan(value):
-        return "unknown"
-    return "none" if value < 0 else "any load"
 
 
 def _refuse_shares(**shares: Sequence[float]) -> None:

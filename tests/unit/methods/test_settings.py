@@ -1,10 +1,11 @@
 """Settings classes check their values when they are created."""
 
+import inspect
 import math
 from dataclasses import fields, replace
 
 import pytest
-from scenes import two_blocks
+from scenes import CASES, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.methods.bounds.settings import ProofSettings
@@ -82,3 +83,25 @@ def test_further_starts_are_omitted_above_the_limit_of_the_simplex_method():
     result = mo.solve(scene, settings=settings, budget=unproven)
     assert result.load_factor is not None
     assert "further starts" not in [entry.step for entry in result.solution.log]
+
+
+#: Settings class, and the file and the title of the page of the guide that explains its fields.
+EXPLAINED = [
+    (mo.IncrementalSettings, "incremental.md", "The incremental analysis", "Settings"),
+    (mo.SearchSettings, "method.md", "The method", "Settings of the default method"),
+    (mo.ProofBudget, "method.md", "The method", "Settings of the default method"),
+]
+
+
+@pytest.mark.parametrize(("settings", "file", "page", "section"), EXPLAINED)
+def test_help_names_the_section_of_the_guide_that_explains_every_field(settings, file, page, section):
+    """The section that the docstring names prints the comments of the class, and each field has a comment."""
+    assert f'page "{page}", section "{section}"' in " ".join(settings.__doc__.split())
+    guide = (CASES.parent / "docs" / file).read_text(encoding="utf-8")
+    assert f"\n# {page}\n" in f"\n{guide}"
+    printed = guide.partition(f"## {section}\n")[2].partition("\n## ")[0]
+    assert f"autoclass:: {settings.__module__}.{settings.__name__}\n" in printed
+    lines = [line.strip() for line in inspect.getsource(settings).splitlines()]
+    for field in fields(settings):
+        number = next(number for number, line in enumerate(lines) if line.startswith(f"{field.name}:"))
+        assert lines[number - 1].startswith("#:")

@@ -31,7 +31,7 @@ from masonry_opt.solvers.registry import SOLVERS
 #: A value for each name that a reason can have, as in a result of `solve`.
 VALUES = {
     "above": 1.44, "against": False, "associative": 0.6, "backing": True, "beside": "blocks", "carried": 0.4,
-    "blocks": ["A"], "bound": 0.25, "by": 1e-6, "candidates": 12, "count": 7,
+    "aligning": 0.003, "blocks": ["A"], "bound": 0.25, "by": 1e-6, "candidates": 12, "count": 7,
     "dilatancy": -2.0, "distance": 120.0, "draws": 12, "elastic": 0.9,
     "epsilon": 3e-9, "exact": True, "factor": 1.4434, "fall": 1e-3, "fill": 1,
     "first": str(mo.Status.CYCLING), "fixed": True, "forces": True, "friction": 0.5, "gap": 1e-4,
@@ -46,6 +46,7 @@ VALUES = {
     "states": 21,
     "static_cuts": 2, "status": str(mo.Status.LOCKED), "steps": 27, "stiffness": (0.4, 0.5), "stress": None,
     "time_limit": 60.0, "seconds": 20.0, "phase": "further starts", "last": 0.5,
+    "gravity": 9.81, "extent": 3000.0,
     "unit_weight": 18.0, "value": 20.0, "weight": 1e8, "widths": [1e-3], "without": 1,
     "word": "unknown", "angle": 1e-3, "tolerance": 1e-3, "turn": 2e-3,
 }  # fmt: skip

@@ -104,6 +104,34 @@ def test_all_defects_are_named_at_once_by_kind_and_place(tmp_path):
     assert "has no area near (5, 5): delete it" in empty
 
 
+@pytest.mark.parametrize("option", ["tolerance", "outline_tolerance"])
+@pytest.mark.parametrize("value", [0.6, 1.5, 30.0])
+def test_a_tolerance_larger_than_a_stone_is_named_instead_of_the_stone(tmp_path, option, value):
+    """The outline of the pebble, 0.5 wide, has an area, although not within the tolerance. The message
+    advises a tolerance with which the drawing can be read."""
+    pebble = "", [(0, 2), (0.5, 2), (0.5, 2.5), (0, 2.5)]
+    path = drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0), brick(0, 1), pebble)
+    with pytest.raises(mo.CaseError) as refusal:
+        mo.read_dxf(path, **GIVEN, **{option: value})
+    (line,) = str(refusal.value).splitlines()
+    assert f"too thin for '{option}' {value:g}" in line
+    assert "the thickness of the thinnest outline is 0.5, so set" in line
+    assert "delete it" not in line
+    advised = float(re.search(rf"set '{option}' to less than ([\d.]+),", line)[1])
+    assert len(mo.read_dxf(path, **GIVEN, **{option: 0.99 * advised}).blocks) == 4
+
+
+def test_a_curve_of_short_chords_limits_the_advised_tolerance(tmp_path):
+    """All 100 chords of a circle of radius 1, 0.0628 long, are shorter than the tolerance."""
+    corners = [(math.cos(math.pi * n / 50), 2 + math.sin(math.pi * n / 50)) for n in range(100)]
+    path = drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0), ("", corners))
+    with pytest.raises(mo.CaseError, match=r"is too thin for 'tolerance' 0.08 near \(1, 2\)") as refusal:
+        mo.read_dxf(path, **GIVEN, tolerance=0.08)
+    advised = float(re.search(r"set 'tolerance' to less than ([\d.]+),", str(refusal.value))[1])
+    assert 0.06 < advised < 2 * math.sin(math.pi / 100)
+    assert len(mo.read_dxf(path, **GIVEN, tolerance=0.99 * advised).blocks) == 3
+
+
 @pytest.mark.parametrize("outside", [[], [("title", [(12, -9), (20, -9), (20, -5), (12, -5)])]])
 @pytest.mark.parametrize("supports", ["fixed", "plinth"])
 @pytest.mark.parametrize("mortar", [0.0, 0.1])
@@ -157,6 +185,39 @@ def test_units_that_do_not_fit_the_size_are_doubted(tmp_path, unit, factor, size
     assert [str(warning.message).count(f"so it is {size} wide") for warning in told] == [1] * bool(size)
 
 
+@pytest.mark.parametrize(
+    ("unit", "courses", "warned"),
+    [(6, 9, False), (6, 10, False), (5, 10, False), (15, 9, False), (15, 10, True)],
+)
+def test_units_that_make_stones_too_large_are_doubted(tmp_path, unit, courses, warned):
+    """Stones of 2 × 1 units are 20 m × 10 m in decametres (code 15). A few blocks may be whole walls."""
+    path = drawn(tmp_path / "a.dxf", FLOOR, *(brick(0, y) for y in range(courses)), unit=unit)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        mo.read_dxf(path, **GIVEN)
+    found = [str(warning.message) for warning in told]
+    assert len(found) == warned
+    assert all(
+        "so half of its blocks are at least 10 m wide and high: correct the unit" in one for one in found
+    )
+
+
+@pytest.mark.parametrize(
+    ("unit", "options", "size"),
+    [
+        (0, (), "2 × 3 (unit of length not known)"),
+        (6, (), "2 × 3 m"),
+        (14, (), "2 × 3 decimetres = 0.2 × 0.3 m"),
+        (14, ("--to-metres",), "0.2 × 0.3 m"),
+        (14, ("--thickness", "4"), "2 × 4 × 3 decimetres = 0.2 × 0.4 × 0.3 m"),
+    ],
+)
+def test_the_command_prints_the_size_with_its_unit(tmp_path, command, unit, options, size):
+    path = drawn(tmp_path / "a.dxf", FLOOR, *(brick(0, y) for y in range(3)), unit=unit)
+    told = command("convert", path, tmp_path / "a.toml", "--friction", "0.7", "--unit-weight", "20", *options)
+    assert f"\nsize without supports: {size}\n" in told
+
+
 def test_a_layer_of_supports_that_was_not_read_is_named(tmp_path):
     path = drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0))
     with pytest.raises(mo.CaseError, match=r"layer 'fixed' was not read .not named with --layer\)"):
@@ -180,13 +241,26 @@ def test_the_command_lists_layers_and_prints_warnings(tmp_path, monkeypatch, cap
     options = "--friction", "0.7", "--unit-weight", "20", "--live", "1,0", "--without-layer", "cracks"
     code, out, err = run_command(monkeypatch, capsys, "convert", path, tmp_path / "a.toml", *options)
     assert code == 0
-    _, read, not_read = out.splitlines()
+    _, size, read, not_read = out.splitlines()
+    assert size == "size without supports: 2 × 1 (unit of length not known)"
     assert read == "layers read: fixed (1 curve, supports), stones (2 curves)"
     assert not_read == (
         "layers not read: off (off), ice (frozen), cracks (--without-layer), notes (no outlines)"
     )
     assert "warning: " in err
     assert "1 outline is drawn twice, and each copy was left out" in err
+
+
+def test_the_command_names_the_block_and_the_layer_of_each_hole(tmp_path, command):
+    """A circle that marks an anchor would become a hole in its stone."""
+    path = drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0), brick(0, 1))
+    document = ezdxf.readfile(path)
+    circle = document.modelspace().add_circle((1, 1.5), 0.1, dxfattribs={"layer": "anchors"})
+    document.saveas(path)
+    scene = mo.read_dxf(path, **GIVEN)
+    (stone,) = [block.name for block in scene.blocks if block.holes]
+    out = command("convert", path, tmp_path / "a.toml", "--friction", "0.7", "--unit-weight", "20")
+    assert f"holes: CIRCLE {circle.dxf.handle} on layer 'anchors' in block '{stone}'" in out.splitlines()
 
 
 def test_the_advised_tolerance_is_the_thickness_of_a_curved_overlap(tmp_path):

@@ -56,7 +56,8 @@ def test_a_folder_becomes_a_case_file_or_is_named_by_one(folder, tmp_path, monke
     options = ["--friction", "0.7", "--unit-weight", "10", "--live", "1,0,0"]
     code, told, err = run_command(monkeypatch, capsys, "convert", folder, out, *options)
     assert (code, err) == (0, "")
-    assert "3 blocks (1 fixed), 0 holes, 2 joints" in told
+    assert "3 blocks (1 fixed), 0 holes, 2 joints\nsize without supports: " in told
+    assert "(unit of length not known)\n" in told
     named = tmp_path / "named.toml"
     named.write_text(
         "[joints]\nfriction = 0.7\n[mesh]\nfile = 'stones'\nunit_weight = 10\nlive_per_weight = [1, 0, 0]\n"

@@ -251,8 +251,14 @@ def test_all_broken_blocks_of_a_file_are_named_at_once(tmp_path):
 
 
 def test_a_tolerance_above_the_smallest_stone_names_the_stone(tmp_path):
+    """The message also advises a smaller tolerance, with which the file can be read."""
     box = STONES["box"]
     path = tmp_path / "stones.obj"
     path.write_bytes(obj({"fixed": box, "pebble": (0.01 * box[0] + [0, 0, 0.5], box[1]), "high": box}))
-    with pytest.raises(mo.CaseError, match=r"block 'pebble' .*tolerance 0\.03"):
-        mo.read_mesh(path, friction=0.7, unit_weight=1.0, tolerance=0.03)
+    given = {"friction": 0.7, "unit_weight": 1.0}
+    for tolerance in (0.03, 0.4):
+        with pytest.raises(mo.CaseError, match=r"block 'pebble' is too thin for 'tolerance' 0\.") as refusal:
+            mo.read_mesh(path, **given, tolerance=tolerance)
+        (line,) = str(refusal.value).splitlines()
+        advised = float(re.search(r"\(thickness 0.005\): set 'tolerance' to less than ([\d.]+),", line)[1])
+        assert len(mo.read_mesh(path, **given, tolerance=0.99 * advised).blocks) == 3

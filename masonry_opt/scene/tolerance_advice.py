@@ -1,0 +1,56 @@
+"""Write the parts of messages that advise values of ``tolerance`` and ``contact_tolerance``."""
+
+import math
+
+from masonry_opt.errors import rounded_down, rounded_up
+
+#: Amount by which a recommended contact tolerance exceeds the gap, relative to the gap, to allow for
+#: rounding.
+_GAP_ROUNDING = 1e-6
+
+#: Largest advised ``tolerance``, relative to the thickness of the thinnest block. Sides shorter than about
+#: ten tolerances have no joints, so a larger value would advise tolerances that separate blocks.
+_ADVISED_SHARE = 0.1
+
+
+def set_tolerance(tolerance: float) -> str:
+    """Return the part of a message that advises setting ``tolerance``.
+
+    The value is rounded up to two digits.
+    """
+    return f"set 'tolerance' to {rounded_up(tolerance, 2)}"
+
+
+def too_thin_for(tolerance: float, thickness: float, limit: float = math.inf) -> str:
+    """Return the part of a message that calls the thinnest block too thin for ``tolerance``, with advice.
+
+    See :func:`lower_tolerance` for the limit.
+    """
+    advice = lower_tolerance(thickness, limit)
+    return f"too thin for 'tolerance' {tolerance:.3g} (thickness {thickness:.3g}): {advice}"
+
+
+def lower_tolerance(thickness: float, limit: float = math.inf, option: str = "tolerance") -> str:
+    """Return the part of a message that advises a smaller tolerance.
+
+    The advised tolerances are small compared with the thickness of the thinnest block, and smaller than
+    ``limit``. The ``option`` is the name of the tolerance.
+    """
+    advised = rounded_down(min(limit, _ADVISED_SHARE * thickness))
+    return f"set '{option}' to less than {advised}, and set 'contact_tolerance' to close gaps between stones"
+
+
+def set_both(gap: float, tolerance: float) -> str:
+    """Return the part of a message that advises both tolerances, for stones of a survey drawn apart."""
+    return (
+        f"{set_contact_tolerance(gap)}, and 'tolerance' to {rounded_up(tolerance, 2)}, which makes nearly "
+        "parallel joints of a survey parallel"
+    )
+
+
+def set_contact_tolerance(gap: float) -> str:
+    """Return the part of a message that advises setting ``contact_tolerance`` to a value that closes a gap.
+
+    The value has three digits. It is larger than the gap, because the width of the gap may be rounded.
+    """
+    return f"set 'contact_tolerance' to {rounded_up(gap * (1 + _GAP_ROUNDING), 3)}"

@@ -1,0 +1,14 @@
+"""Typical sizes of masonry, to warn about lengths in another unit than the user believes."""
+
+#: Smallest plausible size of a scene, in metres. Models in laboratories are larger. With a larger value,
+#: warnings name small models.
+SMALLEST_SCENE = 0.1
+#: Largest plausible size of a scene, in metres. Aqueducts are smaller. With a smaller value, warnings name
+#: long bridges.
+LARGEST_SCENE = 1000.0
+#: Largest plausible median of the smaller side of the blocks of a wall, in metres. Larger stones are rare.
+#: With a smaller value, warnings name walls of large stones.
+LARGEST_SMALLER_SIDE = 2.0
+#: Least number of movable blocks with which the blocks count as single stones. In scenes with fewer blocks, a
+#: block may be a whole wall. With a smaller value, warnings name scenes of a few walls.
+FEWEST_STONES = 10

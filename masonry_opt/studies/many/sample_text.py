@@ -1,0 +1,55 @@
+"""Write the statistics of a sample as lines of text."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from masonry_opt.reporting.sentences import numeral
+from masonry_opt.studies.many.runs import INCREMENTAL_COLUMN
+
+
+def quantile_text(row: Mapping[Any, Any], confidence: float) -> str:
+    """Return a line on a quantile of λ, with its confidence limits.
+
+    ``row`` is a row of :meth:`~.sample.Sample.quantiles`. An infinite quantile shows which fraction of the
+    runs is unstable or carries any load, so the line states this fraction.
+    """
+    probability, value = row["probability"], row["value"]
+    remark = f"({confidence:.0%} confidence)"
+    if not math.isinf(value):
+        return f"{probability:<6.0%} of λ are below {statistic_text(row, 'value', '.5f')} {remark}"
+    share = probability if value < 0 else 1 - probability
+    does = "are unstable under their dead load" if value < 0 else "carry any load"
+    line = f"at least {share:.0%} of the runs {does}"
+    if not math.isfinite(row[INCREMENTAL_COLUMN + "value"]):
+        return line
+    incremental = _with_limits(row, INCREMENTAL_COLUMN, "value", ".5f")
+    return f"{line}; {probability:.0%} of the incremental λ are below {incremental} {remark}"
+
+
+def statistic_text(row: Mapping[Any, Any], name: str, spec: str) -> str:
+    """Return a text on a statistic and its confidence limits, for λ and the incremental load factor.
+
+    ``row`` is a row of a table of ``Sample``, ``name`` is the column of the statistic, and ``spec`` is the
+    format of numbers.
+    """
+    statistic = _with_limits(row, "", name, spec)
+    if math.isnan(row[INCREMENTAL_COLUMN + name]):
+        return statistic
+    incremental = _with_limits(row, INCREMENTAL_COLUMN, name, spec)
+    return f"{statistic}; incremental {'the same' if incremental == statistic else incremental}"
+
+
+def _with_limits(row: Mapping[Any, Any], prefix: str, name: str, spec: str) -> str:
+    """Return a text on a statistic with its confidence limits, whose columns begin with a prefix."""
+    value, lower, upper = (_value_text(row[prefix + end], spec) for end in (name, "lower", "upper"))
+    return f"{value} ({lower} to {upper})"
+
+
+def _value_text(value: float, spec: str) -> str:
+    """Return a load factor or a statistic as text: a number, "unstable", "unknown" or "any load"."""
+    if math.isfinite(value):
+        return numeral(value, spec)
+    if math.isnan(value):
+        return "unknown"
+    return "unstable" if value < 0 else "any load"

@@ -1,0 +1,30 @@
+"""Write the values and load factors of a threshold with enough digits, rounded to the safe side."""
+
+from collections.abc import Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+
+from masonry_opt.reporting.sentences import numeral
+
+#: Number of significant digits to which a value is rounded first. The binary value of 0.3 is slightly less
+#: than 0.3; without the first rounding, it would be rounded down to 0.299999999.
+_EXACT_DIGITS = 15
+
+
+def distinguishing_digits(number: float, others: Sequence[float], least: int) -> int:
+    """Return the least number of significant digits that distinguishes a number from other numbers.
+
+    The result is at least ``least``, and at most 17.
+    """
+    for digits in range(least, 17):
+        if all(f"{number:.{digits}g}" != f"{other:.{digits}g}" for other in others):
+            return digits
+    return 17
+
+
+def rounded_outwards(value: float, digits: int, upwards: bool) -> str:
+    """Return a value as text, rounded up (or down) to a number of significant digits."""
+    if digits >= _EXACT_DIGITS:
+        return numeral(value, f".{digits}g")
+    exact = Context(prec=_EXACT_DIGITS).create_decimal(Decimal(value))
+    context = Context(prec=digits, rounding=ROUND_CEILING if upwards else ROUND_FLOOR)
+    return numeral(float(context.create_decimal(exact)), f".{digits}g")
