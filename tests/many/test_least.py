@@ -261,6 +261,9 @@ def test_friction_that_carries_a_load(case, command):
         assert value == pytest.approx(found[end]["value"], rel=1e-8)
         assert number == pytest.approx(found[end]["number"], rel=1e-6)
     command.refused("least", case, *asked, "-o", "beta=1")
+    assert command.json("least", case, *asked, "--time-limit", "60")["value"] == found["value"]
+    without_load = (*asked[:2], "--time-limit", "60")
+    assert "time_limit: add 'load'" in command.refused("least", case, *without_load)
 
 
 def test_greatest_push_that_a_block_stands(case, command):

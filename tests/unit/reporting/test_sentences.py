@@ -132,6 +132,18 @@ def test_words(code):
     assert message([given]) == words
 
 
+def test_each_part_that_the_time_limit_ended_has_a_line():
+    solved = mo.solve(block_on_floor(), "static")
+    ends = [
+        reason(Code.TIME_LIMIT, seconds=7.0, phase=phase, carried=None, last=None)
+        for phase in ("search", "search", "incremental analysis")
+    ]
+    stopped = replace(solved, solution=replace(solved.solution, reasons=tuple(ends)))
+    first, second = facts(stopped)["time limit"].split("\n")
+    assert first.endswith("raise the time limit")
+    assert "incremental analysis" in second
+
+
 def test_several_reasons_are_one_message():
     result = mo.solve(two_blocks(), "nonassociative", max_iterations=2, remedies="none")
     assert len(result.reasons) == 2
