@@ -15,7 +15,8 @@ from masonry_opt.brief import brief
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, printable
 from masonry_opt.problem.problem import Problem, State
-from masonry_opt.reporting.sentences import BY_CHORDS, by_sides, numeral
+from masonry_opt.reporting.linear_laws import BY_CHORDS, by_sides
+from masonry_opt.reporting.sentences import numeral
 from masonry_opt.reporting.stability import STABLE
 from masonry_opt.reporting.summary import of_fills
 from masonry_opt.reporting.terminal import frame_text

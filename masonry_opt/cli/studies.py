@@ -33,8 +33,8 @@ from masonry_opt.reporting.terminal import frame_text, print_result, print_text,
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.load_cases.cases import Cases
-from masonry_opt.studies.many.least import Trial
 from masonry_opt.studies.many.parameters import Parameters
+from masonry_opt.studies.many.trial import Trial
 from masonry_opt.studies.report.report import refuse_report
 
 #: Printed text for λ at a position without a load factor, by whether the scene carries any load there.

@@ -31,7 +31,7 @@ from masonry_opt.models.pyomo_static import PyomoStatic
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.proving import prove_least
-from masonry_opt.reporting.sentences import by_sides
+from masonry_opt.reporting.linear_laws import by_sides
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.mistakes import instead_of, suggests_arguments

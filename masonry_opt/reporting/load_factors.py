@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from masonry_opt.errors import counted
-from masonry_opt.reporting.sentences import by_sides, message, numeral, sentences
+from masonry_opt.reporting.linear_laws import by_sides
+from masonry_opt.reporting.sentences import message, numeral, sentences
 from masonry_opt.solution.acceptance import LIMITS, Kind
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.reasons import Code, Status

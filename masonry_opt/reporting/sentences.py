@@ -10,7 +10,6 @@ from math import inf
 from typing import Any
 
 from masonry_opt.errors import counted, rounded_up
-from masonry_opt.problem.faces import CHORDS, MISSED, Layout
 from masonry_opt.reporting.inputs import INPUT_SENTENCES
 from masonry_opt.reporting.names import blocks, do, pairs, verb
 from masonry_opt.solution.reasons import Code, Reason, Status
@@ -24,23 +23,6 @@ _LARGEST_WITH_DECIMALS = 1e10
 #: reason why stability is undecided. At this ratio, the answers of solvers have only one or two correct
 #: digits.
 _VERY_DIFFERENT = 1e7
-
-#: Description of the crushing law in linear programs, where chords replace the parabola.
-BY_CHORDS = f"{len(CHORDS.slope)} chords inside the crushing parabola, at most {100 * MISSED:.2f} % below it"
-#: Remark on load factors by chords: the effect of the chords, and the method that uses the parabola.
-PARABOLA_REMARK = (
-    "the parabola permits larger moments and λ; method 'static' with Clarabel computes its associative λ"
-)
-
-
-def by_sides(layout: Layout) -> str:
-    """Return a description of the polygons that replace friction cones in linear programs in space."""
-    missed = 100 * (1 - layout.factor)
-    return (
-        f"by a polygon of {len(layout.senses)} sides, which is inside the friction cone and neglects up to "
-        f"{missed:.2g} % of the friction"
-    )
-
 
 #: Names of residuals in messages, by the key of the residual.
 _RESIDUAL_NAMES = {

@@ -8,6 +8,7 @@ import numpy as np
 from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
+from masonry_opt.reporting.linear_laws import BY_CHORDS, PARABOLA_REMARK
 from masonry_opt.reporting.load_factors import (
     ASSOCIATIVE,
     FOUND,
@@ -21,7 +22,7 @@ from masonry_opt.reporting.load_factors import (
     why_not_incremental,
 )
 from masonry_opt.reporting.names import labelled, verb
-from masonry_opt.reporting.sentences import BY_CHORDS, PARABOLA_REMARK, message, numeral, sentences
+from masonry_opt.reporting.sentences import message, numeral, sentences
 from masonry_opt.reporting.stability import answer_line, reserves
 from masonry_opt.scene.blocks import Reference
 from masonry_opt.scene.case_file import CaseFile

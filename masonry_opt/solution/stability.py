@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import ConvexHull, QhullError
 
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.rank import has_independent_columns
@@ -155,6 +154,9 @@ def _in_space(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndar
     hull of the contact points. The shape is (2, k) for the k joints ``pressed``; ``n`` are the normal forces
     at the contact points.
     """
+    # Import scipy.spatial only here, because the import takes 0.1 s and scenes in the plane do not need it.
+    from scipy.spatial import ConvexHull, QhullError
+
     joints, measured = assembly.joints, []
     for joint in pressed.tolist():
         at = slice(joints.first_point[joint], joints.last_point[joint] + 1)

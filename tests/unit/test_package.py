@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from importlib.metadata import version
 
 import pytest
 from unit.test_house import ROOT, imports_of
@@ -56,10 +57,13 @@ REFUSED = {
 
 
 def test_no_subpackage_imports_a_later_one():
-    """Modules beside the subpackages may import all of them except studies and the command line."""
+    """Modules beside the subpackages may import all of them except studies and the command line.
+
+    Only the module that runs with ``python -m masonry_opt`` imports the command line.
+    """
     folders = {path.name for path in PACKAGE.iterdir() if (path / "__init__.py").exists()}
     assert {*LAYERS} == {*folders, "models"}
-    for path in PACKAGE.rglob("*.py"):
+    for path in {*PACKAGE.rglob("*.py")} - {PACKAGE / "__main__.py"}:
         place = path.relative_to(PACKAGE).parts[0]
         number = LAYERS.index(place) if place in LAYERS else LAYERS.index("exports")
         refused = {*LAYERS[number + 1 :]} | REFUSED.get(place, set())
@@ -131,6 +135,15 @@ def test_python_started_in_a_clone_finds_the_models_there_and_loads_what_it_uses
     of_drawing = ("masonry_opt.drawing", "matplotlib")
     assert not [name for name in solved if name.startswith(of_drawing)]
     assert not [name for name in by_command if name.startswith(("masonry_opt.studies", "altair"))]
+
+
+def test_the_package_runs_as_a_module():
+    ended = subprocess.run([sys.executable, "-m", "masonry_opt", "--version"], cwd=ROOT, capture_output=True)
+    assert (ended.returncode, ended.stdout.split(), ended.stderr) == (
+        0,
+        [version("masonry_opt").encode()],
+        b"",
+    )
 
 
 def test_hints_install_extras_of_the_clone():

@@ -1,9 +1,10 @@
 """Printed lines of a crossing: the worst position, the loads at collapse, and the certainty of λ."""
 
 from masonry_opt.errors import counted
+from masonry_opt.reporting.linear_laws import BY_CHORDS
 from masonry_opt.reporting.load_factors import LEAST, certainty, own_name
 from masonry_opt.reporting.names import some
-from masonry_opt.reporting.sentences import BY_CHORDS, numeral
+from masonry_opt.reporting.sentences import numeral
 from masonry_opt.reporting.summary import crushing
 from masonry_opt.result import Result
 from masonry_opt.studies.crossing.assessment import assessment_text, capacity_text

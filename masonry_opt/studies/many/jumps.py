@@ -2,12 +2,9 @@
 
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 from masonry_opt.solution.thresholds import JUMP
-
-if TYPE_CHECKING:
-    from masonry_opt.studies.many.least import Trial
+from masonry_opt.studies.many.trial import FALLS, Trial
 
 #: Smallest ratio of a jump to the change that the slopes next to the interval predict. With a smaller ratio,
 #: a steep change of the load factor is mistaken for a jump.
@@ -15,7 +12,7 @@ _STEEPER = 10.0
 
 
 def jump_between(
-    holds: "Trial", fails: "Trial", trials: Iterable["Trial"], load: float | None
+    holds: Trial, fails: Trial, trials: Iterable[Trial], load: float | None
 ) -> tuple[float, float] | None:
     """Return the load factors (or margins) at both ends if there is a jump between them; otherwise None.
 
@@ -32,9 +29,9 @@ def jump_between(
     """
     known = [trial for trial in trials if math.isfinite(trial.number)]
     width = abs(holds.value - fails.value)
-    if not known or (load is None and fails.number == -math.inf):
+    if not known or (load is None and fails.number == FALLS):
         return None
-    before = (load or 0.0) if fails.number == -math.inf else fails.number
+    before = (load or 0.0) if fails.number == FALLS else fails.number
     change = holds.number - before
     slopes = [*_slope_beyond(holds, fails, known), *_slope_beyond(fails, holds, known)]
     if not slopes and math.isfinite(change):
@@ -44,7 +41,7 @@ def jump_between(
     return (fails.number, holds.number) if is_jump else None
 
 
-def _slope_beyond(end: "Trial", other: "Trial", known: list["Trial"]) -> list[float]:
+def _slope_beyond(end: Trial, other: Trial, known: list[Trial]) -> list[float]:
     """Return the slope next to an end of the interval, on the side away from the other end.
 
     The list is empty if the slope is unknown.

@@ -21,10 +21,10 @@ from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError, TimeLi
 from masonry_opt.files import plain
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.reporting.load_factors import ASSOCIATIVE, meaning, own_name
+from masonry_opt.reporting.load_factors import meaning
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.reporting.summary import crushing
-from masonry_opt.result import Result, distinct_warnings
+from masonry_opt.result import distinct_warnings
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.answer import Certificate
@@ -34,45 +34,18 @@ from masonry_opt.studies.many.jumps import jump_between
 from masonry_opt.studies.many.scene_answer import SceneAnswer, solve_or_cross
 from masonry_opt.studies.many.standing import standing
 from masonry_opt.studies.many.threshold_text import distinguishing_digits, rounded_outwards
+from masonry_opt.studies.many.trial import FALLS, UNLIMITED, Trial
 from masonry_opt.studies.run_columns import ANSWER_COLUMNS, CROSSING_COLUMNS, framed
 from masonry_opt.studies.runner import whole
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.studies.writing import StudyAnswer
 
-FALLS = -math.inf  #: Value of ``Trial.number`` for a scene that is unstable under its dead load.
-UNLIMITED = math.inf  #: Value of ``Trial.number`` for a scene that carries any load.
 #: Printed text for load factors that are not finite.
 _INFINITE_FACTOR_TEXTS = {FALLS: "none (unstable under dead load)", UNLIMITED: "any"}
 #: Columns of a table of trials that are copied from attributes of a trial, and their types.
 _TRIAL_COLUMNS = {"value": "float64", "holds": "bool", "number": "float64"}
 _VALUE_DIGITS = 9  #: Least number of significant digits with which the ends of an interval are printed.
 _NUMBER_DIGITS = 6  #: Least number of significant digits with which load factors are printed.
-
-
-@dataclass(frozen=True)
-class Trial:
-    """Scene for one value of the varied parameter, with its answer."""
-
-    value: float
-    holds: bool  #: True if the scene is stable, or carries the load
-    number: float  #: load factor or dead-load margin; -inf if unstable; inf if any load is carried
-    answer: SceneAnswer = field(repr=False)  #: result; if axles move over the scene, also the crossing
-    certificate: Certificate | None = field(repr=False)  #: residuals of ``number`` if it is finite
-
-    __repr__ = brief
-
-    @property
-    def result(self) -> Result:
-        """Result of the scene, with its state and mechanism: see :class:`~.standing.DeadLoadMargin`.
-
-        If axles move over the scene, it is the result at their worst position.
-        """
-        return self.answer.result
-
-    @property
-    def name(self) -> str:
-        """Name of the load factor ``number``; "associative" if the method found no load factor."""
-        return ASSOCIATIVE if self.result.load_factor is None else own_name(self.result)
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from masonry_opt.drawing.pictures import elements_picture
 from masonry_opt.drawing.solids import ViewAngles, refuse_view
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.reporting.linear_laws import BY_CHORDS
 from masonry_opt.reporting.load_factors import (
     ASSOCIATIVE,
     INCREMENTAL,
@@ -26,7 +27,7 @@ from masonry_opt.reporting.load_factors import (
     state_found,
 )
 from masonry_opt.reporting.names import some
-from masonry_opt.reporting.sentences import BY_CHORDS, numeral
+from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result, distinct_warnings
 from masonry_opt.solution.motion import moving_names
 from masonry_opt.solution.reasons import Status

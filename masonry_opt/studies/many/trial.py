@@ -1,0 +1,39 @@
+"""Trial of the search for a threshold: a scene for one value of the varied parameter, and its answer."""
+
+import math
+from dataclasses import dataclass, field
+
+from masonry_opt.brief import brief
+from masonry_opt.reporting.load_factors import ASSOCIATIVE, own_name
+from masonry_opt.result import Result
+from masonry_opt.solution.answer import Certificate
+from masonry_opt.studies.many.scene_answer import SceneAnswer
+
+FALLS = -math.inf  #: Value of ``Trial.number`` for a scene that is unstable under its dead load.
+UNLIMITED = math.inf  #: Value of ``Trial.number`` for a scene that carries any load.
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Scene for one value of the varied parameter, with its answer."""
+
+    value: float
+    holds: bool  #: True if the scene is stable, or carries the load
+    number: float  #: load factor or dead-load margin; -inf if unstable; inf if any load is carried
+    answer: SceneAnswer = field(repr=False)  #: result; if axles move over the scene, also the crossing
+    certificate: Certificate | None = field(repr=False)  #: residuals of ``number`` if it is finite
+
+    __repr__ = brief
+
+    @property
+    def result(self) -> Result:
+        """Result of the scene, with its state and mechanism: see :class:`~.standing.DeadLoadMargin`.
+
+        If axles move over the scene, it is the result at their worst position.
+        """
+        return self.answer.result
+
+    @property
+    def name(self) -> str:
+        """Name of the load factor ``number``; "associative" if the method found no load factor."""
+        return ASSOCIATIVE if self.result.load_factor is None else own_name(self.result)
