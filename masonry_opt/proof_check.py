@@ -30,9 +30,9 @@ class ProofCheck:
     bound: load factor below which the proof excludes states.
     faults: one sentence for each fault of the proof; empty if the proof is correct.
     static, kinematic: numbers of conflicts of each kind.
-    reach: size of the states that are excluded: forces that sum to at most this many times all loads, and
-        velocities and rates that sum to at most this many times the mean velocity of the live load. Infinite
-        without residuals.
+    reach: size up to which states are excluded. In a state of this size, the forces sum to at most this many
+        times all loads, and the velocities and rates to at most this many times the mean velocity of the live
+        load. The size is infinite if no conflict has residuals.
     """
 
     bound: float
@@ -126,7 +126,8 @@ class _Checker:
         self._bound = Fraction(proof.bound)
         self._load = sum(map(abs, self._dead)) + self._bound * sum(map(abs, self._live))
         self._sliders = len(problem.sliding)
-        #: Size of the states that all checked conflicts exclude, see :class:`ProofCheck`.
+        #: Size up to which states are excluded by all conflicts checked so far. Without residuals it is
+        #: infinite. The attribute ``reach`` of :class:`ProofCheck` defines the size of a state.
         self.reach = float("inf")
         self._energy: list[Fraction | None] = list(self._cohesion)
 

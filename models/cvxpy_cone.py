@@ -21,9 +21,10 @@ class Senses(NamedTuple):
     Each contact point that can slide has several directions; m is their total number.
     """
 
-    #: Index of the contact point of each direction, among the points that can slide, shape (m,).
+    #: For each direction of slip, the index of its contact point among the points that can slide, shape (m,).
     point: np.ndarray
-    along: np.ndarray  #: unit vector e of each direction, in the plane of its contact, shape (2, m)
+    #: Unit vector e of each direction of slip, as two components in the plane of the contact, shape (2, m).
+    along: np.ndarray
     #: True if the polygons are inscribed in the friction circles. All forces are then inside the cones, and
     #: the directions e are opposite to the shear forces at the corners of the polygons. If False, the
     #: polygons are circumscribed about the circles. Mechanisms then satisfy the flow rule of the cones, and

@@ -95,8 +95,9 @@ def _outputs(name: str, path: Path) -> list[str]:
 
 
 def _files(name: str, variable: str) -> list[str]:
-    """Return the file names for a variable of a script. Only tables and figures are written to files.
+    """Return the names of the files to which a variable of a script is written.
 
+    The list is empty if the variable is neither a table nor a figure.
     For example, the variable ``table_x`` of the script fig6 is written to fig6_x.csv.
     """
     if variable.startswith(_TABLE_PREFIX):

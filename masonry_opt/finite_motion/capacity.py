@@ -86,8 +86,8 @@ def capacity(
     block, point: Control point: the centroid of a block, or a point ``(x, y)``, in space ``(x, y, z)``, of
         the block at rest. The curve reports its displacement along the resultant of the live load. Default:
         the mean displacement of the live loads, each along its own direction.
-    steps: Number of states between the onset and λ = 0 if λ decreases linearly. There are more states if λ
-        decreases ever more slowly.
+    steps: Number of states between the onset of collapse and λ = 0 if λ decreases linearly. There are more
+        states if λ decreases ever more slowly.
     progress: Function called at each new state of the curve, with the number of the state and its λ.
 
     Returns
@@ -167,10 +167,11 @@ class Capacity:
 
     Attributes
     ----------
-    result: Result at the onset.
+    result: Result at the onset of collapse.
     end: Reason why the curve ends; its code is "reaches zero" if the curve ends at λ = 0.
     steps: States of the curve, with the poses of all blocks.
-    motion: Rates of the poses of all blocks at the onset, shape (blocks, 3), in space (blocks, 6).
+    motion: Rates of the poses of all blocks at the onset of collapse, shape (blocks, 3), in space
+        (blocks, 6).
     dead, live: Forces of the dead and the live load at the points where they act.
     control: Forces that define the control displacement, which is the mean displacement of their points along
         the forces.
@@ -274,10 +275,10 @@ class Capacity:
 
     @property
     def _onset(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Magnitudes and displacement rates of the live forces at the onset, and rate of the control point.
+        """Magnitudes and displacement rates of the live forces, and the rate of the control point.
 
-        Magnitudes and rates of the forces have shape (f,). The rate of a force is the rate of its point of
-        action along the force.
+        The rates are those at the onset of collapse. The rate of a force is the rate of its point of action
+        along the force. Magnitudes and rates of the forces have shape (f,).
         """
         motion, sizes = self.motion[self.result.assembly.movable], lengths(self.live.force)
         live = carried(self.live.point, motion[self.live.block])
@@ -340,7 +341,7 @@ class Capacity:
             If a value is wrong, if the spectrum ends before the secant period, or if the live load is not
             horizontal or does not equal the weights of the loaded blocks.
         NoLoadFactorError
-            If the curve has no state beyond the onset.
+            If the curve has no state beyond the onset of collapse.
         """
         quake, case = self.result.assembly.scene.shaken_by, self.result.case
         if quake is not None and (quake.coefficient != 1 or quake.vertical):
@@ -350,7 +351,8 @@ class Capacity:
             raise OptionError(f"{case}: {needed}")
         if len(self.steps) < 2:
             raise NoLoadFactorError(
-                f"{case}: the curve has no state after the onset, so no check is possible: {self.message}"
+                f"{case}: the curve has no state after the onset of collapse, so no check is possible: "
+                f"{self.message}"
             )
         share = self._share_of_weight() if quake is None else None
         if share is not None:
@@ -428,7 +430,9 @@ class Capacity:
         ended, at_end = numeral(last["displacement"], ".6g"), numeral(last["load_factor"], ".4g")
         lines = {
             "case": self.result.case,
-            "load factor": f"{numeral(self.load_factor, '.6g')} at the onset ({own_name(self.result)})",
+            "load factor": (
+                f"{numeral(self.load_factor, '.6g')} at the onset of collapse ({own_name(self.result)})"
+            ),
             "certainty": certainty(self.result),
             "displacement": f"{ended} at the end (in the length unit of the case), where λ = {at_end}",
             "end": self.message,

@@ -32,7 +32,7 @@ def curve_picture(result: Result, table: "pd.DataFrame", mover: str, message: st
 
     Parameters
     ----------
-    result: Result at the onset.
+    result: Result at the onset of collapse.
     table: States of the curve.
     mover: Name of the control point, such as "the live load".
     message: Reason why the curve ends.

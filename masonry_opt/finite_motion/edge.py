@@ -1,4 +1,4 @@
-"""Equilibrium path in space of one rigid body that rotates about an edge, from the onset down to λ = 0."""
+"""Equilibrium path in space of one rigid body that rotates about an edge, from collapse to λ = 0."""
 
 from dataclasses import replace
 
@@ -51,7 +51,7 @@ class EdgePath:
     ----------
     steps: States of the path; the first is at rest.
     end: Reason why the path ends.
-    motion: Rates of the poses of all blocks at the onset, shape (blocks, 6).
+    motion: Rates of the poses of all blocks at the onset of collapse, shape (blocks, 6).
     turns: True for the blocks that rotate; the last entry, for the ground, is False. Shape (blocks + 1,).
     round: True for the joints between the body and the blocks at rest, shape (joints,).
     body: The rotating block of each joint, or the joint's second block if neither rotates, shape (joints,).

@@ -66,14 +66,16 @@ CODES = {
 class CheckedCurve:
     """Capacity curve with all values that a kinematic check needs."""
 
-    weights: np.ndarray  #: forces P on the moving masses, shape (f,)
-    rates: np.ndarray  #: virtual displacements δ of the forces P at the onset, shape (f,)
-    control_rate: float  #: virtual displacement δ_k of the control point at the onset
+    weights: np.ndarray  #: weights P of the moving masses, equal to their live forces, shape (f,)
+    #: Virtual displacement δ of the point of action of each force P, in the direction of the force, when the
+    #: collapse begins, shape (f,).
+    rates: np.ndarray
+    control_rate: float  #: virtual displacement δ_k of the control point when the collapse begins
     states: np.ndarray  #: columns d_k and λ of the curve, shape (states, 2)
     complete: bool  #: True if the curve reaches λ = 0
     extent: float  #: largest dimension of the box around all movable blocks
     struts: Sequence[StrutPath]  #: lengths of all ties and props along the curve
-    rests_on: str  #: name and certainty of the load factor at the onset
+    rests_on: str  #: name and certainty of the load factor at the onset of collapse
 
 
 @dataclass(frozen=True)
@@ -95,12 +97,13 @@ class StrutChange:
 class KinematicCheck:
     """Results of kinematic checks, which compare the capacity of a mechanism with the demand of a spectrum.
 
-    The symbols are those of the code. P are the forces and δ their virtual displacements at the onset. The
-    control point has the displacement d_k and the virtual displacement δ_k.
+    The symbols are those of the building code. P are the forces, and δ are the virtual displacements of their
+    points of action when the collapse begins. The control point has the displacement d_k and the virtual
+    displacement δ_k.
 
     Attributes
     ----------
-    code: Name of the code and its limit state: "NTC 2008", "NTC 2018 SLV" or "NTC 2018 SLC".
+    code: Name of the building code and its limit state: "NTC 2008", "NTC 2018 SLV" or "NTC 2018 SLC".
     mass_fraction: Participating mass fraction e* = (Σ P δ)² / (Σ P Σ P δ²) of the blocks that move.
     mass: Participating mass M* = e* Σ P / g, in the case's unit of force over the unit of ``gravity``.
     onset: Acceleration a_0 = λ of the masses at which the mechanism is activated, in g.
@@ -119,7 +122,7 @@ class KinematicCheck:
     linear: True if the linear check is satisfied: ``acceleration`` is at least ``demand_acceleration``. None
         without a linear check.
     non_linear: True if the non-linear check is satisfied: ``ultimate`` is at least ``demand_displacement``.
-    rests_on: Name and certainty of the load factor λ at the onset, on which both checks depend.
+    rests_on: Name and certainty of the load factor λ at the onset of collapse, on which both checks depend.
     gravity: Gravitational acceleration of the check, in the case's unit of length per s².
     struts: Ties that must lengthen and props that must shorten until d*_u is reached, with these changes. The
         check does not verify that they can.

@@ -131,7 +131,9 @@ def overlapping(
 class ForceOptimum:
     """Optimum of a linear program for the contact forces of displaced blocks."""
 
-    value: float  #: largest load factor, or smallest violation of equilibrium and yield (unit of force)
+    #: Largest load factor if the program maximises λ. If λ is fixed: smallest violation of equilibrium and
+    #: yield, in the unit of force.
+    value: float
     #: Rates of the poses of all blocks, shape (blocks, 3): the dual variables of the equilibrium equations.
     motion: np.ndarray
     pressed: np.ndarray  #: True for joints that carry a force, shape (joints,)
@@ -156,7 +158,7 @@ class MovedBlocks:
     def of(cls, assembly: Assembly, forces: tuple[Forces, Forces], unit: float, live: float) -> "MovedBlocks":
         """Create the record from an assembly and its dead and live forces.
 
-        Forces are relative to ``unit``, and λ is relative to ``live``.
+        All forces are divided by ``unit``, and load factors by ``live``.
         """
         problem, at_rest, geometry = assembly.problem, assembly.joints, assembly.geometry
         length = problem.length_unit

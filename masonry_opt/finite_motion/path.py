@@ -1,4 +1,4 @@
-"""Equilibrium path of a hinging mechanism in the plane, at finite rotations, from the onset down to λ = 0.
+"""Equilibrium path of a hinging mechanism in the plane, at finite rotations, from collapse to λ = 0.
 
 The path is a sequence of stretches. On a stretch, the blocks form rigid bodies with hinges between them,
 which do not change (class Chain). A predictor–corrector method follows the equilibrium states: each step
@@ -114,7 +114,7 @@ class HingingPath:
     ----------
     steps: States of the path; the first is at rest.
     end: Reason why the path ends.
-    motion: Rates of the poses of all blocks at the onset, shape (blocks, 3).
+    motion: Rates of the poses of all blocks at the onset of collapse, shape (blocks, 3).
     """
 
     def __init__(
@@ -123,8 +123,8 @@ class HingingPath:
         self.progress = progress
         self.assembly, self.count, self.effort = result.assembly, count, Effort()
         problem = self.assembly.problem
-        # The unit of λ is its value at the onset, unless this value is zero. The unit of force is the largest
-        # load at the onset.
+        # The unit of λ is its value at the onset of collapse, unless this value is zero. The unit of force is
+        # the largest load at the onset of collapse.
         onset = result.required()
         self.unit = onset if onset > ZERO else 1.0
         largest = max(problem.force_sizes(load).max() for load in (problem.dead, self.unit * problem.live))
@@ -282,7 +282,7 @@ class HingingPath:
         raise _PathEnded(reason(Code.LOCKS))
 
     def _first_step(self, stretch: _Stretch) -> float:
-        """Return the length of a step in which λ changes by about 1 / ``count`` of its value at the onset."""
+        """Return the length of a step in which λ changes by about 1 / ``count`` of its initial value."""
         step = 1 / self.count / max(abs(stretch.row[-1]), _LEAST_SPEED)
         return min(_LONGEST_STEP, max(_SHORTEST_STEP, step))
 

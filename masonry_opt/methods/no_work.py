@@ -68,7 +68,7 @@ _OF_OTHER_LOADS = frozenset(
 
 
 def without_work(task: Task, run: Callable[[Task], Solution], before: Solution | None) -> Solution | None:
-    """Return the solution of a collapse in which the live load does no work, or None.
+    """Return the solution of a collapse in which the live load does no work.
 
     The result is None if the associative forces permit no mechanism without work of the live load, or if the
     method finds no solution. ``before`` is the method's solution of the unchanged scene, without a load

@@ -54,8 +54,8 @@ def run_method(method: Method, task: Task) -> Solution:
 
     - before the method runs, if the incremental analysis ended in a collapse without work of the live load;
     - if a Coulomb method finds no load factor;
-    - if a load history ends in a range of the load factor, and the live load does no work in its motion. An
-      exact load factor inside the range then replaces the range.
+    - if a load history gives only a range that contains the collapse load, and the live load does no work in
+      the collapse. An exact load factor inside the range then replaces the range.
     """
     before, incremental = None, task.incremental
     if incremental is None or not incremental.has(Code.NO_WORK):
@@ -83,7 +83,10 @@ def run_method(method: Method, task: Task) -> Solution:
 
 
 def _ends_without_work(problem: Problem, solution: Solution) -> bool:
-    """Return True if a load history ends in a range of λ, and the live load does no work in the collapse."""
+    """Return True if the live load does no work in a collapse whose λ is known only as a range.
+
+    The range is between two load factors of a load history: the scene carries the first, but not the second.
+    """
     if not solution.has(Code.RANGE) or solution.followed_to_end or solution.d is None:
         return False
     sizes = np.linalg.norm(problem.live) * np.linalg.norm(solution.d)
@@ -93,7 +96,7 @@ def _ends_without_work(problem: Problem, solution: Solution) -> bool:
 def _exact_without_work(task: Task, method: Method, before: Solution) -> Solution:
     """Return an exact collapse in which the live load does no work, if its λ is in a known range.
 
-    ``before`` is the solution whose load history ends in this range. It is returned if no exact state fits.
+    ``before`` is the solution whose load history gives this range. It is returned if no exact state fits.
     """
     from masonry_opt.methods.no_work import without_work
 

@@ -122,11 +122,17 @@ class Assembly:
         return self.joints.most(values[self.of_point])
 
     def pairs(self, indices: np.ndarray) -> list[list[str]]:
-        """Return the names of the two blocks at each given joint of the problem, without duplicates."""
+        """Return the names of the two blocks of each given joint of the problem, without duplicates.
+
+        ``indices`` contains the indices of the joints.
+        """
         return self.pairs_of(self.joints_of(indices))
 
     def pairs_of(self, joints: np.ndarray) -> list[list[str]]:
-        """Return the names of the two blocks at each of the scene's joints with the given indices."""
+        """Return the names of the two blocks of each given joint of the scene.
+
+        ``joints`` contains the indices of the joints.
+        """
         ends = np.column_stack([self.joints.first, self.joints.second])
         return [self.names(blocks) for blocks in ends[joints]]
 

@@ -66,7 +66,7 @@ class Code(StrEnum):
     # The scene would be unstable even if no joint could slide. Value: ``blocks``, the falling blocks.
     NO_FRICTION_HOLDS = "no friction holds"
     # The scene would be stable with more friction. The value ``pairs`` lists the two blocks of each joint
-    # that slides. The value ``factor`` is a sufficient multiplier of all friction coefficients, or None if
+    # that slides. The value ``factor`` is a sufficient multiplier of all friction coefficients; None if
     # unknown. The value ``above`` is the largest multiplier that is known to be too small. The value
     # ``hangs`` is True if at least one falling block has no joint that supports it from below.
     FRICTION_WOULD_HOLD = "friction would hold"
@@ -76,8 +76,8 @@ class Code(StrEnum):
     # The value ``ratio`` is the largest dead load of a block divided by the smallest.
     DEAD_LOAD_UNDECIDED = "dead load undecided"
     # Only forces between wedged blocks could carry the dead load, but such forces do not arise under the flow
-    # rule of the joints, so the answer is withdrawn. The value ``load_factor`` is λ of the withdrawn answer,
-    # or None. The value ``blocks`` lists the names of the blocks that move.
+    # rule of the joints, so the answer is withdrawn. The value ``load_factor`` is λ of the withdrawn answer;
+    # None if this answer had no λ. The value ``blocks`` lists the names of the blocks that move.
     WEDGED = "wedged"
     # The only collapse state that was found has a load factor of zero or less, although the scene is stable
     # under its dead load from rest. Value: ``load_factor``, λ of this state.
@@ -108,9 +108,9 @@ class Code(StrEnum):
     # mechanism moves against the live load.
     NO_WORK = "no work"
     # The time limit ended the analysis. The value ``seconds`` is the time limit. The value ``phase`` is the
-    # phase of the analysis at that time. The value ``carried`` is the largest load factor that a load history
-    # has reached, or None. The value ``last`` is λ of the last step of a method without a load history, or
-    # None. If there is an answer, ``carried`` and ``last`` are None.
+    # phase of the analysis at that time. If the last step was a step of a load history, the value ``carried``
+    # is the load factor of this step. If it was a step of a method without a load history, the value ``last``
+    # is λ of this step. Otherwise ``carried`` and ``last`` are None, and also if there is an answer.
     TIME_LIMIT = "time limit"
     # The answer is rejected because of its residuals. The value ``load_factor`` is λ of the answer. The value
     # ``residuals`` contains the residuals that exceed their limits, by name.
@@ -295,33 +295,36 @@ class Code(StrEnum):
     IDLE_BACKING = "idle backing"
     # The strength or prestress of a tie or prop is so small or so large that its unit is probably wrong. The
     # value ``kind`` is "tie" or "prop", and ``name`` is the name of the tie or prop. The value ``key`` is
-    # "strength" or "prestress". The strength or prestress ``value`` is compared with ``weight``: the weight
-    # of a median block if the value is too small, or the sum of all dead loads if the value is too large.
+    # "strength" or "prestress". The value ``value`` is the strength or prestress. The value ``weight`` is a
+    # force for comparison. It is the weight of a median block if the strength or prestress is too small, and
+    # the sum of all dead loads if the strength or prestress is too large.
     STRENGTH_DIFFERS = "strength differs"
     # The strength or the cohesion of joints seems to have another unit than the weights. The value ``key`` is
-    # "strength" or "cohesion". The strength or cohesion ``value`` is compared with ``weight``: the stress
-    # below a column with the median unit weight, as high as the largest dimension of the scene.
+    # "strength" or "cohesion". The value ``value`` is the strength or cohesion. The value ``weight`` is a
+    # stress for comparison: the stress that the weight of a column causes at its foot. The column has the
+    # median unit weight, and is as high as the largest dimension of the scene.
     STRESS_DIFFERS = "stress differs"
     # Small gaps between blocks carry no force. The value ``pairs`` lists the two blocks at each gap. The
     # value ``widths`` lists the widths of the gaps. The value ``option`` is the option of the scene that
     # closes all gaps, "tolerance" or "contact_tolerance". The value ``tolerance`` is the value of this
     # option.
     SMALL_GAPS = "small gaps"
-    # Blocks face each other but have no joint, because their sides are too short for the tolerance. The value
-    # ``pairs`` lists the two blocks that face each other. The value ``widths`` lists the widths of the gaps
-    # between them.
+    # Blocks face each other but have no joint, because their sides are too short compared with the option
+    # ``tolerance`` of the scene. The value ``pairs`` lists the two blocks of each such pair. The value
+    # ``widths`` lists the widths of the gaps between the blocks of the pairs.
     LOST_JOINTS = "lost joints"
-    # A large tolerance closes gaps as wide as mortar joints. The value ``pairs`` lists the two blocks at each
-    # gap. The value ``widths`` lists the widths of the gaps. The value ``aligning`` is a tolerance that
-    # aligns the sides of the gaps, or 0 if these sides are parallel.
+    # The option ``tolerance`` of the scene is so large that it closes gaps as wide as mortar joints. The
+    # value ``pairs`` lists the two blocks at each gap. The value ``widths`` lists the widths of the gaps. The
+    # value ``aligning`` is a value of ``tolerance`` that aligns the sides of the gaps; 0 if the sides are
+    # parallel.
     BRIDGED_BY_TOLERANCE = "bridged by tolerance"
     # The alignment rotated some joints. The value ``pairs`` lists the two blocks of each rotated joint. The
-    # value ``turn`` is the largest rotation, in radians. The value ``tolerance`` is the tolerance of the
-    # scene.
+    # value ``turn`` is the largest rotation, in radians. The value ``tolerance`` is the option ``tolerance``
+    # of the scene.
     ALIGNED = "aligned"
     # Joints of one block are nearly parallel. The value ``pairs`` lists the two blocks of each of these
     # joints. The value ``angle`` is the largest angle between two joints, in radians. The value ``tolerance``
-    # is a tolerance that aligns these joints.
+    # is a value of the option ``tolerance`` that aligns these joints.
     NEARLY_PARALLEL = "nearly parallel"
     # Two blocks have a joint although only their corners touch (in space, only parallel edges). Value:
     # ``pairs``, the two blocks of each such joint.

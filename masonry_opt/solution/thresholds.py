@@ -39,9 +39,9 @@ DRIVES = 1e-7
 #: force.
 IDLE = 1e-6
 
-#: A message lists a joint if its value exceeds this fraction of the largest value of all joints. The value of
-#: a joint that locks is the departure from associative flow. The value of a joint under self-stress is the
-#: normal force.
+#: Messages about locking joints, and messages about self-stress, list only the joints whose value exceeds
+#: this fraction of the largest value of all joints. For locking joints, the value is the departure from
+#: associative flow. For joints under self-stress, the value is the normal force.
 LISTED_JOINT_SHARE = 1e-2
 
 #: Relative difference below which two load factors count as equal. Answers of different methods for one state

@@ -68,7 +68,7 @@ def test_a_crossing(no_proof, method, name):
 @pytest.mark.parametrize(("method", "name"), [("coulomb", "least, proven"), ("static", "associative")])
 def test_a_capacity_curve(method, name):
     facts = mo.capacity(mo.solve(block_on_floor(), method)).facts()
-    assert facts["load factor"].endswith(f"at the onset ({name})")
+    assert facts["load factor"].endswith(f"at the onset of collapse ({name})")
     assert facts["certainty"].startswith("upper bound") == (method == "static")
 
 

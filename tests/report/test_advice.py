@@ -88,7 +88,7 @@ def test_a_function_that_fails_outside_of_the_range_is_no_error():
     def scene(friction):
         return two_blocks(friction if friction >= 0.2 else 1 / 0)
 
-    with pytest.raises(mo.OptionError, match=r"intermediate values: set 'load'"):
+    with pytest.raises(mo.OptionError, match=r"intermediate values\): set 'load'"):
         mo.least(scene, 0.2, 0.9, samples=0)
 
 

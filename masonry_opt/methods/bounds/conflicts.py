@@ -122,11 +122,11 @@ class Theory(ABC):
         """Return the conflict that the multipliers prove, or None if the matrices do not confirm it."""
 
     def conflict(self, found: Refutation, problem: Problem, highest: float) -> Conflict | None:
-        """Return the conflict, a set of contradicting yield conditions, that a refutation proves, or None.
+        """Return the conflict that a refutation proves: a set of contradicting yield conditions.
 
         If the blamed conditions do not suffice, the conflict names all restricted conditions with a
-        multiplier. None is returned if the check with the matrices fails. The problem and the largest load
-        factor are in the units of the scene, which differ from those of the program.
+        multiplier. None is returned if the matrices do not confirm the conflict. The problem and the largest
+        load factor are in the units of the scene, which differ from those of the program.
         """
         shortest = self._confirmed(found.ray, found.blamed, problem, highest)
         if shortest is not None:
@@ -205,11 +205,11 @@ class Statics(Theory):
     def least_friction(
         self, problem: Problem, condition: int, highest: float
     ) -> EnergyBound | StaticConflict | None:
-        """Return a lower bound of the friction energy (μ − tan ψ) n of a sliding condition, or None.
+        """Return a lower bound of the friction energy per unit slip of a sliding condition.
 
-        The bound is for forces at which this condition is at yield. If the condition cannot be at yield, a
-        conflict is returned instead. None is returned if the matrices do not confirm the bound or the
-        conflict.
+        This energy is (μ − tan ψ) n. The bound is for forces at which the condition is at yield. If the
+        condition cannot be at yield, a conflict is returned instead. None is returned if HiGHS has no answer,
+        or if the matrices do not confirm the bound or the conflict.
         """
         sliders, alone = len(problem.sliding), np.arange(problem.faces) == condition
         cost = friction_excess(problem)[condition] * problem.N[[condition % sliders]].toarray()[0]

@@ -301,7 +301,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return True
 
     def _lowest_nearby(self, rates: np.ndarray, d: np.ndarray) -> Answer | None:
-        """Return the exact state with the lowest λ near the present forces and a mechanism, or None.
+        """Return the exact state with the lowest λ near the present forces and a mechanism.
 
         Three sets of forces are tested: the present forces of the program, the forces with the least λ at
         which all conditions with a nonzero rate in the mechanism are at yield, and the forces that the search
@@ -348,7 +348,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
 
 
 def _refutes(theory: Theory, conditions: np.ndarray) -> Refutation | None:
-    """Return multipliers that prove a linear program infeasible if chosen slacks or rates are zero, or None.
+    """Return multipliers that prove a linear program infeasible if chosen slacks or rates are zero.
 
     The mask of the chosen conditions has shape (faces,). Their slacks are zero in the program of forces, and
     their rates are zero in the program of mechanisms. None is returned if the program is feasible, if HiGHS

@@ -71,8 +71,9 @@ class ProofBudget(Settings):
     #: searches would end without a proof.
     few_joints: int = zero_or_more(15)
 
-    #: Scenes of up to ``most_joints`` joints also have the full budget if they have at most this number of
-    #: redundant forces: unknown forces minus equations of equilibrium. A single arch has three, and its proof
+    #: A scene with more than ``few_joints`` joints, but at most ``most_joints``, also has the full budget of
+    #: linear programs if it has at most this number of redundant forces. This is the number of unknown forces
+    #: minus the number of equations of equilibrium. A single arch has three redundant forces, and its proof
     #: is short. With a larger number more searches end without a proof.
     few_redundant_forces: int = zero_or_more(3)
 

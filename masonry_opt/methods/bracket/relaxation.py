@@ -386,7 +386,8 @@ class Rising:
         self.best = best  #: lowest known load factor, λ > 0, which callers may lower
         self.bound = 0.0  #: lower bound of λ from all programs solved so far
         self.history: list[BoundStep] = []  #: records of all programs solved so far
-        #: Limits of the forces and rates of all states up to the lowest known λ. Some limits may be assumed.
+        #: Upper bounds of the forces and rates of all states whose load factor is at most the lowest known λ.
+        #: Bounds that do not follow from statics or kinematics are assumed.
         self.of = bounds_of(problem, a_little_above(best), rates, effort)
 
     def programs(

@@ -106,9 +106,10 @@ class Search:
         return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
-        """Count a start of the search, and return the exact state that is found from its forces, or None.
+        """Count a start of the search, and return the exact state that is found from its forces.
 
-        The joint forces ``q`` have shape (3c,). They are None if no forces were found for the start.
+        None is returned if no state is found. The joint forces ``q`` have shape (3c,). They are None if no
+        forces were found for the start.
         """
         self._finder.effort.begins(f"lower states, start {self.met.candidates + 1}")
         state = None if q is None else self._finder.state_near(q)

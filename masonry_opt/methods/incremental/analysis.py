@@ -47,7 +47,8 @@ class End(StrEnum):
     COLLAPSE = "equilibrium is lost"
     UNBOUNDED = "the compression of joints grows with the live load, so joints carry any multiple of it"
     UNSTABLE = "the scene is not in equilibrium under its dead load from rest"
-    #: The three ends below leave the load factor undecided. Each names the setting that limits the analysis.
+    #: If a load history ends in one of the three ways below, the load factor remains undecided. Each text
+    #: names the setting that ended the analysis.
     SLOW = "the blocks still move after the solves that the setting 'motion_solves' permits"
     TOO_MANY_INCREMENTS = (
         "the load history did not end within the increments that the setting 'increments' permits"

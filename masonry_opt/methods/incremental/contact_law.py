@@ -68,8 +68,9 @@ def mean_force_and_compliance(
 class Response:
     """Response of all contacts to trial forces: forces with one column per joint and per limited force."""
 
-    #: Forces n₁, n₂ and s (in space n, s and t) of each joint, shape (3, m). Limited forces are in the last
-    #: row.
+    #: Forces of the contacts, shape (3, m), with one column for each joint, and then one for each limited
+    #: force (such as the force of a tie). The rows of a joint are n₁, n₂ and s (in space n, s and t). The
+    #: column of a limited force has this force in the third row, and zeros in the other two rows.
     forces: np.ndarray
     tangent: np.ndarray  #: derivative of ``forces`` with respect to the trial forces, shape (3, 3, m)
     #: Trial forces with which the next load step or time step starts, shape (3, m). They contain no

@@ -84,9 +84,10 @@ def _with(last: Attempt, option: str, value: float | str) -> Attempt:
     return replace(last, parameters=parameters, remedy=f"{option}={text}")
 
 
-#: Remedies for each kind of failure, in the order in which they are tried, once for each entry. Each remedy
-#: solves at least one test scene on which a run of the loop fails. A change of the small cohesion is no
-#: remedy: it solved 3 of 193 scenes, and method "coulomb" solves these 3 scenes too.
+#: Remedies for each kind of failure, in the order in which they are tried. A remedy that is listed several
+#: times is tried that many times. Each remedy solves at least one test scene on which a run of the loop
+#: fails. A change of the small cohesion is no remedy: it solved 3 of 193 scenes, and method "coulomb" solves
+#: these 3 scenes too.
 REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
     Status.NO_STATE: (*(less_slope,) * 5, _accurately),

@@ -59,8 +59,7 @@ _STEADY = 0.05
 #: leads to no exact state, which happens in some cycles.
 _MOVING_RATE_SHARES = (1e-6, 1e-4)
 
-#: Key of ``result.solvers`` under which the solvers of the programs that find the exact state at the end of a
-#: run are listed.
+#: Key of ``result.solvers`` for the solvers that find the exact state at the end of a run of the loop.
 _EXACT_END_PURPOSE = "exact end"
 
 
@@ -286,7 +285,7 @@ def diverges(load_factors: Sequence[float]) -> bool:
 
 
 def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
-    """Return the period of the loop in sub-problems if it repeats itself in cycles, otherwise 0.
+    """Return the number of sub-problems after which the loop repeats itself, or 0 if it does not.
 
     In a cycle the load factors repeat twice, the normal forces repeat once, and the range of λ hardly
     shrinks. ``normal`` are the normal forces of the last sub-problems, up to ``LONGEST_PERIOD`` + 1 of them.

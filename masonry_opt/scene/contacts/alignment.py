@@ -40,8 +40,8 @@ class AlignmentSettings:
     #: Number of times that directions of planes are fitted to the contact points on the planes. Each fit
     #: merges more planes of the same bed joint. With fewer fits, a long bed joint may keep several planes.
     fits: int = 4
-    #: Largest movement of a contact point, relative to the tolerance. If a point would move farther, because
-    #: its planes meet at a sharp angle, it is moved only onto the plane of its joint.
+    #: Largest movement of a contact point, relative to the tolerance of the drawing. If a point would move
+    #: farther, because its planes meet at a sharp angle, it is moved only onto the plane of its joint.
     most_shift: float = 2.0
     #: Largest number of joints of a block that are compared with each other in advance, to speed up the
     #: search for parallel planes. A larger value needs more memory. A smaller value needs more time for
@@ -249,9 +249,10 @@ class _Links:
         self._accuracies = accuracy.tolist()
 
     def linked_to(self, joint: int, direction: np.ndarray, accuracy: float) -> np.ndarray:
-        """Return the indices of the joints linked to the joint of a plane, in ascending order.
+        """Return the indices of the joints that are linked to a plane (see the class), in ascending order.
 
-        The plane has the given direction (unit normal) and accuracy.
+        The plane belongs to the joint with index ``joint``, which is one of the returned joints. The plane
+        has the given direction (unit normal) and accuracy.
         """
         joints = self._one_by_one(joint, direction, accuracy)
         if joints is not None:

@@ -88,12 +88,14 @@ class Joints:
     fixed_pairs: int  #: number of pairs of blocks that touch but have no joint because both are fixed
     gaps: Gaps  #: small gaps between blocks, with their largest widths
     closing: Closing  #: option of the scene that turns all small gaps into joints
-    #: Gaps between blocks that would have a joint if the tolerance were smaller, with their largest widths.
+    #: Gaps between blocks that have no joint only because the option ``tolerance`` of the scene is too large,
+    #: with the largest width of each gap.
     lost: Gaps
-    #: Gaps that the tolerance turns into joints although the gaps are as wide as a mortar joint, with their
-    #: largest widths.
+    #: Gaps as wide as a mortar joint that the option ``tolerance`` of the scene turns into joints, with the
+    #: largest width of each gap.
     bridged: Gaps
-    aligning: float  #: tolerance that aligns the sides of these gaps; 0 if the sides are parallel
+    #: Value of ``tolerance`` that aligns the sides of the gaps in ``bridged``; 0 if the sides are parallel.
+    aligning: float
     #: Both ends of each segment in the middle of a small gap, shape (segments, 2, 2) or (segments, 2, 3). In
     #: space the segments are the sides of polygons.
     facing: np.ndarray

@@ -22,7 +22,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tolerance_advice import set_tolerance
 
 #: Largest mean width of a gap, relative to the median gap, that counts as mortar of the same masonry. With a
-#: larger value, the recommended tolerance also closes narrow openings.
+#: larger value, the recommended option also closes narrow openings.
 _WIDEST_OF_MORTAR = 2.0
 
 #: Largest error of a corner, relative to the width of a gap, at which the sides of the gap count as parallel.
@@ -62,7 +62,7 @@ class Bridge:
     #: True if the scene's ``tolerance`` is as large as a mortar joint. The advice is then to remove it, and
     #: to set ``contact_tolerance`` in its place.
     replaces_tolerance: bool
-    aligning: float  #: tolerance that aligns the sides of the gaps; 0 if the sides are parallel
+    aligning: float  #: value of ``tolerance`` that aligns the sides of the gaps; 0 if the sides are parallel
 
     def advice(self, scene: Scene) -> str:
         """Return the part of a message that advises setting the option and describes its effect."""
@@ -105,10 +105,11 @@ def find_bridge(
     supported: np.ndarray,
     near: Closing,
 ) -> Bridge | None:
-    """Return the smallest tolerance that connects floating blocks to supports, or None if none exists.
+    """Return the smallest value of an option that connects floating blocks to supports.
 
-    The tolerance is the width of the widest gap that must be closed, or of a wider gap that is mortar of the
-    same masonry.
+    The option is ``contact_tolerance`` or ``tolerance``. Its value is the width of the widest gap that must
+    be closed, or of a wider gap that is mortar of the same masonry. None is returned if no value connects a
+    floating block.
 
     Parameters
     ----------
@@ -175,10 +176,11 @@ def _gaps_to_close(
     *,
     contact_tolerance: float | None = None,
 ) -> tuple[np.ndarray, Facing]:
-    """Return near pairs of blocks, and the pairs of sides that a larger tolerance could join.
+    """Return near pairs of blocks, and the pairs of sides that could be joined.
 
-    The sides touch, or the gap between them is as narrow as mortar, and they have no joint yet. ``joined``
-    has the two blocks of each joint. ``contact_tolerance`` replaces the contact tolerance of the shapes.
+    A larger ``contact_tolerance`` or ``tolerance`` could join the sides. The sides touch, or the gap between
+    them is as narrow as mortar, and they have no joint yet. ``joined`` has the two blocks of each joint. The
+    argument ``contact_tolerance`` replaces the contact tolerance of the shapes if it is larger.
     """
     wider = replace(shapes, contact_tolerance=max(shapes.contact_tolerance, contact_tolerance or 0.0))
     pairs, facing = _facing_across_mortar(scene, wider)
@@ -189,8 +191,9 @@ def _gaps_to_close(
 def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, near: Closing) -> Closing:
     """Return the option of the scene that closes the given gaps, and the value of the option.
 
-    Several gaps with parallel sides count as intended gaps, which the contact tolerance closes. If ``near``
-    is a tolerance, a tolerance closes the small gaps of the scene too.
+    Several gaps with parallel sides count as intended gaps, which ``contact_tolerance`` closes. If the option
+    ``tolerance`` closes both the given gaps and the small gaps of the scene (``near``), its value suffices
+    for all of these gaps.
     """
     option = closing(scene, shapes, pairs, closed)
     if len(closed.pair) > 1 and _are_parallel(closed):
@@ -201,12 +204,15 @@ def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, ne
 
 
 def is_drawn_apart(scene: Scene, shapes: Extents) -> bool:
-    """Return True if blocks are drawn apart, as a contact tolerance or a large tolerance shows."""
+    """Return True if blocks are drawn apart.
+
+    The scene then has a ``contact_tolerance``, or a large ``tolerance``.
+    """
     return scene.contact_tolerance is not None or has_large_tolerance(scene, shapes)
 
 
 def has_large_tolerance(scene: Scene, shapes: Extents) -> bool:
-    """Return True if the tolerance is larger than 1 % of the width of the narrowest movable block.
+    """Return True if ``tolerance`` is larger than 1 % of the width of the narrowest movable block.
 
     Errors of a drawing are usually smaller.
     """
@@ -216,11 +222,11 @@ def has_large_tolerance(scene: Scene, shapes: Extents) -> bool:
 def lost_joints(
     scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray]
 ) -> dict[tuple[int, int], float]:
-    """Return the pairs of blocks that have no joint because the tolerance is too large.
+    """Return the pairs of blocks that have no joint because the option ``tolerance`` is too large.
 
-    The blocks face each other with sides that are shorter than about ten tolerances, and longer than a tenth
-    of a block's width. The result contains the width of the gap between the blocks of each pair, or 0 if the
-    sides coincide.
+    The blocks face each other with sides that are shorter than about ten times ``tolerance``, and longer than
+    a tenth of a block's width. The result contains the width of the gap between the blocks of each pair, or 0
+    if the sides coincide.
     """
     if not has_large_tolerance(scene, shapes):
         return {}
@@ -240,14 +246,14 @@ def lost_joints(
 def bridged_by_tolerance(
     scene: Scene, shapes: Extents, pairs: np.ndarray, joined: Facing
 ) -> tuple[dict[tuple[int, int], float], float]:
-    """Return the pairs of blocks between which the tolerance closes a gap as wide as mortar.
+    """Return the pairs of blocks between which the option ``tolerance`` closes a gap as wide as mortar.
 
     Several such gaps with parallel sides are intended. In a survey, whose sides are not exactly parallel,
     gaps are intended if at least half of the joints have one, and if the gaps are wide compared with the
-    errors of their sides. The contact tolerance makes the same joints, but does not move corners.
+    errors of their sides. Option ``contact_tolerance`` makes the same joints, but does not move corners.
 
     The first result contains the width of the gap between the blocks of each pair. The second result is the
-    tolerance that aligns the sides of the gaps, or 0 if the sides are parallel.
+    value of ``tolerance`` that aligns the sides of the gaps, or 0 if the sides are parallel.
 
     Parameters
     ----------
@@ -262,7 +268,7 @@ def bridged_by_tolerance(
     """
     if not has_large_tolerance(scene, shapes):
         return {}, 0.0
-    # The contact tolerance closes narrower gaps, even without the tolerance.
+    # Option ``contact_tolerance`` closes gaps up to this width, whatever the value of ``tolerance`` is.
     closed = (1 + _ROUNDING) * (scene.contact_tolerance or 0.0)
     wide = joined.where(
         joined.most > np.maximum(NEAR_MISS * shapes.width[pairs[joined.pair]].min(axis=1), closed)

@@ -97,7 +97,7 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
         notes.append(f"gaps below {low:g} count as zero and are drawn at this value")
     notes.append("grey steps: Pareto front")
     if marks["below"].any():
-        notes.append("grey triangles: λ below the best known exact state, drawn at |gap|")
+        notes.append("grey triangles: λ is lower than in the best known exact state, by the gap shown")
     x = _log(alt.X("time:Q"), "time (s)", (first / 1.25, last * 1.25), (first, last))
     places = {"x": x, "y": _log(alt.Y("height:Q"), label, (low / 3, top), (low, high))}
     filters = ("datum.letter === ''", "datum.front", "datum.below", "datum.letter !== ''")

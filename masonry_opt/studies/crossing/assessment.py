@@ -12,7 +12,7 @@ from masonry_opt.result import Result
 from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.crossing.load_factors import CrossingLoadFactors
 
-#: Beginning of the text on the loads at collapse. A report replaces it if the user names the unit of force.
+#: Unit in the text on the loads at collapse. A report replaces it if the user names the unit of force.
 FORCE_UNIT = "in the force unit of the case"
 
 
@@ -179,7 +179,7 @@ def capacity_text(answer: CrossingLoadFactors) -> str:
     if case != 1:
         factors.append(f"{case:g} of the load case")
     included = f" (with the factor {' and '.join(factors)})" if factors else ""
-    return f"{FORCE_UNIT}: {'; '.join(parts)}{included}"
+    return f"loads {FORCE_UNIT}: {'; '.join(parts)}{included}"
 
 
 def _listed(values: Iterable[float]) -> str:

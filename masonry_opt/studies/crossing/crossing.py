@@ -400,7 +400,7 @@ def _solve_equal_positions(by_case: list[search.PassageTrials]) -> None:
 
 
 def _solve(session: Session, passage: search.Passage, effort: Effort) -> search.SolveLive:
-    """Return a function that solves a passage for a live load, with the method of the session."""
+    """Return a function that solves the scene of a passage under a live load, with the session's method."""
     return lambda live: session.pushed(passage.loaded(live), lambda _: None, effort)
 
 

@@ -220,7 +220,7 @@ class PassageTrials:
     """
 
     passage: Passage
-    #: function that solves for a live load; None after the search
+    #: function that solves the scene under a live load; None after the search
     solve: SolveLive | None = field(repr=False)
     progress: Callable[[float, float], None] | None = field(default=None, repr=False)  #: called with x and λ
     #: Answers with associative flow for the same passage; None if the method itself is associative.
@@ -229,7 +229,7 @@ class PassageTrials:
     answers: dict[float, Solution] = field(default_factory=dict, repr=False)  #: by position
 
     def at(self, position: float) -> float:
-        """Return λ at a position, and solve the position if it has no stored answer.
+        """Return λ with the axles at a position. The scene is solved only if no answer is stored.
 
         See ``load_factor`` for infinite and NaN values.
 
@@ -250,7 +250,7 @@ class PassageTrials:
         return load_factor(self.answers[position])
 
     def of(self, live: np.ndarray) -> Solution:
-        """Solve for a live load, shape (3b,), and return the answer without recording it."""
+        """Solve the scene under a live load, shape (3b,). Return the answer without recording it."""
         assert self.solve is not None
         return self.solve(live)
 

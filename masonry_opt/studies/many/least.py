@@ -54,15 +54,15 @@ class Threshold(StudyAnswer):
 
     Attributes
     ----------
-    least: True if the scene holds (is stable, or carries ``load``) from ``value`` upwards; False if up to it.
+    least: True if the scene holds (is stable or carries ``load``) from ``value`` upwards; False if downwards.
     load: Load factor to be carried; None if the scene is to be stable under its dead load alone.
     value: The threshold, interpolated between the two ends; at a jump the end at which the scene holds.
     holds, fails: The two ends of the interval that contains the threshold. Both are solved.
-    jump: Load factors (or margins) at the failing and the holding end if they differ much more than the
-        slopes next to the interval predict: the mechanism changes, joints lock, or the scene itself changes.
-        Otherwise None.
-    contradictions: Trial values below a least (or above a greatest) value at which the scene holds too.
-    trials: All values tried, in order.
+    jump: Load factors (without ``load``: margins) at the failing and the holding end if they differ much more
+        than the slopes next to the interval predict: the mechanism changes, joints lock, or the scene itself
+        changes. Otherwise None.
+    contradictions: Values that were tried on the failing side of the threshold, and at which the scene holds.
+    trials: All trials, in the order in which they were solved.
     """
 
     least: bool
@@ -113,7 +113,7 @@ class Threshold(StudyAnswer):
 
     @property
     def _measure(self) -> str:
-        """Printed name of what the number of a trial measures, "margin" or "load factor"."""
+        """Printed name of the number of a trial: "margin" under dead load alone, otherwise "load factor"."""
         return "margin" if self.load is None else "load factor"
 
     def facts(self) -> dict[str, str]:
@@ -170,8 +170,9 @@ class Threshold(StudyAnswer):
         return rounded_outwards(end.value, digits, upwards=end.holds == self.least)
 
     def _end(self, end: Trial) -> str:
-        """Return a text on an end of the interval: value, load factor or margin, and largest residual.
+        """Return a text that describes one end of the interval.
 
+        It states the value, the load factor (under dead load alone: the margin), and the largest residual.
         The numbers have enough digits to distinguish both ends, and the failing end from the load.
         """
         value = self._rounded(end)
@@ -296,7 +297,7 @@ class _Search:
             # Check the arguments first, so that an error about a misspelt argument suggests the correct name.
             prepare(method, function=least, **options)
             named = ", ".join(options) or f"method '{method}'"
-            raise OptionError(f"{named}: add 'load', such as load=1, because dead load alone needs no method")
+            raise OptionError(f"{named}: add 'load', such as load=1, because without 'load' it has no effect")
         self.session = prepare(method, function=least, keeps=True, **({"incremental": False} | options))
         if not callable(make):
             raise OptionError(
@@ -305,8 +306,8 @@ class _Search:
             )
         self.make, self.progress, self.least = make, progress, is_least
         self.load = None if load is None else _number("load", load)
-        #: Smallest load factor (or margin under dead load) at which a scene holds, up to rounding errors. It
-        #: is ``load``, or a margin of zero.
+        #: Smallest load factor at which a scene holds, up to rounding errors: ``load``. If ``load`` is None,
+        #: the smallest margin of stability at which a scene holds: zero.
         self.required = self.load or 0.0
         self.trials: dict[float, Trial] = {}  #: by value
 
@@ -354,7 +355,7 @@ class _Search:
         return trial
 
     def _solved(self, scene: Scene) -> tuple[float, Certificate | None, SceneAnswer]:
-        """Return the load factor or dead-load margin of a scene, its certificate and its answer.
+        """Return the number of a trial (see :class:`Trial`), its certificate and the answer of the scene.
 
         Axles move over the scene, unless only its dead load is examined. If the method finds no load factor,
         the number is -inf if the scene is unstable, inf if it carries any load, and the associative load
@@ -374,7 +375,8 @@ class _Search:
         elif result.solution.carries_any_load:
             number = UNLIMITED
         elif result.associative is not None and result.associative < self.load:
-            number = result.associative  # upper bound of all Coulomb load factors: the load is not carried
+            # This upper bound of all Coulomb load factors is below the load, so the load is not carried.
+            number = result.associative
         else:
             raise NoLoadFactorError(
                 "it could not be decided whether the load is carried: narrow the range, or choose another "
@@ -424,7 +426,10 @@ class _Search:
         if exceptions:
             return f"{at} and at {high.value:g}, but {not_so} at {exceptions}: begin or end the range there"
         remedies, count = ", or ".join(self._remedies(low, high)), len(row) - 2
-        return f"no threshold: {at}, at {high.value:g} and at all {count} intermediate values: {remedies}"
+        return (
+            f"no threshold was found, because all trials agree ({at}, at {high.value:g} and at all {count} "
+            f"intermediate values): {remedies}"
+        )
 
     def _remedies(self, low: Trial, high: Trial) -> list[str]:
         """Return advice on how to find a threshold if all trials have the same outcome.

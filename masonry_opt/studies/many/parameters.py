@@ -50,7 +50,10 @@ class Parameters:
         self._last: tuple[dict[str, float], Scene] = ({}, scene)
 
     def _paths(self, in_full: bool = False) -> dict[str, _Path]:
-        """Return a map from parameter names to paths. In space, thickness and joint strength are left out."""
+        """Return a map from the name of each parameter to the path of its number.
+
+        The map of a scene in space contains neither thickness nor joint strength.
+        """
         paths = dict(_numbers(self._source, in_full=in_full))
         if self.scene.dimension == 2:
             return paths

@@ -34,8 +34,8 @@ class DeadLoadMargin(NamedTuple):
     certificate.
     """
 
-    #: Largest reduction of the normal forces of all joints at which the scene is still stable, as a multiple
-    #: of the median block weight. It is negative if the scene is unstable.
+    #: Largest force that can be subtracted from the normal force of every joint before the scene becomes
+    #: unstable, as a multiple of the median block weight. It is negative if the scene is unstable.
     margin: float
     certificate: Certificate | None  #: residuals of the solution that determines the margin
     result: Result  #: forces or mechanism under dead load, without a load factor

@@ -19,7 +19,7 @@ class Trial:
 
     value: float
     holds: bool  #: True if the scene is stable, or carries the load
-    number: float  #: load factor or dead-load margin; -inf if unstable; inf if any load is carried
+    number: float  #: load factor (dead load alone: margin); -inf if unstable; inf if any load is carried
     answer: SceneAnswer = field(repr=False)  #: result; if axles move over the scene, also the crossing
     certificate: Certificate | None = field(repr=False)  #: residuals of ``number`` if it is finite
 

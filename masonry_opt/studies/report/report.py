@@ -287,7 +287,7 @@ def _(answer: Settlement) -> ReportPart:
 def _(answer: Capacity) -> ReportPart:
     return ReportPart(
         heading=_of_case("After the onset", answer.result),
-        says=f"{named_factor(answer.result)} at the onset; {answer.message}",
+        says=f"{named_factor(answer.result)} at the onset of collapse; {answer.message}",
         assembly=answer.result.assembly,
         printed_in_full={f"onset, method {answer.result.method}": answer.result},
         facts=answer.facts(),
