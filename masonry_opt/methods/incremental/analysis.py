@@ -64,9 +64,10 @@ class IncrementalResult:
     history: LoadHistory
     carried: float = 0.0  #: largest load factor under which the blocks are in equilibrium
     not_carried: float = inf  #: smallest load factor under which the blocks collapsed
-    state: Answer | None = None  #: exact state at a load factor between ``carried`` and ``not_carried``
+    #: Exact state at a load factor between ``carried`` and ``not_carried``; None if none was found.
+    state: Answer | None = None
     #: Exact state in which the blocks continue to move after the collapse, with a load factor below
-    #: ``carried``.
+    #: ``carried``; None if none was found.
     state_in_motion: Answer | None = None
     #: Motion of the blocks in the collapse, under the load factor ``not_carried`` or, if the scene is
     #: unstable, under the dead load.
@@ -361,7 +362,7 @@ class _LoadRaising:
             self._reach((self.carried + self.unreached) / 2)
 
     def _is_close(self, load_factor: float, larger: float) -> bool:
-        """Return True if two load factors differ by at most the tolerance."""
+        """Return True if two load factors differ by at most the setting ``tolerance``."""
         return larger - load_factor <= self.settings.tolerance * self._size_of(larger)
 
     def _beside(self, state: Answer) -> tuple[float, float]:

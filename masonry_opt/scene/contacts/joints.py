@@ -79,14 +79,15 @@ class Joints:
     friction: np.ndarray  #: friction coefficient of each joint, ``inf`` if unlimited, shape (joints,)
     cohesion: np.ndarray  #: cohesion of each joint per unit of its length (in space: area), shape (joints,)
     dilatancy: np.ndarray  #: dilatancy tan ψ of each joint, shape (joints,)
-    #: Mean normal stress up to which each joint has its full dilatancy, and mean normal stress above which
-    #: the dilatancy is zero, shape (joints, 2); ``inf`` if dilatancy does not depend on stress.
+    #: Two mean normal stresses for each joint, shape (joints, 2). Up to the first stress the joint has its
+    #: full dilatancy, and above the second stress the dilatancy is zero. Both stresses are ``inf`` if the
+    #: dilatancy does not depend on stress.
     dilatancy_stress: np.ndarray
     #: Compressive strength of each joint per unit of its length (in space: area), ``inf`` if unlimited, shape
     #: (joints,).
     strength: np.ndarray
     fixed_pairs: int  #: number of pairs of blocks that touch but have no joint because both are fixed
-    gaps: Gaps  #: small gaps between blocks, with their largest widths
+    gaps: Gaps  #: small gaps between blocks, with the largest width of each gap
     closing: Closing  #: option of the scene that turns all small gaps into joints
     #: Gaps between blocks that have no joint only because the option ``tolerance`` of the scene is too large,
     #: with the largest width of each gap.
@@ -192,18 +193,18 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
 
     Two blocks, of which at least one can move, have a joint wherever their sides face each other without a
     third block between them. Over the whole shared length or area, the distance of the sides must not exceed
-    the contact tolerance, by default the tolerance. The joint lies on the bisecting line or plane of the
-    sides.
+    the option ``contact_tolerance`` of the scene (its default is the option ``tolerance``). The joint lies on
+    the bisecting line or plane of the sides.
 
-    - In the plane, sides are edges. The length that two edges share is a joint. In a scene without contact
-      tolerance, lengths below ten tolerances are joints only if the edges are nearly parallel or stay within
-      a tenth of the length.
+    - In the plane, sides are edges. The length that two edges share is a joint. In a scene without
+      ``contact_tolerance``, lengths below ten times ``tolerance`` are joints only if the edges are nearly
+      parallel or stay within a tenth of the length.
     - Away from shared lengths, a corner on an edge is a joint without length, normal to the edge.
     - Where two corners meet, the joint lies on the bisector of the sides that face each other, unless both
       blocks share sides there with other blocks, or two of their sides lie in one line. A corner in a notch
       has a joint with each side of the notch.
     - In space, sides are outer faces. Each connected polygon that two faces share is a joint. Pieces narrower
-      than ten tolerances are not joints.
+      than ten times ``tolerance`` are not joints.
     - Away from shared polygons, an edge in a face is a joint of two points. A corner on a face, and two edges
       that cross, are joints of one point. Two edges that run along each other are a joint of two points, on
       the bisector of the faces.
@@ -394,7 +395,7 @@ def refuse_floating(
     loose = np.flatnonzero(~np.isin(group, group[supported]))
     bridge = find_bridge(scene, shapes, (first, second), supported, closes_gaps) if len(loose) else None
     if bridge:
-        # List first the blocks that the recommended tolerance connects, and then the remaining blocks.
+        # List first the blocks that the recommended option connects, and then the remaining blocks.
         loose = np.append(loose[~np.isin(loose, bridge.remaining)], bridge.remaining)
     is_alone = ~np.isin(loose, [first, second])
     alone = loose[is_alone]

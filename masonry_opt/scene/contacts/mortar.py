@@ -33,8 +33,8 @@ _PARALLEL_ERROR = 0.1
 #: value, both sides of a block may merge into one line or plane.
 _THINNEST = 2.0
 
-#: Amount by which a gap may exceed the contact tolerance because of rounding errors, relative to the contact
-#: tolerance. A smaller value causes warnings about gaps that are as wide as the contact tolerance.
+#: Amount by which a gap may exceed ``contact_tolerance`` because of rounding errors, relative to
+#: ``contact_tolerance``. With a smaller value, warnings name gaps that are exactly as wide as this option.
 _ROUNDING = 1e-6
 
 #: Largest median difference between the widths of both ends of a gap, relative to the median mean width, at
@@ -142,7 +142,7 @@ def find_bridge(
     is_mortar = (facing.most <= needed) | (_mean_gap(facing) <= _WIDEST_OF_MORTAR * usual)
     gap = float(facing.most[is_mortar].max())
     connected = before - len(floating(gap))
-    # Find the sides again with the new contact tolerance, because parts of curved edges then become one
+    # Find the sides again with the new ``contact_tolerance``, because parts of curved edges then become one
     # joint.
     pairs, facing = _gaps_to_close(scene, shapes, joined, contact_tolerance=gap)
     closed = facing.where(facing.most <= gap)
@@ -321,8 +321,8 @@ def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
 def _facing_across_mortar(scene: Scene, shapes: Extents) -> tuple[np.ndarray, Facing]:
     """Return near pairs of blocks, and the pairs of sides that touch or have a gap as narrow as mortar.
 
-    The sides are computed with the default tolerance of lengths, because a large tolerance of the scene would
-    hide some of the sides.
+    The sides are computed with the default value of ``tolerance``, because a large ``tolerance`` would hide
+    some of the sides.
     """
     fine = replace(shapes, tolerance=_fine_tolerance(scene, shapes))
     movable_width = shapes.width[~scene.fixed]
@@ -336,7 +336,7 @@ def _facing_across_mortar(scene: Scene, shapes: Extents) -> tuple[np.ndarray, Fa
 
 
 def _fine_tolerance(scene: Scene, shapes: Extents) -> float:
-    """Return the tolerance of the scene or the default tolerance, whichever is smaller."""
+    """Return the option ``tolerance`` of the scene or its default, whichever is smaller."""
     low, high = (corners[~scene.fixed] for corners in shapes.boxes)
     default = RELATIVE_TOLERANCE * float(np.hypot.reduce(high.max(axis=0) - low.min(axis=0)))
     return min(shapes.tolerance, default)

@@ -222,11 +222,12 @@ class PassageTrials:
     passage: Passage
     #: function that solves the scene under a live load; None after the search
     solve: SolveLive | None = field(repr=False)
-    progress: Callable[[float, float], None] | None = field(default=None, repr=False)  #: called with x and λ
+    #: function that is called with each solved position and its λ
+    progress: Callable[[float, float], None] | None = field(default=None, repr=False)
     #: Answers with associative flow for the same passage; None if the method itself is associative.
     beside: "PassageTrials | None" = field(default=None, repr=False)
     bound: float | None = None  #: proven lower bound of λ at all positions; None if nothing is proven
-    answers: dict[float, Solution] = field(default_factory=dict, repr=False)  #: by position
+    answers: dict[float, Solution] = field(default_factory=dict, repr=False)  #: answers by position
 
     def at(self, position: float) -> float:
         """Return λ with the axles at a position. The scene is solved only if no answer is stored.
