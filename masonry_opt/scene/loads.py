@@ -225,8 +225,8 @@ class Earthquake(Record):
         quarter, rest = divmod(self.direction % 360, 90)
         if rest == 0:
             # cos 90° is 6e-17 in floating-point arithmetic. Return exact axes, so that an angle has the same
-            # results as the vector along the axis.
-            return _AXES_IN_PLAN[int(quarter)]
+            # results as the vector along the axis. The remainder of a tiny negative angle is 360°.
+            return _AXES_IN_PLAN[int(quarter) % 4]
         angle = math.radians(self.direction)
         return math.cos(angle), math.sin(angle), 0.0
 

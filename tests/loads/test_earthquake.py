@@ -33,6 +33,7 @@ def test_an_angle_along_an_axis_is_exactly_this_axis():
     for turns in (-1, 0, 2):
         found = [mo.Earthquake(direction=360 * turns + 90 * number).towards for number in range(4)]
         assert found == axes
+    assert mo.Earthquake(direction=-1e-16).towards == axes[0]  # -1e-16 modulo 360 is 360
     half = math.sqrt(0.5)
     assert mo.Earthquake(direction=-45).towards == pytest.approx((half, -half, 0.0), rel=1e-15)
 

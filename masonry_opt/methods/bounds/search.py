@@ -330,7 +330,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
 
         The bounds have shape (faces,) and are in scaled units. If a sliding condition cannot be at yield, a
         conflict that consists of this condition alone is stored. If the limit of programs is reached, the
-        remaining bounds contain no friction energy.
+        remaining bounds contain no friction energy, also in a search that is continued later.
         """
         problem = self._problem
         energy = problem.face_cohesion.copy()

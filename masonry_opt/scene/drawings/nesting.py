@@ -168,13 +168,13 @@ def _add_collapsed(
     """
     limit = min(_largest_tolerance(curve, tolerance) for curve in collapsed)
     widths = (least_width(shapely.Polygon(curve.points)) for curve in outlines if len(curve.points) > 2)
-    thickness = min(width for width in widths if width > tolerance.rounding)
-    too_large = f"too thin for '{tolerance.option}' {tolerance.length:.3g}"
+    thickness = min((width for width in widths if width > tolerance.rounding), default=limit)
+    no_area = f"no area within '{tolerance.option}' {tolerance.length:.3g}"
     advice = lower_tolerance(thickness, limit, tolerance.option)
     remedy = f"the thickness of the thinnest outline is {thickness:.3g}, so {advice}"
     for curve in collapsed:
-        several, place = f"outlines are {too_large}", near(*curve.points[0])
-        defects.add(Defect(curve.where, f"is {too_large}", several, remedy, place))
+        several, place = f"outlines have {no_area}", near(*curve.points[0])
+        defects.add(Defect(curve.where, f"has {no_area}", several, remedy, place))
 
 
 def _polygon(curve: Curve, tolerance: float, defects: Defects) -> shapely.Polygon | None:

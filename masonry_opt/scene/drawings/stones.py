@@ -203,7 +203,7 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
     blocks, mistakes = _solids(meshes, drawing, tolerance, middle)
     if mistakes and drawing.tolerance is not None:
         wrong = [meshes[number] for number in mistakes]
-        _refuse_large_tolerance(meshes, wrong, drawing, _tolerance(movable))
+        _refuse_large_tolerance(wrong, drawing, _tolerance(movable))
     refuse(list(mistakes.values()))
     scene = scene_of(blocks, drawing.replace(tolerance=tolerance), path)
     shapes(scene)  # raises CaseError if the analysis cannot use a block
@@ -230,13 +230,11 @@ def _solids(
     return solids, mistakes
 
 
-def _refuse_large_tolerance(
-    meshes: Sequence[Mesh], wrong: Sequence[Mesh], drawing: SolidDrawing, default: float
-) -> None:
+def _refuse_large_tolerance(wrong: Sequence[Mesh], drawing: SolidDrawing, default: float) -> None:
     """Raise ValueError if the ``wrong`` meshes are solids within a smaller tolerance than the drawing's.
 
     The tolerance is halved until no mesh is wrong, or until it is smaller than the ``default``. The message
-    names the thinnest mesh and a sufficient upper limit of the tolerance.
+    names the thinnest wrong mesh and a sufficient upper limit of the tolerance.
     """
     given = drawing.tolerance
     if given is None or any(mesh.flat for mesh in wrong):
@@ -246,7 +244,7 @@ def _refuse_large_tolerance(
         limit /= 2
         if limit < default:
             return
-    thickness = {mesh.name: _least_width(mesh) for mesh in meshes if not mesh.flat}
+    thickness = {mesh.name: _least_width(mesh) for mesh in wrong}
     name = min(thickness, key=lambda block: thickness[block])
     raise ValueError(f"block '{name}' is {too_thin_for(given, thickness[name], limit)}")
 

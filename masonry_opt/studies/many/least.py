@@ -60,7 +60,7 @@ class Threshold(StudyAnswer):
     holds, fails: The two ends of the interval that contains the threshold. Both are solved.
     jump: Load factors (without ``load``: margins) at the failing and the holding end if they differ much more
         than the slopes next to the interval predict: the mechanism changes, joints lock, or the scene itself
-        changes. Otherwise None.
+        changes. Otherwise, or if both slopes are unknown, None.
     contradictions: Values that were tried on the failing side of the threshold, and at which the scene holds.
     trials: All trials, in the order in which they were solved.
     """
@@ -164,7 +164,8 @@ class Threshold(StudyAnswer):
     def _rounded(self, end: Trial) -> str:
         """Return the value of an end as text, rounded outwards from the interval.
 
-        The scene thus also holds at the printed holding end, and fails at the printed failing end.
+        If there is one threshold in the range, the scene thus also holds at the printed holding end, and
+        fails at the printed failing end.
         """
         digits = distinguishing_digits(self.fails.value, [self.holds.value], _VALUE_DIGITS)
         return rounded_outwards(end.value, digits, upwards=end.holds == self.least)

@@ -114,7 +114,7 @@ def test_a_tolerance_larger_than_a_stone_is_named_instead_of_the_stone(tmp_path,
     with pytest.raises(mo.CaseError) as refusal:
         mo.read_dxf(path, **GIVEN, **{option: value})
     (line,) = str(refusal.value).splitlines()
-    assert f"too thin for '{option}' {value:g}" in line
+    assert f"no area within '{option}' {value:g}" in line
     assert "the thickness of the thinnest outline is 0.5, so set" in line
     assert "delete it" not in line
     advised = float(re.search(rf"set '{option}' to less than ([\d.]+),", line)[1])
@@ -125,7 +125,7 @@ def test_a_curve_of_short_chords_limits_the_advised_tolerance(tmp_path):
     """All 100 chords of a circle of radius 1, 0.0628 long, are shorter than the tolerance."""
     corners = [(math.cos(math.pi * n / 50), 2 + math.sin(math.pi * n / 50)) for n in range(100)]
     path = drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0), ("", corners))
-    with pytest.raises(mo.CaseError, match=r"is too thin for 'tolerance' 0.08 near \(1, 2\)") as refusal:
+    with pytest.raises(mo.CaseError, match=r"has no area within 'tolerance' 0.08 near \(1, 2\)") as refusal:
         mo.read_dxf(path, **GIVEN, tolerance=0.08)
     advised = float(re.search(r"set 'tolerance' to less than ([\d.]+),", str(refusal.value))[1])
     assert 0.06 < advised < 2 * math.sin(math.pi / 100)
