@@ -7,7 +7,7 @@
 
 Six functions that most users need
     load, draw, solve, sweep, report, save
-Studies of many loads, positions, supports or values
+Studies of many loads, positions of axles, supports or values of parameters
     solve_cases, directions, crossing, settle, capacity, sample, least, most
 Files of other programs
     read_dxf, write_dxf, read_mesh, read_compas, export

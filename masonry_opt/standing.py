@@ -46,7 +46,7 @@ class DeadLoadCheck:
         return self.how.adds_incremental or self.how.chosen.name == INCREMENTAL_METHOD
 
     def fall(self) -> Solution | None:
-        """Return the solution of an unstable scene, with the reason; None if the scene is stable.
+        """Return a solution that states why the scene is unstable under its dead load; None if it is stable.
 
         If the solver cannot decide whether the scene is stable, the solution states why.
         """

@@ -175,7 +175,8 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
                 scene, layers, unit, metres = read_with_layers(drawing, DxfDrawing.of(given))
             else:
                 scene = read(drawing, **given)
-        # Find the joints here, because the search raises CaseError if the geometry of the blocks is wrong.
+        # Find the joints before the case file is written. If the geometry of the blocks is wrong, the search
+        # for joints raises CaseError, and no file is written.
         work.show("convert: finding joints")
         shapes = shapes_of(scene)
         joints = len(find_joints(scene, shapes).first)

@@ -409,7 +409,7 @@ class Capacity:
         return displaced_picture(self.result.assembly, state, joints, self.steps[row].poses)
 
     def save(self, path: str | Path, row: int | None = None, force: bool = False) -> None:
-        """Write the plot that :meth:`plot` returns to a file (.png, .svg or .pdf).
+        """Save the plot of :meth:`plot` to a file (.png, .svg or .pdf).
 
         The file is written completely or not at all. Raises OptionError if the name has another ending, or if
         the file exists and must not be replaced (see ``force``).

@@ -109,8 +109,9 @@ class EdgePath:
             )
 
     def _poses(self, angle: float) -> np.ndarray:
-        """Return the poses of all blocks after the body has rotated by an angle, shape (blocks + 1, 6).
+        """Return the poses of all blocks and of the ground after a rotation by ``angle``.
 
+        The shape is (blocks + 1, 6). Only the blocks of the rotating body move: they rotate about the edge.
         The last pose is the pose of the ground, which does not move.
         """
         pose = np.append(np.zeros(3), angle * self.axis)

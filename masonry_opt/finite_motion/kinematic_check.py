@@ -187,7 +187,10 @@ class KinematicCheck:
         return "\n".join([labelled(lines), *warning_lines(self.warning_sentences)])
 
     def _unit_of_length(self) -> str:
-        """Return a clause that names the unit of length to which the gravity belongs, or "" if unknown."""
+        """Return a clause with the unit of length that the value of gravity implies, or "" if unknown.
+
+        For example, gravity 9.81 implies metres.
+        """
         for unit, value in _GRAVITY_BY_UNIT.items():
             if abs(self.gravity - value) <= _GRAVITY_TOLERANCE * value:
                 return f": lengths are in {unit}"

@@ -39,7 +39,8 @@ _SHORTEST_STEP = 1e-6
 #: Bisection for an event stops when its interval of step lengths is this narrow, relative to the size of the
 #: scene.
 _EVENT_WIDTH = 1e-13
-#: Speed of the fastest corner below which blocks count as at rest, if the tangent of the path has length 1.
+#: If the speed of the fastest corner is at most this value, the blocks count as at rest. The speed is
+#: measured for a tangent vector of the path with length 1.
 _LEAST_SPEED = 1e-7
 #: Length of the trial step that tests in which direction blocks can move, relative to the size of the scene.
 _PROBE_STEP = 1e-5

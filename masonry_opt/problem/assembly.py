@@ -95,7 +95,10 @@ class Assembly:
 
     @property
     def pressed(self) -> np.ndarray:
-        """Return the indices of the contact points at which joints can be pressed, shape (points, c)."""
+        """Return the indices of the contact points of each joint of the problem, shape (points, c).
+
+        ``points`` is 2 in the plane, where a joint has a contact point at each end. In space it is 1.
+        """
         return self.joints.parts[1]
 
     @property

@@ -329,9 +329,9 @@ class Faces:
 
     @cached_property
     def limit_factors(self) -> sp.csr_array:
-        """Return the multiplier of each shear limit in each yield condition, shape (faces, k).
+        """Return the coefficient of each shear limit in each yield condition, shape (faces, k).
 
-        The multiplier is the fraction of the limit that is available in a sense of sliding. For other
+        The coefficient is the fraction of the limit that is available in a sense of sliding. For other
         conditions it is zero.
         """
         sliders = np.tile(np.arange(len(self.sliding)), len(self.layout.senses))

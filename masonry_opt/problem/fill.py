@@ -419,9 +419,9 @@ def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.
     before = np.pad(after, ((0, 0), (1, 0)))[:, :-1]
     first = np.maximum(before, t0)
     meets = after - first
-    # Compute the positions, from 0 to 1 on each piece, of the first and the last ray that reach the piece.
-    # The density of the rays along the piece is proportional to 1 / h², and the resultant acts at the
-    # centroid of this density.
+    # Compute the points at which the first and the last ray from the load reach each piece, as positions
+    # from 0 to 1 along the piece. The density of the rays along the piece is proportional to 1 / h², where h
+    # is the depth below the load. The resultant acts at the centroid of this density.
     s0, s1 = (
         np.divide(t * h0 - u0, du - t * dh, out=np.zeros_like(t), where=meets > 0) for t in (first, after)
     )

@@ -37,10 +37,10 @@ class Sides(_Limited):
         return self.layout.word
 
     def energies(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> np.ndarray:
-        """Return the complementarity error of sliding at each joint.
+        """Return the complementarity error of sliding at each joint, which is an energy.
 
-        The error is the energy of sliding while the shear is below its limit. The shape is (senses, k) for
-        linear conditions and (k,) for a cone.
+        The error is the rate of sliding times the slack of the shear limit. It is zero if a joint slides only
+        at its shear limit. The shape is (senses, k) for linear conditions and (k,) for a cone.
 
         Parameters
         ----------
@@ -99,10 +99,10 @@ class Chords(_Limited):
     word = "chords"
 
     def energies(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> np.ndarray:
-        """Return the complementarity error of crushing at each joint.
+        """Return the complementarity error of crushing at each joint, which is an energy.
 
-        The error is the energy of crushing while the joint is below its strength. The shape is (2, l, chords)
-        for chords and (l,) for the parabola.
+        The error is the rate of crushing times the slack of the strength limit. It is zero if a joint crushes
+        only at its strength limit. The shape is (2, l, chords) for chords and (l,) for the parabola.
 
         Parameters
         ----------

@@ -139,7 +139,7 @@ class ProblemParts:
 
     @property
     def limit_factors(self) -> sp.csr_array:
-        """Return the multiplier of each shear limit in each yield condition, shape (faces, k)."""
+        """Return the coefficient of each shear limit in each yield condition, shape (faces, k)."""
         return self.table.limit_factors
 
     @property

@@ -250,7 +250,7 @@ def _incremental_remark(result: Outcome) -> str:
     if state.peak is None:
         return remark
     if result.end is None:
-        return f"{remark}; after the collapse begins, the moving blocks carry no live load"
+        return f"{remark}; after the collapse begins, the blocks continue to move even without live load"
     return f"{remark}; after the collapse begins, the moving blocks carry only λ = {factor_text(result.end)}"
 
 

@@ -347,7 +347,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "proven: no load factor λ ≥ 0 exists, because every mechanism in which the live load does work needs "
         f"joints that cannot yield together; the proof consists of {counted(v['static_cuts'], 'set')} of "
         f"yield conditions that cannot all be at yield, and of {counted(v['kinematic_cuts'], 'set')} of "
-        "yield conditions of which at least one must yield"
+        "yield conditions, in each of which at least one condition must be at yield"
     ),
     Code.CARRIES_ANY: (
         "proven: every multiple of the live load can be carried within the friction limits; a mechanism "

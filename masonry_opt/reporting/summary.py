@@ -335,9 +335,10 @@ def _reference(result: Outcome) -> str:
 
 
 def _name_in_case(known: Mapping[str, Reference], name: str, result: Outcome) -> str:
-    """Return a remark that names a reference value, or "" if its name is that of the method or "associative".
+    """Return a remark with the name of a reference value in the case file, or "" if no remark is needed.
 
-    If the case file also has the value of an MPEC, the remark adds this value.
+    No remark is needed if the reference value has the name of the method or the name "associative". If the
+    case file also has the reference value of an MPEC, the remark adds this value.
     """
     if name in (result.method, "associative"):
         return ""

@@ -144,9 +144,10 @@ def combine(
 
 
 def chunks(sizes: np.ndarray) -> Iterator[slice]:
-    """Divide ``sizes``, a list of numbers of combinations, into successive slices.
+    """Return successive slices of the array ``sizes``, whose entries are numbers of combinations.
 
-    Each slice has at most about ``_CHUNK_SIZE`` combinations, which fit into memory.
+    The numbers of combinations in a slice sum to at most about ``_CHUNK_SIZE``, so the combinations of one
+    slice fit into memory.
     """
     ends = np.flatnonzero(np.diff(np.cumsum(sizes) // _CHUNK_SIZE)) + 1
     return starmap(slice, pairwise([0, *ends.tolist(), len(sizes)]))

@@ -41,7 +41,10 @@ def lower_tolerance(thickness: float, limit: float = math.inf, option: str = "to
 
 
 def set_both(gap: float, tolerance: float) -> str:
-    """Return the part of a message that advises both tolerances, for stones of a survey drawn apart."""
+    """Return the part of a message that advises setting both ``contact_tolerance`` and ``tolerance``.
+
+    The advice is for surveys in which gaps separate the stones.
+    """
     return (
         f"{set_contact_tolerance(gap)}, and 'tolerance' to {rounded_up(tolerance, 2)}, which makes nearly "
         "parallel joints of a survey parallel"

@@ -84,7 +84,8 @@ LIMITS: dict[Kind, Limits] = {
 #: difference the check fails.
 AGREEMENT = 1e-7
 
-#: Largest residual at which the command ``check`` accepts a solution. With a larger residual the check fails.
+#: Largest residual at which the command ``check`` accepts a static or kinematic solution, for example the
+#: residual of equilibrium or of complementarity. With a larger residual the check fails.
 DUALITY = 1e-6
 
 #: Largest violation of complementarity at which the loop of linear programs accepts the forces and the

@@ -253,8 +253,8 @@ class InfeasibilityCertificate:
         problem; in a result they are rows of ``Result.joints``. The self-stress is the sum of two sets of
         forces, which carry the live load and the opposite of the live load.
     static_cuts: number of sets of faces that cannot all be at yield in one state.
-    kinematic_cuts: number of sets of faces of which at least one must have a nonzero rate. Together with the
-        static cuts they exclude every choice of faces with nonzero rates.
+    kinematic_cuts: number of sets of faces of another kind: at least one face of each set must have a nonzero
+        rate. Together with the static cuts they exclude every choice of faces with nonzero rates.
     cut_residual: largest :func:`static_residual` or :func:`kinematic_residual` of these sets.
     """
 

@@ -93,7 +93,7 @@ class Code(StrEnum):
     NO_MECHANISM = "no mechanism"
     # It is proven that no collapse state exists. The value ``static_cuts`` is the number of sets of yield
     # conditions that cannot all be at yield in one state. The value ``kinematic_cuts`` is the number of sets
-    # of yield conditions of which at least one must yield if the live load does work.
+    # of another kind: if the live load does work, at least one yield condition of each set must be at yield.
     NO_COLLAPSE = "no collapse"
     # It is proven that every multiple of the live load can be carried within the friction limits. The message
     # needs no values.
@@ -234,12 +234,16 @@ class Code(StrEnum):
     JOINT_CLOSES = "joint closes"
     # A closed joint opens in the finite motion. Value: ``pairs``, the two blocks of the joint.
     JOINT_OPENS = "joint opens"
-    # No finite motion is computed, because joints slide at the onset of collapse, or because the hinging
-    # mechanism alone has another load factor. The value ``associative`` is the associative load factor, or
-    # None if it is unlimited. The value ``pairs`` lists the two blocks of each joint that slides. In the
-    # plane, the value ``slip`` is the largest slip rate of a joint divided by the speed of the fastest
-    # corner. In space, the value ``turning`` is the load factor at which the body that rotates in the
-    # mechanism would collapse by itself.
+    # No finite motion is computed, for one of three reasons:
+    # - Joints slide at the onset of collapse.
+    # - In the plane, λ is below the associative load factor, and the blocks cannot move about the hinges of
+    #   the mechanism without slip.
+    # - In space, λ differs from the load factor at which the rotating body would collapse by itself.
+    # Values:
+    # - ``associative``: the associative load factor, or None if it is unlimited.
+    # - ``pairs``: the two blocks of each joint that slides.
+    # - ``slip`` (in the plane): the largest slip rate of a joint divided by the speed of the fastest corner.
+    # - ``turning`` (in space): the load factor at which the rotating body would collapse by itself.
     NOT_HINGING = "not hinging"
     # Joints begin to slide in the finite motion. The value ``pairs`` lists the two blocks of each sliding
     # joint. In the plane, the value ``slip`` is the largest slip rate of a joint divided by the speed of the

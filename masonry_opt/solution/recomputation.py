@@ -64,11 +64,11 @@ def normal_columns(assembly: Assembly) -> Columns:
 
 
 def line_columns(assembly: Assembly, *roles: Role) -> Columns:
-    """Return the points of application and the directions of the limited forces with the given roles.
+    """Return the lines of action of forces with limits, such as ties: a point and a direction for each force.
 
-    The point is on the first block of the limited force. The columns ``ux``, ``uy`` (and ``uz``) are the
-    force on this block per unit of the limited force. The opposite force acts on the second block of a tie or
-    prop, along the same line.
+    The argument ``roles`` selects kinds of forces. The point is on the first block of the limited force.
+    The columns ``ux``, ``uy`` (and ``uz``) are the force on this block per unit of the limited force. The
+    opposite force acts on the second block of a tie or prop, along the same line.
     """
     actions = [force.actions[0] for force in assembly.limited if force.role in roles]
     points = [action.point + assembly.geometry.origin for action in actions]

@@ -63,7 +63,7 @@ def framed(
     before: Iterable[str] | Mapping[str, str],
     of_runs: Mapping[str, str] = ANSWER_COLUMNS,
 ) -> pd.DataFrame:
-    """Convert rows of runs to a frame with typed columns.
+    """Convert the rows of a table of runs to a DataFrame with typed columns.
 
     Parameters
     ----------

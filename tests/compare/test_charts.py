@@ -71,7 +71,7 @@ def test_a_state_below_the_best_is_marked(drawn):
     marks = drawn["time_error_coulomb"].chart.data
     assert marks["time"][marks["below"]].tolist() == [5.0]
     assert marks["method"].nunique() == 2
-    assert "drawn at this value" not in drawn["time_error_coulomb"].notes
+    assert "the logarithmic axis shows them at this value" not in drawn["time_error_coulomb"].notes
 
 
 def test_without_a_yardstick_there_is_no_chart_of_accuracy():

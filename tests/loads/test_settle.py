@@ -136,7 +136,7 @@ def test_states_nearer_to_rest_and_across_it_are_warned_of():
     (warning,) = nearer.as_dict()["warnings"]
     assert (warning["code"], warning["end"]) == ("history ends nearer", "least")
     assert [warning["reaction"], warning["incremental"]] == pytest.approx([-2.25, -1.125], abs=1e-6)
-    assert "may collapse earlier" in warning["sentence"]
+    assert "may collapse before the computed value is reached" in warning["sentence"]
     beyond = replace(found, least=with_solution(least, below_zero=-half))
     (warning,) = beyond.as_dict()["warnings"]
     assert (warning["code"], warning["end"]) == ("state across rest", "least")

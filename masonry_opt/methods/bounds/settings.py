@@ -91,9 +91,9 @@ class ProofBudget(Settings):
     #: with a proof, and the method is slower.
     share: float = zero_or_more(0.6)
 
-    #: Without option ``search``, no proof is tried on scenes that have more joints than this number and do
-    #: not have the full budget. The budget of ``share`` suffices for a proof on one in ten random scenes of
-    #: 16 to 25 joints, and on hardly any larger scene.
+    #: Largest number of joints of scenes without the full budget on which a proof is tried by default. The
+    #: budget of these scenes, see ``share``, suffices for a proof on one in ten random scenes of 16 to 25
+    #: joints, and on hardly any larger scene. With option ``search``, a proof is also tried on larger scenes.
     most_joints_with_share: int = zero_or_more(25)
 
     #: Time limit of the search for a proof in seconds. The search reaches it only if linear programs are very

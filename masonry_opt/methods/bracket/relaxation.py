@@ -168,7 +168,8 @@ def _force_limits(
     of_shears = selection(2 * c + cannot_slide, problem.table.width)
     targets = sp.vstack([problem.table.normal_sums, of_shears]).toarray()
     steep = max(1.0, float(problem.friction.max(initial=0.0)))
-    # No force is larger than ``share`` · (1 + the sum of all forces that the programs maximise).
+    # In each state, no force is larger than ``share`` · (1 + S). Here S is the sum, in the same state, of the
+    # forces whose maxima the linear programs compute.
     share = steep + float(problem.cohesion.max(initial=0.0))
     values, short = np.zeros((2, len(targets)))
     columns = session.columns(q)

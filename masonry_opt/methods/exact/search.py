@@ -147,10 +147,11 @@ class Search:
 
     @property
     def _starts_with_weaker_ties(self) -> dict[str, "_Start"]:
-        """Kinds of start from random forces in which ties may use only a fraction of their strength.
+        """Return the functions that draw random forces with ties at only a fraction of their strength.
 
-        If a scene has ties or other limited forces, these starts come first, because states with a lower λ
-        may exist in which a tie does not yield.
+        There is one function for each fraction. The keys are the names of the starts. If a scene has ties or
+        other limited forces, these starts come first, because states with a lower λ may exist in which a tie
+        does not yield.
         """
         return {
             f"ties at {share:g} of their strength": partial(Search.random_forces, strength_share=share)

@@ -81,8 +81,9 @@ class SearchSettings(Settings):
     #: yield may have nonzero rates.
     at_yield: float = 1e-7
 
-    #: Largest number of times that the forces of a start are replaced by forces nearer to a collapse state,
-    #: as long as the search finds no exact state from them. More replacements seldom lower λ.
+    #: If the search finds no exact state from the forces of a start, it replaces these forces by forces
+    #: nearer to a collapse state, and searches again. This setting is the largest number of replacements for
+    #: each start. With a larger value λ is seldom lower.
     repairs: int = zero_or_more(2)
 
     #: Time limit of a linear program of the search, in seconds per joint of the scene, because HiGHS may

@@ -17,11 +17,16 @@ class IncrementalSettings(Settings):
     """
 
     #: Largest width of the range of possible collapse loads, relative to the load factor, if the range
-    #: contains no exact state. If an exact state is found, loads at half this distance below and above it are
-    #: tested. The first load increment after a damped motion also has this size. The increment doubles with
-    #: each consecutive damped motion, up to ``smallest_increment``. Forces that hold a settling support are
-    #: stiffer than a tie by the inverse of this value. With a smaller value the search takes more steps. With
-    #: a larger value the range is wider, and the exact state may be missed.
+    #: contains no exact state. With a smaller value the search takes more steps. With a larger value the
+    #: range is wider, and the exact state may be missed.
+    #:
+    #: The setting has three further effects:
+    #:
+    #: - If an exact state is found, the load factors that are smaller and larger than its load factor by half
+    #:   of this value (relative to the load factor) are tested.
+    #: - After a damped motion, the first load increment has this size, relative to the load factor. With each
+    #:   consecutive damped motion the increment doubles, until it reaches ``smallest_increment``.
+    #: - Forces that hold a settling support are stiffer than a tie by the inverse of this value.
     tolerance: float = 1e-3
     #: Change of the contact forces in the first trial of a load increment, relative to the size of the
     #: contact forces. The trial is at least ``smallest_increment``, and at most twice the last increment. It

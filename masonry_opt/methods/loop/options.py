@@ -120,7 +120,7 @@ class LoopParameters(LoopOptions):
 
 @dataclass(frozen=True)
 class Attempt:
-    """Parameters and solver of one run of the loop."""
+    """Parameters and solver of one run of the loop of linear programs."""
 
     parameters: LoopParameters
     solver: Solver

@@ -319,5 +319,5 @@ def _accuracy(edges: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def _tangent(normal: np.ndarray) -> np.ndarray:
-    """Return the tangents to normals, which are the normals rotated clockwise by 90°, shape (rows, 2)."""
+    """Return the unit tangents of contacts: their normals, rotated clockwise by 90°, shape (rows, 2)."""
     return np.column_stack([normal[:, 1], -normal[:, 0]])

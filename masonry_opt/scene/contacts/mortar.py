@@ -42,7 +42,7 @@ _ROUNDING = 1e-6
 #: coordinates count as intended.
 _SURVEY_ERROR = 0.5
 
-#: Smallest fraction of joints across gaps as wide as mortar, at which gaps of a survey count as intended.
+#: Gaps of a survey count as mortar if at least this fraction of its joints cross gaps as wide as mortar.
 #: With a smaller value, a few inaccurate corners count as mortar.
 _SURVEY_FRACTION = 0.5
 

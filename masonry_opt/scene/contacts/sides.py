@@ -217,16 +217,21 @@ class Touches(Rows):
 
 @dataclass(frozen=True)
 class Meetings(Rows):
-    """Places at which corners (in space: edges) of two blocks coincide."""
+    """Meetings of pairs of blocks: a corner of one block coincides with a corner of the other block.
 
-    pair: np.ndarray  #: for each place, the index of the pair of blocks that meet there, shape (meetings,)
-    first: np.ndarray  #: index of the first block's corner (in space: edge) at each place, shape (meetings,)
-    #: Index of the second block's corner (in space: edge) at each place, shape (meetings,).
+    In space, an edge of one block coincides with an edge of the other block.
+    """
+
+    pair: np.ndarray  #: index of the pair of blocks at each meeting, shape (meetings,)
+    #: Index of the first block's corner (in space: edge) at each meeting, shape (meetings,).
+    first: np.ndarray
+    #: Index of the second block's corner (in space: edge) at each meeting, shape (meetings,).
     second: np.ndarray
-    #: Point halfway between the two corners at each place (in space: start of the common line of the two
-    #: edges), shape (meetings, 2) or (meetings, 3).
+    #: In the plane, the point halfway between the two corners of each meeting, shape (meetings, 2). In space,
+    #: the start of the line that the two edges of each meeting share, shape (meetings, 3).
     start: np.ndarray
-    #: End of the common line, equal to ``start`` for a point, shape (meetings, 2) or (meetings, 3).
+    #: In the plane, the same points as in ``start``. In space, the end of the line that the two edges of each
+    #: meeting share. The shape is that of ``start``.
     end: np.ndarray
 
 
@@ -237,8 +242,12 @@ class BlockCorners(ABC):
     point: np.ndarray  #: coordinates of the corners, shape (corners, 2) or (corners, 3)
     corners: Items  #: corners with the indices of their blocks
     met: Items  #: corners (in space: edges) that another block's corner can touch without a contact normal
-    start: np.ndarray  #: start of each corner or edge of ``met``, shape (items, 2) or (items, 3)
-    end: np.ndarray  #: end of each corner or edge of ``met``, shape (items, 2) or (items, 3)
+    #: In the plane, the coordinates of each corner of ``met``, shape (items, 2). In space, the start of each
+    #: edge of ``met``, shape (items, 3).
+    start: np.ndarray
+    #: In the plane, the coordinates of each corner of ``met``, as in ``start``, shape (items, 2). In space,
+    #: the end of each edge of ``met``, shape (items, 3).
+    end: np.ndarray
     #: Threshold, relative to the tolerance, that separates contacts from the sides that their two blocks
     #: share. A contact nearer to a shared side is part of this side; a contact farther away is a separate
     #: contact.

@@ -94,7 +94,7 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     notes = [f"{letter}: {_LETTER_MEANINGS.get(letter, ending)}" for ending, letter in shown.items()]
     error_name, label = _ERRORS[question]
     if question == judge.COULOMB and math.isclose(low, judge.GAP_FLOOR):
-        notes.append(f"gaps below {low:g} count as zero and are drawn at this value")
+        notes.append(f"gaps below {low:g} count as zero; the logarithmic axis shows them at this value")
     notes.append("grey steps: Pareto front")
     if marks["below"].any():
         notes.append("grey triangles: λ is lower than in the best known exact state, by the gap shown")

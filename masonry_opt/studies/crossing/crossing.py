@@ -179,8 +179,8 @@ def _crossed(
         loaded = passage.loaded(passage.live(first.trials.position))
         programs[passage.case] = search.moving_load(loaded.problem, effort)
     all_trials, stop = _cross(session, ways, programs, effort, progress, asked.required_factor)
-    # If no passage has a load factor, an undecided passage counts as worse than a passage that carries any
-    # load.
+    # If no passage has a load factor, every passage is either undecided or carries an unlimited load. An
+    # undecided passage then counts as the worst.
     worst = min(all_trials, key=lambda trials: (trials.least, not trials.is_undecided))
     result, stop = _worst_result(session, worst, effort, stop)
     others = _other_methods(session, result, worst) if asked.other_methods and stop is None else {}
@@ -424,8 +424,8 @@ def _passages(
     if not crossed:
         named = ", ".join(f"'{case.name}' leaves axles out ({case})" for case in cases)
         raise CaseError(
-            f"{scene.origin}: no axles move, because load case {named}: "
-            "set 'live = { axles = 1 }' in one of these load cases"
+            f"{scene.origin}: no axles move, because load case {named}; to move the axles, "
+            "set 'live = { axles = 1 }' in a load case"
         )
     crossed = [settled_scene(case_scene, settled) for case_scene in crossed]
     first = assemble(crossed[0])

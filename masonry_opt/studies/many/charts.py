@@ -43,8 +43,8 @@ _UP = "triangle-up"  #: Mark of a value above the axis.
 #: Largest number of values of the second parameter of a sweep for which a chart has lines of λ; otherwise it
 #: has points.
 _MOST_DRAWN_LINES = 7
-#: Largest number of values beyond the axis that a chart shows as numbers; of more values, only the greatest
-#: is written.
+#: Largest number of values beyond the axis that a chart writes as numbers. If there are more values, the
+#: chart writes only the greatest value.
 _MOST_WRITTEN_VALUES = 6
 #: Axis titles that contain a symbol, by the name of the parameter on the axis.
 _SYMBOLS = {

@@ -108,7 +108,10 @@ class Parameters:
         return scene.read_from(self.scene.origin).in_case_of(self.scene)
 
     def _near(self, name: str) -> str:
-        """Return advice on an unknown name: similar names, or the generator of the block."""
+        """Return advice on the unknown name of a parameter: similar names, or a list of known names.
+
+        If the name belongs to a block that a generator builds, the advice is to vary the generator instead.
+        """
         for block in self.scene.blocks:
             head = f"block.{block.name}."
             if name.startswith(head) and not any(known.startswith(head) for known in self.names):

@@ -246,7 +246,7 @@ def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:
     solution = Solution(Status.CONVERGED, Kind.EXACT, found=shared.answer)
     entries = {"load_factor": shared.answer.load_factor, "status": str(solution.status), "reason": ""}
     entries |= {"any_load": False, "exact": True, "which": LOWEST, "state_from": f"state found at {found_at}"}
-    entries["message"] = f"the state was found in the run at {found_at}, and is certified for this run"
+    entries["message"] = f"another run found this state ({found_at}); it is certified for the present run"
     certificate = shared.answer.certificate.as_dict()
     return entries | certificate | mechanism(shared.assembly, solution)
 

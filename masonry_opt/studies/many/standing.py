@@ -75,10 +75,10 @@ def standing(scene: Scene) -> DeadLoadMargin:
 
 
 def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None:
-    """Solve eq. (9) with a live load that reduces the normal force of every joint.
+    """Return the solution for a live load that reduces the normal force of every joint; λ is the margin.
 
-    None is returned if there is no acceptable answer, or if the strength of joints is limited, because a
-    larger normal force may then crush them.
+    The static program, eq. (9) of the paper, is solved. None is returned if there is no acceptable answer, or
+    if the strength of joints is limited, because a larger normal force may then crush them.
     """
     if len(pressed.crushing) or not pressed.live_norm:
         return None

@@ -212,9 +212,9 @@ def _(answer: Crossing) -> ReportPart:
         for name in answer.not_crossed
     ]
     left_out = dict.fromkeys(answer.left_out, "this load case has no axles: use 'solve'")
-    # The scene is not known to be stable under its dead load, so the axles were not moved over it. In the
-    # scene of this result, loads on blocks replace the axles, so its axles and loads differ from those of the
-    # user's scene.
+    # The axles were not moved, because the scene is not known to be stable under its dead load. The scene of
+    # the result has loads on blocks instead of axles. Its axles, loads and load cases are therefore listed as
+    # keys in which it may differ from the user's scene.
     if least is None:
         varied = ("axles", "loads", "load_cases")
         return replace(_part(worst), varied=varied, left_open=left_open, left_out=left_out)

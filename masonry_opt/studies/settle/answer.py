@@ -319,8 +319,9 @@ class Settlement(StudyAnswer):
         reaction, incremental = end.reaction, end.reaction_at_end
         if end.history_ends_nearer and reaction is not None and incremental is not None:
             sentence = (
-                f"{name} reaction: the load history ends at {numeral(incremental, '.6g')}, closer to the "
-                f"reaction at rest than {numeral(reaction, '.6g')}, so the scene may collapse earlier"
+                f"{name} reaction: the computed value is {numeral(reaction, '.6g')}, but the load history "
+                f"ends at {numeral(incremental, '.6g')}, closer to the reaction at rest; the scene may "
+                "collapse before the computed value is reached"
             )
             values = {"end": name, "reaction": reaction, "incremental": incremental}
             yield study_warning(StudyCode.HISTORY_ENDS_NEARER, sentence, **values)
