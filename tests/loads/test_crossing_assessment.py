@@ -8,8 +8,12 @@ import pytest
 from loads.overhang import OVERHANG, WEIGHT, axles, slab, support
 
 import masonry_opt as mo
+from masonry_opt.reporting.load_factors import meaning
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.solution import Solution
+from masonry_opt.studies.many.scene_answer import SceneAnswer
+from masonry_opt.studies.many.trial import Trial
+from masonry_opt.studies.report.report import _governing
 
 
 def crossed(group=None, **options):
@@ -105,10 +109,30 @@ def test_a_required_load_factor_between_both_bounds_is_undecided():
     )
 
 
-def test_a_least_load_factor_is_not_called_an_upper_bound():
-    proven = crossed(method="coulomb", required_factor=3.0).facts()
+@pytest.fixture(scope="module")
+def by_coulomb():
+    return crossed(method="coulomb", incremental=False)
+
+
+def test_a_least_load_factor_is_not_called_an_upper_bound(by_coulomb):
+    proven = replace(by_coulomb, required_factor=3.0).facts()
     assert proven["governing λ"] == "4.000000 (least at this position, proven)"
     assert "upper bound" not in proven["required"]
+
+
+def test_a_crossing_has_one_name_for_its_load_factor(by_coulomb):
+    """With a Coulomb method nothing is proven along the road, so no page says "least, proven"."""
+    found, early = by_coulomb, replace(by_coulomb, interrupted=True)
+    proven, so_far = "least at this position, proven", "the least at the positions solved so far"
+    assert _governing(found) == f"governing λ = 4 ({proven})"
+    assert _governing(early) == f"interrupted, so that λ may be less than λ = 4 ({so_far})"
+    for crossing, name in ((found, proven), (early, so_far)):
+        answer = SceneAnswer(crossing.worst, crossing)
+        assert Trial(1.0, True, 4.0, answer, None).name == answer.columns()["which"] == name
+        assert f"({name})" in str(crossing)
+        assert crossing.facts()["certainty"].startswith("at this position: ")
+        assert "λ may be less" in meaning([name])
+    assert not crossed().facts()["certainty"].startswith("at this position")
 
 
 def test_chords_are_not_an_upper_bound_for_the_parabola():
@@ -117,11 +141,11 @@ def test_chords_are_not_an_upper_bound_for_the_parabola():
     With n = W + P, the equilibrium P (1 - 1/2 + n / 400) = W (1/2 - n / 400) has the solution P = 3 λ.
     """
     strong = OVERHANG.replace(joints={"friction": 0.5, "strength": 200.0})
-    load = np.roots([1 / 400, 0.5 + 2 * WEIGHT / 400, WEIGHT * (WEIGHT / 400 - 0.5)]).max()
     chords, parabola = (
         mo.crossing(strong, axles(3.0), method=method, incremental=False)
         for method in ("nonassociative", "static")
     )
+    load = np.roots([1 / 400, 0.5 + 2 * WEIGHT / 400, WEIGHT * (WEIGHT / 400 - 0.5)]).max()
     assert parabola.load_factor == pytest.approx(load / 3, rel=1e-6)
     assert 0.99 * parabola.load_factor < chords.load_factor < 0.995 * parabola.load_factor
     assert "28 chords inside the crushing parabola, at most 0.65 % below it" in chords.facts()["crushing"]

@@ -2,7 +2,7 @@
 
 from masonry_opt.errors import counted
 from masonry_opt.reporting.linear_laws import BY_CHORDS
-from masonry_opt.reporting.load_factors import LEAST, certainty, own_name
+from masonry_opt.reporting.load_factors import certainty
 from masonry_opt.reporting.names import some
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.reporting.summary import crushing
@@ -78,18 +78,13 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
     worst, group = answer.worst, passage.axles
     governing = "none: any load is carried" if worst.solution.carries_any_load else str(worst.status)
     if worst.load_factor is not None:
-        name = own_name(worst)
-        if answer.interrupted:
-            name = "the least at the positions solved so far"
-        elif name == LEAST and answer.bound is None:
-            name = "least at this position, proven"
-        governing = f"{numeral(worst.load_factor, '.6f')} ({name})"
+        governing = f"{numeral(worst.load_factor, '.6f')} ({answer.load_factor_name})"
     source = f" ({group.group.source})" if group.group.source else ""
     lines = {"λ so far" if answer.interrupted else "governing λ": governing}
     capacity = capacity_text(answer)
     if capacity:
         lines["at collapse"] = capacity
-    lines |= required | {"certainty": certainty(worst), "crushing": _crushing(answer)}
+    lines |= required | {"certainty": _certainty(answer), "crushing": _crushing(answer)}
     lines = {label: words for label, words in lines.items() if words}
     lines["position"] = _where(answer)
     lines["axles"] = f"'{answer.axles}', travelling {answer.direction}{source}"
@@ -108,6 +103,15 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
     if passage.assembly.problem.live.any():
         lines["other loads"] = "λ also multiplies the other live loads of the scene"
     return lines
+
+
+def _certainty(answer: CrossingLoadFactors) -> str:
+    """Return a text on the certainty of λ at the worst position, or "" without a load factor.
+
+    If nothing is proven along the road, the text says that it applies to the worst position only.
+    """
+    words = certainty(answer.worst)
+    return f"at this position: {words}" if words and answer.bound is None else words
 
 
 def _crushing(answer: CrossingLoadFactors) -> str:
