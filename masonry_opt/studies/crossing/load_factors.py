@@ -31,6 +31,7 @@ class CrossingLoadFactors:
     default: Result | None = field(default=None, repr=False)
     no_default: str = field(default="", repr=False)
     by_parabola: float | None = field(default=None, repr=False)
+    no_parabola: str = field(default="", repr=False)
     required_factor: float | None = None
 
     @property

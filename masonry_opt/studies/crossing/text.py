@@ -117,7 +117,9 @@ def _certainty(answer: CrossingLoadFactors) -> str:
 def _crushing(answer: CrossingLoadFactors) -> str:
     """Return a text on the crushing law; for chords, it has the associative λ by the parabola if known."""
     if answer.by_parabola is None:
-        return crushing(answer.worst)
+        law = crushing(answer.worst)
+        missing = f"; no associative λ by the parabola here: {answer.no_parabola}"
+        return law + missing if answer.no_parabola else law
     known = f"limited by {BY_CHORDS}, also for the associative λ"
     chords = answer.worst.associative
     more = "" if not chords else f", {answer.by_parabola / chords - 1:.2%} more than by chords"
