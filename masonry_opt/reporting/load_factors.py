@@ -16,6 +16,11 @@ from masonry_opt.solution.thresholds import ZERO, same
 LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no state with a lower λ is known.
 #: Name of the load factor of an exact state, if it is proven that no state has a lower λ.
 LEAST = "least, proven"
+#: Name of the load factor of a crossing, if it is proven that no state at the worst position has a lower λ,
+#: but nothing is proven for positions that were not solved.
+LEAST_AT_POSITION = "least at this position, proven"
+#: Name of the load factor of a crossing that the user or the time limit ended.
+LEAST_SO_FAR = "the least at the positions solved so far"
 #: Name of the load factor of a state that is not exact. The name is also used for an exact state if the load
 #: history ends at a smaller load factor.
 FOUND = "found"
@@ -50,6 +55,11 @@ _NO_EXACT_STATE = "no exact collapse state was found, but exact states with a lo
 _LOAD_FACTOR_MEANINGS = {
     LOWEST: "exact collapse states that are not proven to have the least load factors",
     LEAST: "exact collapse states, proven to have the least load factors",
+    LEAST_AT_POSITION: (
+        "exact collapse states, proven to have the least load factors with the axles at the worst position "
+        "solved; λ may be less at other positions"
+    ),
+    LEAST_SO_FAR: "the crossing ended early, so that λ may be less at positions that were not solved",
     FOUND: "collapse states that are not exact, or whose λ is larger than at the end of the load history",
     INCREMENTAL: "equilibrium is lost as the live load grows from zero; lower collapse states may exist",
     ASSOCIATIVE: "upper bounds, by classical limit analysis",
@@ -149,11 +159,14 @@ def own_name(result: Outcome) -> str:
     return LOWEST if result.exact and not load_history_ends_lower(result) else FOUND
 
 
-def named_factor(result: Outcome) -> str:
-    """Return the method's own load factor with its name as text, or the status if λ does not exist."""
+def named_factor(result: Outcome, name: str | None = None) -> str:
+    """Return the method's own load factor with its name as text, or the status if λ does not exist.
+
+    ``name`` replaces the name of the load factor, for the worst position of a crossing.
+    """
     if result.load_factor is None:
         return str(result.status)
-    return f"λ = {factor_text(result.load_factor)} ({own_name(result)})"
+    return f"λ = {factor_text(result.load_factor)} ({name or own_name(result)})"
 
 
 def meaning(names: Iterable[str]) -> str:

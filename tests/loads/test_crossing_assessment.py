@@ -2,14 +2,23 @@
 differences."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from loads.overhang import OVERHANG, WEIGHT, axles, slab, support
 
 import masonry_opt as mo
+from masonry_opt.reporting.load_factors import meaning
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.solution import Solution
+from masonry_opt.studies.crossing import crossing as module
+from masonry_opt.studies.many.scene_answer import SceneAnswer
+from masonry_opt.studies.many.trial import Trial
+from masonry_opt.studies.report.report import _governing
+
+#: The slab on joints of limited strength, so that methods differ by chords and parabola.
+STRONG = OVERHANG.replace(joints={"friction": 0.5, "strength": 200.0})
 
 
 def crossed(group=None, **options):
@@ -105,23 +114,94 @@ def test_a_required_load_factor_between_both_bounds_is_undecided():
     )
 
 
-def test_a_least_load_factor_is_not_called_an_upper_bound():
-    proven = crossed(method="coulomb", required_factor=3.0).facts()
+@pytest.fixture(scope="module")
+def by_coulomb():
+    return crossed(method="coulomb", incremental=False)
+
+
+def test_a_least_load_factor_is_not_called_an_upper_bound(by_coulomb):
+    proven = replace(by_coulomb, required_factor=3.0).facts()
     assert proven["governing λ"] == "4.000000 (least at this position, proven)"
     assert "upper bound" not in proven["required"]
 
 
-def test_chords_are_not_an_upper_bound_for_the_parabola():
+def test_a_crossing_has_one_name_for_its_load_factor(by_coulomb):
+    """With a Coulomb method nothing is proven along the road, so no page says "least, proven"."""
+    found, early = by_coulomb, replace(by_coulomb, interrupted=True)
+    proven, so_far = "least at this position, proven", "the least at the positions solved so far"
+    assert _governing(found) == f"governing λ = 4 ({proven})"
+    assert _governing(early) == f"interrupted, so that λ may be less than λ = 4 ({so_far})"
+    for crossing, name in ((found, proven), (early, so_far)):
+        answer = SceneAnswer(crossing.worst, crossing)
+        assert Trial(1.0, True, 4.0, answer, None).name == answer.columns()["which"] == name
+        assert f"({name})" in str(crossing)
+        assert crossing.facts()["certainty"].startswith("at this position: ")
+        assert "λ may be less" in meaning([name])
+    assert not crossed().facts()["certainty"].startswith("at this position")
+
+
+@pytest.fixture(scope="module")
+def by_chords():
+    return mo.crossing(STRONG, axles(3.0), method="nonassociative", incremental=False)
+
+
+@pytest.fixture(scope="module")
+def by_parabola():
+    return mo.crossing(STRONG, axles(3.0), method="static", incremental=False)
+
+
+def with_associative(result, associative):
+    """Return a result with another associative load factor."""
+    return replace(result, solution=replace(result.solution, associative=associative))
+
+
+def test_a_load_factor_that_chords_do_not_explain_fails(by_chords, by_parabola):
+    """λ = 3.1987 is compared with a Coulomb λ far below its associative λ, which the parabola raises by
+    0.67 %, from 4.47 to 4.5."""
+    low = replace(by_chords, worst=with_associative(by_chords.worst, 4.47), by_parabola=4.5)
+    verdicts = {}
+    for required in (3.1, 3.21, 3.23, 4.4, 4.6):
+        verdicts[required] = replace(low, required_factor=required).facts()["required"].split(": ", 1)[1]
+    assert verdicts[3.1].startswith("passed")
+    assert verdicts[3.21].startswith("not decided, because 3.19")
+    assert verdicts[3.23].startswith("failed, 3.22")
+    assert verdicts[4.4].startswith("failed, 3.22")
+    assert "assumed: it raises no other λ by more" in verdicts[4.4]
+    assert verdicts[4.6].startswith("failed")
+    default = with_associative(by_parabola.default, 4.47)
+    low = replace(by_parabola, default=default, required_factor=3.21)
+    assert low.facts()["required"].startswith("λ ≥ 3.21: failed, 3.19")
+
+
+def test_a_missing_load_factor_by_the_parabola_is_undecided(watched, monkeypatch):
+    """The third solve is that of method "static" with the parabola.
+
+    The first two solves are those of the first and of the worst position.
+    """
+
+    def ends(*_):
+        if len(solved) == 3:
+            raise KeyboardInterrupt
+
+    solved = watched(module.Session, "solve", ends)
+    found = mo.crossing(STRONG, axles(3.0), method="nonassociative", incremental=False, required_factor=3.3)
+    assert (found.by_parabola, found.no_parabola, found.interrupted) == (None, "interrupted", False)
+    assert "not decided, because 3.19" in found.facts()["required"]
+    assert "no associative λ by the parabola: interrupted" in found.facts()["required"]
+    assert "no associative λ by the parabola here: interrupted" in found.facts()["crushing"]
+    assert replace(found, required_factor=3.1).passed
+    unlimited = SimpleNamespace(crushing="parabola", solution=SimpleNamespace(carries_any_load=True))
+    monkeypatch.setattr(module, "_solved_by", lambda method, scene: (unlimited, ""))
+    assert module._solved_by_parabola(STRONG) == (None, "any load is carried")
+
+
+def test_chords_are_not_an_upper_bound_for_the_parabola(by_chords, by_parabola):
     """The slab with a strength of 200 rocks about a point in the joint at a distance n / (2 f) from its edge.
 
     With n = W + P, the equilibrium P (1 - 1/2 + n / 400) = W (1/2 - n / 400) has the solution P = 3 λ.
     """
-    strong = OVERHANG.replace(joints={"friction": 0.5, "strength": 200.0})
+    chords, parabola = by_chords, by_parabola
     load = np.roots([1 / 400, 0.5 + 2 * WEIGHT / 400, WEIGHT * (WEIGHT / 400 - 0.5)]).max()
-    chords, parabola = (
-        mo.crossing(strong, axles(3.0), method=method, incremental=False)
-        for method in ("nonassociative", "static")
-    )
     assert parabola.load_factor == pytest.approx(load / 3, rel=1e-6)
     assert 0.99 * parabola.load_factor < chords.load_factor < 0.995 * parabola.load_factor
     assert "28 chords inside the crushing parabola, at most 0.65 % below it" in chords.facts()["crushing"]

@@ -41,6 +41,8 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         if it raised an error.
     by_parabola: Associative load factor at the worst position by the crushing parabola, if the joints of
         ``worst`` crush by chords inside the parabola; otherwise None. It is an upper bound of λ.
+    no_parabola: Reason why ``by_parabola`` is not known although joints crush by chords: the user or the time
+        limit ended its solve, it raised an error, or any load is carried.
     required_factor: Load factor that is required; None if none is required.
     """
 

@@ -47,21 +47,23 @@ def assessed(answer: CrossingLoadFactors, required: float) -> Assessment:
 
     - A scene that is unstable under its dead load fails.
     - A scene fails if an upper bound is less than the required load factor: the load factor of the answer, or
-      the load factor of the default method at the worst position.
+      the load factor of the default method at the worst position. Load factors by chords inside the crushing
+      parabola are no upper bounds.
+    - A scene also fails if a load factor by chords is so low that chords do not explain it: see
+      :func:`_raised_by_parabola` and the assumption there.
     - The outcome is undecided if positions are undecided or were not solved, or if the proven lower bound is
-      less than the required load factor. It is also undecided if only a load factor by chords inside the
-      crushing parabola is less than the required one.
+      less than the required load factor. It is also undecided if only a load factor by chords is less than
+      the required one.
     - Otherwise the scene passes.
-
-    A load factor by chords is no upper bound if the load factor by the parabola is known too.
     """
     worst = answer.worst
     if answer.least is None and worst.solution.d is not None:
         return Assessment(AssessmentOutcome.FAILED, None, "the scene is unstable under its dead load")
     upper = _upper_bounds(answer)
-    if upper and _is_below(min(upper.values()), required):
-        name, least = _last_of_least(upper)
-        return Assessment(AssessmentOutcome.FAILED, least, name)
+    for bounds in (upper, _raised_by_parabola(answer)):
+        if bounds and _is_below(min(bounds.values()), required):
+            name, least = _last_of_least(bounds)
+            return Assessment(AssessmentOutcome.FAILED, least, name)
     why = _why_undecided(answer, required)
     if why:
         return Assessment(AssessmentOutcome.UNDECIDED, min(upper.values(), default=None), why)
@@ -91,14 +93,10 @@ def _upper_bounds(answer: CrossingLoadFactors) -> dict[str, float]:
     Load factors in :func:`_by_chords` are left out.
     """
     worst, default, bounds = answer.worst, answer.default, dict[str, float]()
-    if worst.load_factor is not None and not _is_by_chords(answer, worst):
-        kind = "an upper bound"
-        if worst.crushing == "chords":
-            kind = "for chords inside the crushing parabola, which lower λ"
-        elif known_least(worst):
-            kind = "proven to be the least at the worst position"
+    if worst.load_factor is not None and worst.crushing != "chords":
+        kind = "proven to be the least at the worst position" if known_least(worst) else "an upper bound"
         bounds[f"governing λ by method '{worst.method}', {kind}"] = worst.load_factor
-    if default is not None and default.load_factor is not None and not _is_by_chords(answer, default):
+    if default is not None and default.load_factor is not None and default.crushing != "chords":
         name = f"upper bound by method '{default.method}' at the worst position"
         bounds[name] = default.load_factor
     if answer.by_parabola is not None:
@@ -106,24 +104,49 @@ def _upper_bounds(answer: CrossingLoadFactors) -> dict[str, float]:
     return bounds
 
 
-def _is_by_chords(answer: CrossingLoadFactors, result: Result) -> bool:
-    """Return True if a result is for chords, although a load factor by the crushing parabola is known."""
-    is_parabola_known = answer.by_parabola is not None or answer.worst.crushing == "parabola"
-    return is_parabola_known and result.crushing == "chords"
+def _solved_by_chords(answer: CrossingLoadFactors) -> list[tuple[Result, float]]:
+    """Return the results at the worst position with crushing by chords, each with its load factor."""
+    results = [result for result in (answer.worst, answer.default) if result is not None]
+    return [
+        (result, result.load_factor)
+        for result in results
+        if result.load_factor is not None and result.crushing == "chords"
+    ]
 
 
 def _by_chords(answer: CrossingLoadFactors) -> dict[str, float]:
-    """Return load factors by chords that are no upper bounds for the crushing parabola, by name.
+    """Return load factors by chords, which are no upper bounds for the crushing parabola, by name.
 
-    They are the load factor of the answer and that of the default method, if a load factor by the parabola is
-    known.
+    They are the load factor of the answer and that of the default method.
     """
-    named = {}
-    for result in filter(None, (answer.worst, answer.default)):
-        if result.load_factor is not None and _is_by_chords(answer, result):
-            name = f"λ by method '{result.method}' at the worst position, with chords inside the parabola"
-            named[name] = result.load_factor
-    return named
+    return {
+        f"λ by method '{result.method}' at the worst position, with chords inside the parabola": load_factor
+        for result, load_factor in _solved_by_chords(answer)
+    }
+
+
+def _raised_by_parabola(answer: CrossingLoadFactors) -> dict[str, float]:
+    """Return the largest load factors by the crushing parabola that the load factors by chords suggest.
+
+    Each load factor by chords is multiplied by the ratio of two associative load factors at the worst
+    position, by the parabola and by chords. This assumes that the parabola raises λ of the method by no
+    larger ratio than the associative λ. The assumption is exact for associative methods, and not proven for
+    Coulomb friction. The dict is empty if one of the associative load factors is not known.
+    """
+    worst, raised = answer.worst, dict[str, float]()
+    by_parabola = worst.load_factor if worst.crushing == "parabola" else answer.by_parabola
+    for result, load_factor in _solved_by_chords(answer):
+        associative = result.associative
+        if by_parabola is None or associative is None or associative <= 0:
+            continue
+        ratio = max(1.0, by_parabola / associative)
+        name = (
+            f"λ = {numeral(load_factor, '.6f')} by method '{result.method}' with chords, times "
+            f"{numeral(ratio, '.6f')}, by which the crushing parabola raises the associative λ; assumed: it "
+            "raises no other λ by more"
+        )
+        raised[name] = load_factor * ratio
+    return raised
 
 
 def _why_undecided(answer: CrossingLoadFactors, required: float) -> str:
@@ -139,15 +162,17 @@ def _why_undecided(answer: CrossingLoadFactors, required: float) -> str:
     if answer.undecided:
         return "positions are undecided"
     bound, by_chords = answer.bound, _by_chords(answer)
+    if by_chords and _is_below(min(by_chords.values()), required):
+        name, least = _last_of_least(by_chords)
+        below = f"{numeral(least, '.6f')} is below it ({name})"
+        missing = f"; no associative λ by the parabola: {answer.no_parabola}" if answer.no_parabola else ""
+        return f"{below}, but the crushing parabola may permit a larger λ{missing}"
     if bound is not None and _is_below(bound, required):
         return (
             f"the required load factor is above the proven lower bound {numeral(bound, '.6f')}, but not "
             "above the governing λ, and the shortest distance of positions does not decide it"
         )
-    if not by_chords or not _is_below(min(by_chords.values()), required):
-        return ""
-    name, least = _last_of_least(by_chords)
-    return f"{numeral(least, '.6f')} is below it ({name}), but the crushing parabola permits a larger λ"
+    return ""
 
 
 def assessment_text(answer: CrossingLoadFactors, required: float) -> str:

@@ -365,16 +365,26 @@ def _other_methods(session: Session, result: Result, worst: search.PassageTrials
     """Return the fields of a crossing with results of other methods at the worst position.
 
     An associative method is compared with the default method. Chords inside the crushing parabola are
-    compared with the parabola.
+    compared with the parabola. If a method has no result, a field has the reason.
     """
     scene, fields = worst.passage.scene(worst.position), dict[str, Any]()
     if session.method.associative:
         fields["default"], fields["no_default"] = _solved_by(DEFAULT, scene)
-    if result.crushing == "chords" and result.load_factor is not None:
-        static, _ = _solved_by("static", scene)
-        if static is not None and static.crushing != "chords":
-            fields["by_parabola"] = static.load_factor
+    if result.crushing == "chords":
+        fields["by_parabola"], fields["no_parabola"] = _solved_by_parabola(scene)
     return fields
+
+
+def _solved_by_parabola(scene: Scene) -> tuple[float | None, str]:
+    """Return the associative load factor by the crushing parabola and "", or None and the reason."""
+    result, reason = _solved_by("static", scene)
+    if result is None:
+        return None, reason
+    if result.crushing == "chords":
+        return None, "method 'static' solved the scene by chords"
+    if result.solution.carries_any_load:
+        return None, "any load is carried"
+    return result.load_factor, "" if result.load_factor is not None else str(result.status)
 
 
 def _solved_by(method: str, scene: Scene) -> tuple[Result | None, str]:

@@ -7,6 +7,7 @@ from typing import Any
 
 import pandas as pd
 
+from masonry_opt.reporting.load_factors import LEAST, LEAST_AT_POSITION, LEAST_SO_FAR, own_name
 from masonry_opt.result import Result
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import same
@@ -30,12 +31,28 @@ class CrossingLoadFactors:
     default: Result | None = field(default=None, repr=False)
     no_default: str = field(default="", repr=False)
     by_parabola: float | None = field(default=None, repr=False)
+    no_parabola: str = field(default="", repr=False)
     required_factor: float | None = None
 
     @property
     def load_factor(self) -> float | None:
         """Least load factor of all positions; None if no position has a load factor."""
         return self.worst.load_factor
+
+    @property
+    def load_factor_name(self) -> str:
+        """Name of the load factor; it claims no more than is proven along the whole road.
+
+        The name is that of the load factor at the worst position, with two exceptions:
+
+        - The crossing ended early.
+        - The load factor is proven to be the least at the worst position, but there is no lower bound along
+          the road.
+        """
+        if self.interrupted:
+            return LEAST_SO_FAR
+        name = own_name(self.worst)
+        return LEAST_AT_POSITION if name == LEAST and self.bound is None else name
 
     def required(self) -> float:
         """Return the least load factor. Raises NoLoadFactorError if no position has a load factor."""

@@ -39,7 +39,9 @@ def crossing_picture(answer: CrossingLoadFactors) -> Picture:
         if worst.load_factor is not None:
             handles = draw_mechanism(worst, bridge)
             where = f"'{answer.axles}' at {numeral(least.position, '.4g')}, travelling {answer.direction}"
-            heading = printable(f"governing {named_factor(worst)}\nwith {where}")
+            governing = "" if answer.interrupted else "governing "
+            load_factor = named_factor(worst, answer.load_factor_name)
+            heading = printable(f"{governing}{load_factor}\nwith {where}")
         positions = np.concatenate([trials.positions for trials in answer.passages])
         abscissae = [*bridge.get_xlim(), *positions]
         low, high = min(abscissae), max(abscissae)

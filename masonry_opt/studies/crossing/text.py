@@ -2,7 +2,7 @@
 
 from masonry_opt.errors import counted
 from masonry_opt.reporting.linear_laws import BY_CHORDS
-from masonry_opt.reporting.load_factors import LEAST, certainty, own_name
+from masonry_opt.reporting.load_factors import certainty
 from masonry_opt.reporting.names import some
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.reporting.summary import crushing
@@ -78,18 +78,13 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
     worst, group = answer.worst, passage.axles
     governing = "none: any load is carried" if worst.solution.carries_any_load else str(worst.status)
     if worst.load_factor is not None:
-        name = own_name(worst)
-        if answer.interrupted:
-            name = "the least at the positions solved so far"
-        elif name == LEAST and answer.bound is None:
-            name = "least at this position, proven"
-        governing = f"{numeral(worst.load_factor, '.6f')} ({name})"
+        governing = f"{numeral(worst.load_factor, '.6f')} ({answer.load_factor_name})"
     source = f" ({group.group.source})" if group.group.source else ""
     lines = {"λ so far" if answer.interrupted else "governing λ": governing}
     capacity = capacity_text(answer)
     if capacity:
         lines["at collapse"] = capacity
-    lines |= required | {"certainty": certainty(worst), "crushing": _crushing(answer)}
+    lines |= required | {"certainty": _certainty(answer), "crushing": _crushing(answer)}
     lines = {label: words for label, words in lines.items() if words}
     lines["position"] = _where(answer)
     lines["axles"] = f"'{answer.axles}', travelling {answer.direction}{source}"
@@ -110,10 +105,21 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
     return lines
 
 
+def _certainty(answer: CrossingLoadFactors) -> str:
+    """Return a text on the certainty of λ at the worst position, or "" without a load factor.
+
+    If nothing is proven along the road, the text says that it applies to the worst position only.
+    """
+    words = certainty(answer.worst)
+    return f"at this position: {words}" if words and answer.bound is None else words
+
+
 def _crushing(answer: CrossingLoadFactors) -> str:
     """Return a text on the crushing law; for chords, it has the associative λ by the parabola if known."""
     if answer.by_parabola is None:
-        return crushing(answer.worst)
+        law = crushing(answer.worst)
+        missing = f"; no associative λ by the parabola here: {answer.no_parabola}"
+        return law + missing if answer.no_parabola else law
     known = f"limited by {BY_CHORDS}, also for the associative λ"
     chords = answer.worst.associative
     more = "" if not chords else f", {answer.by_parabola / chords - 1:.2%} more than by chords"

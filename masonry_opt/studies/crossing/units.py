@@ -21,6 +21,10 @@ _LARGEST_RATIO = 1000.0
 #: Load that every axle of a vehicle exceeds, about 3 kN, by the unit that a unit weight looks like. If all
 #: axles are lighter, they are probably in kN. A smaller value misses heavier axles in kN.
 _LIGHTEST_AXLE = {"N/m³": 3000.0, "kg/m³": 300.0}
+#: Largest load of a group that has relative loads, such as 1 for each axle, or 2 for one of them and 1 for
+#: the others. Relative loads have no unit. The ``factor`` of the group is not included. A larger value misses
+#: light axles in tonnes or kN.
+_LARGEST_RELATIVE_LOAD = 10.0
 
 
 def _rounded(value: float) -> str:
@@ -31,10 +35,11 @@ def _rounded(value: float) -> str:
 def _are_light(group: Axles, unit: str) -> bool:
     """Return True if the axles are too light for the unit of the unit weights.
 
-    Loads of 1 are unit loads, which have no unit.
+    Relative loads have no unit and are never too light: see ``_LARGEST_RELATIVE_LOAD``.
     """
-    loads = group.group.loads
-    return unit in _LIGHTEST_AXLE and {*loads} not in (set(), {1.0}) and max(loads) < _LIGHTEST_AXLE[unit]
+    if unit not in _LIGHTEST_AXLE or max(group.loads, default=0.0) < _LARGEST_RELATIVE_LOAD:
+        return False
+    return max(group.group.loads) < _LIGHTEST_AXLE[unit]
 
 
 def unusual_axles(assembly: Assembly, groups: Iterable[Axles]) -> Iterator[dict[str, Any]]:
@@ -55,14 +60,17 @@ def unusual_axles(assembly: Assembly, groups: Iterable[Axles]) -> Iterator[dict[
             sentence = f"{given}, but {compared}"
         else:
             total = thickness / (group.width or thickness) * float(sum(group.group.loads))
-            added = f"the loads of axles '{group.name}' add up to {_rounded(total)}"
             if all_dead and total > _LARGEST_RATIO * all_dead:
                 values = {"load": total, "weight": all_dead}
+                share = ", times thickness / width," if group.width else ""
+                added = f"the loads of axles '{group.name}'{share} add up to {_rounded(total)}"
                 sentence = f"{added}, but all dead loads to {_rounded(all_dead)}"
             elif _are_light(group, typical_unit(unit_weight)):
-                values = {"load": total, "unit_weight": unit_weight}
+                heaviest = max(group.group.loads)
+                values = {"load": heaviest, "unit_weight": unit_weight}
                 looks = f"{_rounded(unit_weight)}, looks like {typical_unit(unit_weight)}"
-                sentence = f"{added}, but the median unit weight of the blocks, {looks}"
+                largest = f"the largest load of axles '{group.name}' is {_rounded(heaviest)}"
+                sentence = f"{largest}, but the median unit weight of the blocks, {looks}"
         if values:
             advice = "use the same unit for axles and weights"
             yield study_warning(StudyCode.AXLES_DIFFER, f"{sentence}: {advice}", name=group.name, **values)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from masonry_opt.analysis import Session
 from masonry_opt.errors import counted
+from masonry_opt.reporting.load_factors import own_name
 from masonry_opt.reporting.names import some
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result
@@ -40,7 +41,7 @@ class SceneAnswer(NamedTuple):
             return entries
         # If the scene is unstable under its dead load, no axles were moved.
         moved = crossed.least is not None
-        entries |= crossed.place | {"bound": crossed.bound}
+        entries |= crossed.place | {"bound": crossed.bound, "which": self.load_factor_name}
         entries["positions"] = len(crossed.governing) if moved else 0
         entries["undecided_positions"] = crossed.undecided if moved else 0
         if self.stopped:
@@ -48,6 +49,13 @@ class SceneAnswer(NamedTuple):
             entries |= stopped | {"message": self.stopped}
         del entries["at"]  # positions of the other axles follow from the position of the first axle
         return entries
+
+    @property
+    def load_factor_name(self) -> str:
+        """Name of the load factor of the scene or of the crossing; "" without a load factor."""
+        if self.result.load_factor is None:
+            return ""
+        return own_name(self.result) if self.crossing is None else self.crossing.load_factor_name
 
     @property
     def time_limit_reached(self) -> bool:

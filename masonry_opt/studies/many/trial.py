@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, field
 
 from masonry_opt.brief import brief
-from masonry_opt.reporting.load_factors import ASSOCIATIVE, own_name
+from masonry_opt.reporting.load_factors import ASSOCIATIVE
 from masonry_opt.result import Result
 from masonry_opt.solution.answer import Certificate
 from masonry_opt.studies.many.scene_answer import SceneAnswer
@@ -36,4 +36,4 @@ class Trial:
     @property
     def name(self) -> str:
         """Name of the load factor ``number``; "associative" if the method found no load factor."""
-        return ASSOCIATIVE if self.result.load_factor is None else own_name(self.result)
+        return self.answer.load_factor_name or ASSOCIATIVE

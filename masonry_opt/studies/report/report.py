@@ -300,10 +300,11 @@ def _(answer: Capacity) -> ReportPart:
 
 def _governing(answer: Crossing) -> str:
     """Return the governing load factor of a crossing as text; if the crossing ended early, the λ so far."""
+    load_factor = named_factor(answer.worst, answer.load_factor_name)
     if not answer.interrupted:
-        return f"governing {named_factor(answer.worst)}"
+        return f"governing {load_factor}"
     by = "stopped by the time limit" if answer.time_limit_reached else "interrupted"
-    return f"{by}, so that λ may be less than {named_factor(answer.worst)}"
+    return f"{by}, so that λ may be less than {load_factor}"
 
 
 def _in_unit(parts: Sequence[ReportPart], force: str) -> list[ReportPart]:

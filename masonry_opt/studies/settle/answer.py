@@ -351,7 +351,8 @@ class Settlement(StudyAnswer):
         if len(self.openings):
             facts["openings"] = in_words(self.openings, self.movement)
         if any(end.result.crushing == "chords" for end in self.ends.values()):
-            facts["crushing"] = f"limited by {BY_CHORDS}; the parabola permits a wider range of reactions"
+            wider = "the parabola permits a wider range of associative reactions"
+            facts["crushing"] = f"limited by {BY_CHORDS}; {wider}"
         return facts
 
     def as_dict(self) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from masonry_opt.reporting.sentences import message, sentences
 from masonry_opt.solution.frames import tie_frame
 from masonry_opt.solution.reasons import Code, reason
 from masonry_opt.solution.sense import warnings_of
+from masonry_opt.studies.crossing.units import unusual_axles
 
 #: Façades with ten thousand joints or more.
 LARGE = {"facade_3x9", "facade_4x12"}
@@ -498,9 +499,24 @@ def test_axles_in_another_unit_than_the_weights():
     assert "the median unit weight of the blocks, 22000, looks like N/m³" in warned_of(heavy, set=common)[0]
     assert warned_of(scene, loads=[87_000]) == []
     assert "add up to 89000, but all dead loads to 88" in warned_of(scene, loads=[89_000])[0]
-    in_newtons = "add up to 120, but the median unit weight of the blocks, 22000, looks like N/m³"
+    in_newtons = "is 120, but the median unit weight of the blocks, 22000, looks like N/m³"
     assert in_newtons in warned_of(heavy, loads=[120])[0]
     assert warned_of(heavy, loads=[1]) == warned_of(heavy, loads=[120_000]) == []
+
+
+def test_relative_axle_loads_have_no_unit():
+    """The message has the load that is compared, without the share of the width that the scene carries."""
+    deck, pier = rectangle("deck", 0, 0, 4, 1, unit_weight=22_000), rectangle("pier", 0, -2, 4, 0)
+    assembly = assemble(mo.Scene(joints={"friction": 0.6}, blocks=[deck, pier]))
+
+    def warned_of(*loads, **keys):
+        group = mo.Axles(name="lorry", loads=loads, distances=[1.0] * (len(loads) - 1), **keys)
+        return [warning["sentence"] for warning in unusual_axles(assembly, [group])]
+
+    assert warned_of(1, factor=1.35) == warned_of(0.5, 0.5) == warned_of(2, 1, 1) == []
+    (sentence,) = warned_of(120, 60, width=3.0)
+    assert "the largest load of axles 'lorry' is 120, but the median unit weight" in sentence
+    assert "is 162, but" in warned_of(120, factor=1.35)[0]
 
 
 def test_a_tangent_given_as_an_angle():
