@@ -232,8 +232,9 @@ def certify(  # noqa: PLR0913 - each option of the public API is an argument
 
     A state is an exact collapse state if equilibrium, yield conditions, flow rule and complementarity hold,
     each within the limit of exact answers of this package. In addition, unbalanced forces may change λ by at
-    most 1e-6 of its value. ``result.load_factor``, ``result.q`` and
-    ``result.d`` of a result can be certified too.
+    most 1e-6 of its value, or by 1e-8 if |λ| is less than 0.01. ``result.load_factor``, ``result.q`` and
+    ``result.d`` of a result can be certified too. This package accepts its own exact states with a larger
+    effect of unbalanced forces, up to 1e-3 of λ, so ``certify`` may reject such a state.
 
     Parameters
     ----------

@@ -17,7 +17,6 @@ from masonry_opt.finite_motion.capacity_pictures import curve_picture, displaced
 from masonry_opt.finite_motion.edge import EdgePath
 from masonry_opt.finite_motion.kinematic_check import (
     CONFIDENCE_FACTOR,
-    GRAVITY,
     CheckedCurve,
     KinematicCheck,
     kinematic_check,
@@ -35,6 +34,7 @@ from masonry_opt.reporting.sentences import message, numeral
 from masonry_opt.result import Result
 from masonry_opt.scene.mistakes import suggests_arguments
 from masonry_opt.scene.rows import dots, lengths, sums
+from masonry_opt.scene.typical_sizes import GRAVITY
 from masonry_opt.solution.reasons import Code, Reason
 from masonry_opt.solution.thresholds import MOVES
 
@@ -326,8 +326,8 @@ class Capacity:
         behaviour_factor: Behaviour factor q of the linear check.
         confidence_factor: Confidence factor FC. If the strength of masonry is neglected, the codes require
             1.35, the value of the lowest level of knowledge.
-        gravity: Gravitational acceleration in the case's unit of length per s²: 9.81 for metres, 981 for
-            centimetres, 9810 for millimetres.
+        gravity: Gravitational acceleration in the case's unit of length per s². The default is that for
+            metres. For another unit, multiply the default by the number of units in a metre.
         ultimate, secant: Ratios d*_u / d*_0 and d*_s / d*_u. Default: the values of the code.
 
         Returns

@@ -19,21 +19,17 @@ from masonry_opt.problem.limited_forces import Role
 from masonry_opt.reporting.names import labelled, warning_lines
 from masonry_opt.reporting.sentences import numeral, sentences
 from masonry_opt.result import Result
-from masonry_opt.scene.typical_sizes import LARGEST_SCENE, SMALLEST_SCENE
+from masonry_opt.scene.typical_sizes import GRAVITY, GRAVITY_BY_UNIT, LARGEST_SCENE, SMALLEST_SCENE
 from masonry_opt.solution.motion import moving_blocks
 from masonry_opt.solution.reasons import Code, Reason, reason
 
 #: Confidence factor FC of the lowest level of knowledge. Both codes require this value if the strength of
 #: masonry is neglected.
 CONFIDENCE_FACTOR = 1.35
-#: Gravitational acceleration in metres per s².
-GRAVITY = 9.81
-#: Longest secant period, in seconds, that a check accepts without a warning. From the period T_F = 10 s on,
-#: spectral displacements are constant (EN 1998-1, Annex A; NTC 2018, 3.2.3.2.3). A rocking block has so long
-#: a period only if it is higher than 78 m, so a longer period is probably due to a wrong unit of length.
-_LONGEST_PERIOD = 10.0
-#: Units of length whose gravitational acceleration is known, with this acceleration.
-_GRAVITY_BY_UNIT = {"metres": 9.81, "centimetres": 981.0, "millimetres": 9810.0}
+#: Height of a rocking block, in metres, above which its unit of length is doubted. The highest brick towers
+#: are about 112 m high. With a smaller value, warnings name the rocking of whole towers. With a larger value,
+#: warnings miss more walls that are drawn in centimetres.
+_HIGHEST_ROCKING_BLOCK = 120.0
 #: A gravity belongs to a unit of length if it differs from the unit's value by at most this fraction.
 _GRAVITY_TOLERANCE = 0.01
 #: A change of the length of a tie or prop is reported if it exceeds this fraction of the length at rest.
@@ -124,8 +120,8 @@ class KinematicCheck:
     non_linear: True if the non-linear check is satisfied: ``ultimate`` is at least ``demand_displacement``.
     rests_on: Name and certainty of the load factor λ at the onset of collapse, on which both checks depend.
     gravity: Gravitational acceleration of the check, in the case's unit of length per s².
-    struts: Ties that must lengthen and props that must shorten until d*_u is reached, with these changes. The
-        check does not verify that they can.
+    struts: Ties that must lengthen and props that must shorten until d*_u is reached, with the largest change
+        of each. The check does not verify that they can.
     warnings: Warning that the gravitational acceleration belongs to another unit of length; else empty.
     """
 
@@ -191,7 +187,7 @@ class KinematicCheck:
 
         For example, gravity 9.81 implies metres.
         """
-        for unit, value in _GRAVITY_BY_UNIT.items():
+        for unit, value in GRAVITY_BY_UNIT.items():
             if abs(self.gravity - value) <= _GRAVITY_TOLERANCE * value:
                 return f": lengths are in {unit}"
         return ""
@@ -271,7 +267,8 @@ def kinematic_check(
             "'secant'"
         )
     period = rules.period * math.sqrt(secant / (at_secant * g))
-    warnings = _gravity_warnings(g, curve.extent, period)
+    height = _rocking_height(float(d[-1]), float(curve.states[0, 1]) / fraction)
+    warnings = _gravity_warnings(g, curve.extent, height, period)
     if period > periods[-1]:
         remedy = "; ".join(sentences(warnings)) or "add longer periods"
         raise OptionError(f"the spectrum ends at {periods[-1]:g} s, before T_s = {period:.4g} s: {remedy}")
@@ -300,13 +297,26 @@ def kinematic_check(
     )
 
 
-def _gravity_warnings(gravity: float, extent: float, period: float) -> tuple[Reason, ...]:
+def _rocking_height(displacement: float, acceleration: float) -> float:
+    """Return the height of a slender rocking block that has the same capacity curve as the oscillator.
+
+    The oscillator has the displacement d*_0 at λ = 0 and the acceleration λ / e*, in g, at the onset. A block
+    of width b and height H has d*_0 = b / 2 and λ / e* = b / H. The height is infinite if the acceleration is
+    zero.
+    """
+    return 2 * displacement / acceleration if acceleration > 0 else math.inf
+
+
+def _gravity_warnings(gravity: float, extent: float, height: float, period: float) -> tuple[Reason, ...]:
     """Return a warning if the gravitational acceleration probably belongs to another unit of length.
 
-    ``extent`` is the largest dimension of the movable blocks, and ``period`` is the secant period.
+    ``extent`` is the largest dimension of the movable blocks, ``height`` is the height of the rocking block
+    with the same capacity curve, and ``period`` is the secant period. The secant period alone is no evidence:
+    it is long for every mechanism if d*_s is close to d*_0.
     """
-    in_metres = extent * GRAVITY / gravity
-    if SMALLEST_SCENE <= in_metres <= LARGEST_SCENE and period <= _LONGEST_PERIOD:
+    metre = gravity / GRAVITY  # length of a metre in the unit of the gravity
+    is_plausible = SMALLEST_SCENE <= extent / metre <= LARGEST_SCENE
+    if is_plausible and min(extent, height) / metre <= _HIGHEST_ROCKING_BLOCK:
         return ()
     return (reason(Code.GRAVITY_DIFFERS, gravity=gravity, extent=extent, period=period),)
 
@@ -314,10 +324,12 @@ def _gravity_warnings(gravity: float, extent: float, period: float) -> tuple[Rea
 def _strut_changes(struts: Sequence[StrutPath], ultimate: float, d: np.ndarray) -> Iterator[StrutChange]:
     """Generate the ties that lengthen and the props that shorten until a displacement is reached.
 
-    ``d`` are the displacements of the states of the curve.
+    ``d`` are the displacements of the states of the curve. The change of a length is the largest change in
+    all states up to the displacement.
     """
     for strut in struts:
-        change = float(_ordinates_at(ultimate, d, strut.change).max())
+        on_the_way = strut.change[d <= ultimate]
+        change = float(np.append(on_the_way, _ordinates_at(ultimate, d, strut.change)).max())
         if change > _LEAST_STRUT_CHANGE * strut.at_rest:
             yield StrutChange(str(strut.role), strut.name, change, change / strut.at_rest)
 

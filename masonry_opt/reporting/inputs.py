@@ -10,12 +10,17 @@ from typing import Any
 from masonry_opt.errors import rounded_up
 from masonry_opt.reporting.names import blocks, do, pairs, verb
 from masonry_opt.scene.tolerance_advice import set_both, set_contact_tolerance, set_tolerance
+from masonry_opt.scene.typical_sizes import GRAVITY_BY_UNIT
 from masonry_opt.solution.reasons import Code
 from masonry_opt.solution.typical_units import units_in_words
 
-#: Number of nearly parallel joints from which a warning calls them errors of a survey. With a smaller value,
-#: the warning would doubt wedges that are intended, such as a keystone.
+#: Number of nearly parallel joints from which a warning compares them with errors of a survey. With a smaller
+#: value, the warning would doubt wedges that are intended, such as a keystone.
 _MANY_PAIRS = 10
+
+#: Ratio of the upper to the lower quartile of the angles of wedges from which a warning compares them with
+#: errors of a survey. Random errors have a ratio of 3 or more, and the voussoirs of an arch have about 1.
+_SCATTER_OF_SURVEY = 2.0
 
 
 def _rounded(value: float) -> str:
@@ -83,12 +88,21 @@ def friction_high(v: dict[str, Any]) -> str:
 
 
 def friction_low(v: dict[str, Any]) -> str:
-    """Return a warning that a friction coefficient is low, with the angle of which it may be the tangent."""
+    """Return a warning that a friction angle is small, and may be a friction coefficient."""
     angle = f"{degrees(atan(v['friction'])):.3g}"
     return (
-        f"the friction coefficient {v['friction']:.3g} of {_place_of_property(v)} is that of an angle of "
-        f"{angle}°, lower than in joints of masonry: if tan φ = {angle} is meant, use 'friction' instead of "
-        "'friction_angle'"
+        f"the friction angle of {_place_of_property(v)} is {angle}°, lower than in joints of masonry: if "
+        f"tan φ = {angle} is meant, use 'friction' instead of 'friction_angle'"
+    )
+
+
+def fill_angle_low(v: dict[str, Any]) -> str:
+    """Return a warning that the friction angle of a fill may be a tangent or an angle in radians."""
+    value = v["friction_angle"]
+    fill = f"{'the backing of ' if v['backing'] else ''}fill no. {v['fill']}"
+    return (
+        f"the 'friction_angle' of {fill} is {value:g}°: if {value:g} is a tangent or an angle in radians, "
+        f"set 'friction_angle' to {degrees(atan(value)):.1f} or {degrees(value):.1f}"
     )
 
 
@@ -147,21 +161,19 @@ def bridged_by_tolerance(v: dict[str, Any]) -> str:
 def _gravity_differs(v: dict[str, Any]) -> str:
     """Return a warning that the gravitational acceleration seems to have another unit of length."""
     found = f"the blocks extend over {v['extent']:.4g}, and T_s = {v['period']:.4g} s"
+    *first, last = (f"{value:g} for {unit}" for unit, value in GRAVITY_BY_UNIT.items())
     return (
         f"gravity {v['gravity']:g} seems to have another unit of length than the case ({found}): set "
-        "'gravity' (--gravity) to 9.81 for metres, 981 for centimetres or 9810 for millimetres; a wrong "
-        "gravity makes the non-linear check wrong"
+        f"'gravity' (--gravity) to {', '.join(first)} or {last}; a wrong gravity makes the non-linear check "
+        "wrong"
     )
 
 
 def nearly_parallel(v: dict[str, Any]) -> str:
     """Return a warning that blocks have nearly parallel joints, with a tolerance that aligns the joints."""
     remedy = f"if the joints should be parallel, {set_tolerance(v['tolerance'])}"
-    if len(v["pairs"]) >= _MANY_PAIRS:
-        remedy = (
-            "so many wedges are usually errors of a survey: "
-            f"{set_tolerance(v['tolerance'])}, which makes these joints parallel"
-        )
+    if len(v["pairs"]) >= _MANY_PAIRS and v["scatter"] >= _SCATTER_OF_SURVEY:
+        remedy = f"the angles scatter as errors of a survey do: {remedy}"
     return (
         f"a block with almost parallel joints (the angle is at most {v['angle']:.2g} rad) is a wedge, which "
         f"can slide only if it lifts: {pairs(v)}; {remedy}"
@@ -240,6 +252,7 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "the backing of fill no. {fill} has no effect, because it touches no block: its 'line' is below all "
         "blocks, or blocks separate it from the road"
     ),
+    Code.FILL_ANGLE_LOW: fill_angle_low,
     Code.STRENGTH_DIFFERS: strength_differs,
     Code.STRESS_DIFFERS: stress_differs,
     Code.GRAVITY_DIFFERS: _gravity_differs,

@@ -17,6 +17,7 @@ from masonry_opt.reporting.load_factors import (
     LOWEST,
     factor_text,
     friction_law,
+    known_least,
     load_factor_table,
     own_name,
     why_not_incremental,
@@ -155,12 +156,20 @@ def motion(result: Outcome) -> tuple[str, str] | None:
 
 
 def _self_stress(result: Outcome) -> str:
-    """Return an explanation of a load factor far below the incremental load factor, or an empty text.
+    """Return a text about a load factor far below the incremental load factor, or an empty text.
 
-    The text explains load factors at which few blocks move, because such a state is often a single stone that
-    is released by its own self-stress.
+    The text is about load factors at which few blocks move, because such a state is often a single stone that
+    is released by its own self-stress. The text gives no advice: the joint forces of a real structure are
+    unknown. It is empty in these cases:
+
+    - The load factor is proven to be the least.
+    - The load factor is negative, so that the load history does not pass it.
+    - Supports have settled, so that the load history does not begin at rest.
     """
     if result.kind is not Kind.EXACT or result.load_factor is None or result.incremental is None:
+        return ""
+    has_settled = result.assembly.at_rest is not None or result.assembly.problem.settled is not None
+    if known_least(result) or result.load_factor < -ZERO or has_settled:
         return ""
     if result.solution.d is None or result.load_factor >= _FAR_BELOW * result.incremental:
         return ""
@@ -168,9 +177,9 @@ def _self_stress(result: Outcome) -> str:
     if moving > _FEW_BLOCKS * result.size.blocks:
         return ""
     return (
-        f"equilibrium does not fix the joint forces at rest, and {counted(moving, 'block')} "
-        f"{verb(moving, 'move')} at this low λ only with some of the possible forces; "
-        f"for loading from rest use the incremental λ = {factor_text(result.incremental)}"
+        f"{counted(moving, 'block')} {verb(moving, 'move')} at this λ if the joint forces are those of the "
+        "exact state; the load history from rest passes this λ without collapse, and its incremental λ is "
+        f"{factor_text(result.incremental)}"
     )
 
 

@@ -15,9 +15,10 @@ _TONNE = 9.81
 #: Number of decimal places to which uniform loads are compared with their mirror images, to find out if a
 #: group of axles is symmetric.
 _DIGITS = 9
-#: Angle of friction in degrees that the fill must exceed. Every soil has a larger angle; a smaller value is
-#: probably the tangent of the angle.
-_LEAST_FRICTION_ANGLE = 2.0
+#: Friction angle of a fill, in degrees, below which the value looks like the tangent of an angle, or an angle
+#: in radians. Undrained clay can have a smaller angle, so smaller values are permitted. With a smaller limit,
+#: steep angles in radians cause no warning. A right angle is 1.57 rad.
+SMALL_FRICTION_ANGLE = 1.5
 #: Directions of travel along a road.
 TravelDirection = Literal["right", "left"]
 
@@ -237,14 +238,11 @@ class Fill(Record):
                 if getattr(self, key) is None:
                     yield f"a fill needs '{key}', or 'pressure = false' if it exerts no earth pressure"
             least, _, most = self.coefficients
-            degrees = self.friction_angle
-            if degrees is not None and degrees < _LEAST_FRICTION_ANGLE:
+            if least > most:
                 yield (
-                    f"'friction_angle' of {degrees:g}° is less than that of any soil: give it in degrees "
-                    f"(atan {degrees:g} = {math.degrees(math.atan(degrees)):.1f}°)"
+                    f"'mobilised' times K_p is {most:.4g}, below K_a = {least:.4g}: "
+                    f"raise 'mobilised'{self._angle_advice()}"
                 )
-            elif least > most:
-                yield f"'mobilised' times K_p is {most:.4g}, below K_a = {least:.4g}: raise 'mobilised'"
         if self.backing:
             backed = self.zones[1]
             yield from (f"'backing': {mistake}" for mistake in backed._mistakes())
@@ -259,6 +257,14 @@ class Fill(Record):
                 )
             if (np.interp(x, *line.T) > np.interp(x, *road.T)).any():
                 yield "the 'line' of 'backing' rises above the 'road': lower it, or end it below the road"
+
+    def _angle_advice(self) -> str:
+        """Return the end of a sentence on the friction angle if it looks like a tangent, otherwise ""."""
+        angle = self.friction_angle
+        if angle is None or angle >= SMALL_FRICTION_ANGLE:
+            return ""
+        tangent = math.degrees(math.atan(angle))
+        return f", or give 'friction_angle' in degrees (atan {angle:g} = {tangent:.1f}°)"
 
     @property
     def zones(self) -> "tuple[Fill, ...]":

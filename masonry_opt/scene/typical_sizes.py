@@ -1,5 +1,9 @@
-"""Typical sizes of masonry, to warn about lengths in another unit than the user believes."""
+"""Typical sizes of masonry, and gravity, to warn about lengths in another unit than the user believes."""
 
+#: Gravitational acceleration in metres per s².
+GRAVITY = 9.81
+#: Gravitational acceleration in other units of length per s².
+GRAVITY_BY_UNIT = {"metres": GRAVITY, "centimetres": 100 * GRAVITY, "millimetres": 1000 * GRAVITY}
 #: Smallest plausible size of a scene, in metres. Models in laboratories are larger. With a larger value,
 #: warnings name small models.
 SMALLEST_SCENE = 0.1

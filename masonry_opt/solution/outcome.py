@@ -105,7 +105,8 @@ class Outcome:
         method "global" proves it. A bound of method "global" may assume limits of rates and forces, which
         ``reasons`` state. None if no bound is known.
     proof: proof by conflicts that no state has a lower load factor, see :func:`~masonry_opt.check_proof`. It
-        assumes no limits of rates and forces. None if there is no proof.
+        covers forces up to a million times the loads, and motions up to a million times the mean velocity of
+        the live load. None if there is no proof.
     seconds: seconds by part of the analysis (see :class:`~masonry_opt.effort.Effort`).
     solvers: names of the solvers by purpose: "dead load", "load factor", "sub-problems", ...
     largest_turn: largest angle (radians) by which a joint was turned to align contacts within the accuracy of
@@ -447,8 +448,8 @@ class Outcome:
     def range(self) -> tuple[float | None, float | None]:
         """Lower and upper bound of the least λ with the joints' own flow rule; None for an unknown bound.
 
-        The lower bound is proven without assumptions. The upper bound is ``lowest``, or without an exact
-        state the associative load factor.
+        The lower bound is that of ``proof``, or a bound for which method "global" assumed no limits. The
+        upper bound is ``lowest``, or without an exact state the associative load factor.
         """
         proven = self.bound if self.solution.bound_derived else None
         return proven, self.associative if self.lowest is None else self.lowest

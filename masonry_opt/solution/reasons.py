@@ -204,11 +204,12 @@ class Code(StrEnum):
     # The time of option ``search`` was over before the search found an exact state.
     NO_TIME = "no time"
 
-    # The lower bound agrees with the lowest load factor, and is valid without assumptions. All codes of
-    # method "global", except NO_EXACT_STATE, have four values. The value ``bound`` is the lower bound of λ.
-    # The value ``load_factor`` is λ of the answer. The value ``rates`` is the largest sum of rates for which
-    # the bound is valid, or None if the bound needs no such limit. The value ``forces`` is True if the bound
-    # assumes a limit of normal forces.
+    # The lower bound agrees with the lowest load factor, and method "global" assumed no limits of rates and
+    # forces for the bound. A bound by conflicts covers forces and motions up to solution.proof.REACH. All
+    # codes of method "global", except NO_EXACT_STATE, have four values. The value ``bound`` is the lower
+    # bound of λ. The value ``load_factor`` is λ of the answer. The value ``rates`` is the largest sum of
+    # rates for which the bound is valid, or None if method "global" assumed no such limit. The value
+    # ``forces`` is True if method "global" assumed a limit of normal forces.
     PROVEN = "proven"
     # The lower bound agrees with the lowest load factor, but is valid only for states within the assumed
     # limits of rates and forces.
@@ -267,8 +268,8 @@ class Code(StrEnum):
     # first joint, or the default. All codes from here on are warnings about properties of the scene that look
     # unintended.
     FRICTION_HIGH = "friction high"
-    # The friction is so small that it may be the tangent of an angle, given as an angle in degrees. The
-    # values are those of FRICTION_HIGH.
+    # A friction angle in degrees is so small that it may be a friction coefficient. The values are those of
+    # FRICTION_HIGH.
     FRICTION_LOW = "friction low"
     # The dilatancy is negative, and its magnitude is larger than the friction. The value ``pairs`` lists the
     # two blocks of each joint; it is empty if the default for all joints is wrong. The values ``dilatancy``
@@ -294,6 +295,10 @@ class Code(StrEnum):
     # False for the fill. The value ``unit_weight`` is compared with the unit weight ``other``. The value
     # ``beside`` states to what ``other`` belongs: "blocks" or "fill".
     FILL_WEIGHT_DIFFERS = "fill weight differs"
+    # The friction angle of a fill or backing is so small that it may be a tangent, or an angle in radians.
+    # The value ``fill`` is the number of the fill, from 1. The value ``backing`` is True for the fill's
+    # backing and False for the fill. The value ``friction_angle`` is the angle in degrees.
+    FILL_ANGLE_LOW = "fill angle low"
     # The backing of a fill has no effect, because it touches no block: its line is below all blocks, or
     # blocks separate it from the road. Value: ``fill``, the number of the fill, from 1.
     IDLE_BACKING = "idle backing"
@@ -328,7 +333,8 @@ class Code(StrEnum):
     ALIGNED = "aligned"
     # Joints of one block are nearly parallel. The value ``pairs`` lists the two blocks of each of these
     # joints. The value ``angle`` is the largest angle between two joints, in radians. The value ``tolerance``
-    # is a value of the option ``tolerance`` that aligns these joints.
+    # is a value of the option ``tolerance`` that aligns these joints. The value ``scatter`` is the ratio of
+    # the upper to the lower quartile of the angles.
     NEARLY_PARALLEL = "nearly parallel"
     # Two blocks have a joint although only their corners touch (in space, only parallel edges). Value:
     # ``pairs``, the two blocks of each such joint.

@@ -1,5 +1,6 @@
 """Warn about properties of a scene that are permitted but look unintended."""
 
+import math
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -10,6 +11,7 @@ from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import weights
 from masonry_opt.scene.contacts.joints import Gaps
 from masonry_opt.scene.joints import JointDefaults
+from masonry_opt.scene.road import SMALL_FRICTION_ANGLE
 from masonry_opt.scene.rows import linked
 from masonry_opt.solution.force_units import lower_median, unit_weights, unusual_stresses
 from masonry_opt.solution.reasons import Code, Reason, reason
@@ -18,13 +20,28 @@ from masonry_opt.solution.thresholds import IDLE
 from masonry_opt.solution.typical_units import in_other_unit
 from masonry_opt.solution.wedges import wedges
 
+
+def _is_small_angle(friction: float) -> bool:
+    """Return True if a friction coefficient below 0.02 (tan 1.1°) was given as an angle in degrees.
+
+    Joints store the tangent only. The coefficient was given as an angle if the angle has at most six
+    significant digits, and the coefficient has more. A small coefficient that was given as a coefficient,
+    such as that of a bearing, is intended.
+    """
+
+    def is_round(value: float) -> bool:
+        return math.isclose(value, float(f"{value:.6g}"), rel_tol=1e-12)
+
+    return 0.0 < friction < 0.02 and is_round(math.degrees(math.atan(friction))) and not is_round(friction)
+
+
 #: Tests for unusual joint properties, each with the code of its warning and the names of the properties.
 #: A friction coefficient above 3 (tan 72°) is higher than in any dry joint, and may be an angle in degrees.
-#: A friction below 0.02 (tan 1.1°) is less than in any joint, and may be a tangent given as an angle in
-#: degrees. Dilatancy below −friction is a contraction that friction cannot resist.
+#: A friction angle below 1.1° is less than in any joint of masonry, and may be a tangent. Dilatancy below
+#: −friction is a contraction that friction cannot resist.
 _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], ...] = (
     (Code.FRICTION_HIGH, ("friction",), lambda joint: 3.0 < joint.friction < np.inf),
-    (Code.FRICTION_LOW, ("friction",), lambda joint: 0.0 < joint.friction < 0.02),
+    (Code.FRICTION_LOW, ("friction",), lambda joint: _is_small_angle(joint.friction)),
     (Code.DILATANCY_LOW, ("dilatancy", "friction"), lambda joint: joint.dilatancy < -joint.friction),
 )
 
@@ -94,6 +111,7 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
         *_acting_outside(assembly),
         *_weights(assembly),
         *_fill_weights(assembly),
+        *_fill_angles(assembly),
         *_idle_backings(assembly),
         *_strengths(assembly),
         *unusual_stresses(assembly),
@@ -336,6 +354,15 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
             if is_extreme or in_other_unit(np.array(zone.unit_weight), other):
                 values = {"unit_weight": zone.unit_weight, "beside": beside, "other": other}
                 yield reason(Code.FILL_WEIGHT_DIFFERS, fill=number, backing=backing, **values)
+
+
+def _fill_angles(assembly: Assembly) -> Iterator[Reason]:
+    """Generate warnings about friction angles of fills and backings that look like tangents."""
+    for number, fill in enumerate(assembly.scene.fills, start=1):
+        of_backing = fill.backing.friction_angle if fill.backing else None
+        for backing, angle in ((False, fill.friction_angle), (True, of_backing)):
+            if fill.pressure and angle is not None and angle < SMALL_FRICTION_ANGLE:
+                yield reason(Code.FILL_ANGLE_LOW, fill=number, backing=backing, friction_angle=angle)
 
 
 def _idle_backings(assembly: Assembly) -> Iterator[Reason]:

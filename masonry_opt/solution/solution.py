@@ -51,7 +51,9 @@ class Solution:
     incremental: "Solution | None" = None
     #: Lower bound of λ from a proof or from method "global". The reasons list the assumptions of the bound.
     bound: float | None = None
-    bound_derived: bool = False  #: True if the bound is proven without assumptions
+    #: True if a proof by conflicts shows the bound, or if method "global" assumed no limits for the bound. A
+    #: proof by conflicts covers forces and motions up to ``proof.REACH``.
+    bound_derived: bool = False
     proof: Proof | None = None  #: proof that no collapse state has a lower λ; None if there is no proof
     #: Number of starts of the search for exact states; None if the method does not search.
     starts: int | None = None

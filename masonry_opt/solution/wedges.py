@@ -63,7 +63,8 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     closing = joints.closing.tolerance if joints.closing.option == "tolerance" else 0.0
     tolerance = max(TOLERANCE_OVER_ERROR * float(error.max()), closing)
     named = list(dict.fromkeys(np.column_stack([one, other]).ravel().tolist()))
-    values = {"angle": float(angle[0]), "tolerance": tolerance}
+    lower, upper = np.quantile(angle, [0.25, 0.75])
+    values = {"angle": float(angle[0]), "tolerance": tolerance, "scatter": float(upper / lower)}
     yield reason(Code.NEARLY_PARALLEL, pairs=assembly.pairs_of(np.array(named)), **values)
 
 

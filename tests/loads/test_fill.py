@@ -120,7 +120,7 @@ LINE = [(0, 1), (9, 1)]
         ({"friction_angle": 90.0}, ["'friction_angle'", "less than 90"]),
         ({"mobilised": 1.1}, ["'mobilised'", "1 or less"]),
         ({"mobilised": 0.05}, ["'mobilised'", "K_a"]),
-        ({"friction_angle": 0.6}, ["'friction_angle' of 0.6°", "in degrees (atan 0.6 = 31.0°)"]),
+        ({"friction_angle": 0.6}, ["below K_a", "'friction_angle' in degrees (atan 0.6 = 31.0°)"]),
         ({"mobilised": None}, ["'mobilised'", "'pressure = false'"]),
         ({"friction_angle": None}, ["'friction_angle'", "'pressure = false'"]),
         ({"spread": 90.0}, ["'spread'", "between 0 and 90 degrees, or false"]),

@@ -9,7 +9,9 @@ from scenes import block_on_floor, on_floor
 
 import masonry_opt as mo
 from masonry_opt.errors import OptionError
-from masonry_opt.finite_motion.kinematic_check import activation
+from masonry_opt.finite_motion.kinematic_check import _strut_changes, activation
+from masonry_opt.finite_motion.struts import StrutPath
+from masonry_opt.problem.limited_forces import Role
 from masonry_opt.scene.blocks import rectangle
 from masonry_opt.solution.reasons import Code
 
@@ -230,6 +232,41 @@ def test_a_gravity_of_another_unit_of_length_is_warned_of(length, gravity, warne
         assert check.non_linear == right.non_linear
         unit = {9.81: "metres", 981.0: "centimetres", 9810.0: "millimetres"}[gravity]
         assert f"{gravity:g}: lengths are in {unit}" in str(check)
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "gravity", "ratios", "warned"),
+    [
+        (4, 45, 9.81, {"code": "NTC 2018 SLC"}, False),
+        (0.3, 3, 9.81, {"ultimate": 1.0, "secant": 0.95}, False),
+        (60, 300, 9.81, {}, True),
+        (60, 300, 981.0, {}, False),
+    ],
+)
+def test_a_long_secant_period_is_no_wrong_gravity(width, height, gravity, ratios, warned):
+    """T_s exceeds 10 s for a tower of 4 m × 45 m, and for a block whose d*_s is close to d*_0.
+
+    A block of 60 cm × 300 cm with the gravity of metres is higher than any tower. If the spectrum is too
+    short, the error advises longer periods for a correct gravity, and another gravity for a wrong one.
+    """
+    block = mo.Block(name="A", vertices=rectangle(0, width, 0, height), weight=1, live=(1, 0))
+    floor = mo.Block(name="floor", vertices=rectangle(-width, 2 * width, -width, 0), fixed=True)
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.7), blocks=[block, floor])
+    curve = mo.capacity(mo.solve(scene, "static"))
+    check = curve.check([*SPECTRUM, (100.0, 0.00005)], gravity=gravity, **ratios)
+    assert (check.period > 10) == (gravity == 9.81)
+    assert bool(check.warnings) == warned
+    advice = "seems to have another unit of length" if warned else "add longer periods"
+    with pytest.raises(OptionError, match=advice):
+        curve.check([(0.0, 1.0), (0.01, 1.0)], gravity=gravity, **ratios)
+
+
+def test_the_change_of_a_tie_is_the_largest_on_the_way():
+    """A tie that is longest halfway to d*_u is reported with its largest extension."""
+    tie = StrutPath(Role.TIE, "rod", 2.0, np.array([0.0, 0.5, 0.1, 0.9]))
+    slack = StrutPath(Role.TIE, "slack", 2.0, np.array([0.0, -0.5, -0.1, 0.9]))
+    (change,) = _strut_changes([tie, slack], 2.0, np.array([0.0, 1.0, 2.0, 3.0]))
+    assert (change.name, change.change, change.share) == ("rod", 0.5, 0.25)
 
 
 def test_a_spectrum_too_short_for_a_wrong_gravity_leads_to_the_gravity():

@@ -16,8 +16,9 @@ result = mo.solve(scene, "global", time_limit=20)
 print(result.message)
 
 # %%
-# The proof of this scene makes no assumption. On larger scenes, method ``global`` may assume that the slips
-# and openings of a mechanism sum to at most a number, which ``result.reasons`` contains:
+# The proof of this scene covers forces and motions up to a million times the loads. On larger scenes, method
+# ``global`` may assume that the slips and openings of a mechanism sum to at most a smaller number, which
+# ``result.reasons`` contains:
 print(f"{result.bound:.6f} ≤ λ ≤ {result.required():.6f}")
 assert 0 <= result.required() - result.bound < 1e-5
 assert abs(result.required() - 0.479263) < 1e-6

@@ -524,7 +524,33 @@ def test_a_tangent_given_as_an_angle():
     (values,) = warned(scene, Code.FRICTION_LOW)
     assert values["friction"] == pytest.approx(np.tan(np.radians(0.6)))
     assert "if tan φ = 0.6 is meant, use 'friction'" in message([reason(Code.FRICTION_LOW, **values)])
-    assert warned(block_on_floor(friction=0.03), Code.FRICTION_LOW) == []
+    assert warned(block_on_floor().replace(joints={"friction_angle": 1.7}), Code.FRICTION_LOW) == []
+
+
+@pytest.mark.parametrize("friction", [0.001, 0.01, 0.015, 0.0123456])
+def test_a_small_friction_that_is_no_angle_is_intended(friction):
+    """Nobody who wrote 'friction' is told to write it instead of 'friction_angle'."""
+    assert warned(block_on_floor(friction=friction), Code.FRICTION_LOW) == []
+
+
+def test_a_friction_angle_of_a_fill_that_looks_like_a_tangent():
+    """A friction angle below 1.5° is permitted, as that of undrained clay. The warning names the angles that
+    belong to the tangent 0.6 and to 0.6 rad."""
+
+    def angles(fill, backing=None, **keys):
+        line = [(-3, 1), (3, 1)]
+        below = mo.Backing(line=line, unit_weight=22, friction_angle=backing)
+        road = [(-3, 4), (3, 4)]
+        made = mo.Fill(road=road, unit_weight=19, friction_angle=fill, mobilised=1, backing=below, **keys)
+        return warned(block_on_floor().replace(fills=[made]), Code.FILL_ANGLE_LOW)
+
+    assert angles(0.6) == [{"fill": 1, "backing": False, "friction_angle": 0.6}]
+    (backing,) = angles(30, 0.5)
+    assert backing == {"fill": 1, "backing": True, "friction_angle": 0.5}
+    assert angles(30) == angles(30, 1.5) == angles(0.6, pressure=False) == []
+    sentence = message([reason(Code.FILL_ANGLE_LOW, **backing)])
+    assert "the 'friction_angle' of the backing of fill no. 1 is 0.5°" in sentence
+    assert "set 'friction_angle' to 26.6 or 28.6" in sentence
 
 
 def test_a_backing_below_all_blocks():

@@ -34,8 +34,8 @@ VALUES = {
     "aligning": 0.003, "blocks": ["A"], "bound": 0.25, "by": 1e-6, "candidates": 12, "count": 7,
     "dilatancy": -2.0, "distance": 120.0, "draws": 12, "elastic": 0.9,
     "epsilon": 3e-9, "exact": True, "factor": 1.4434, "fall": 1e-3, "fill": 1,
-    "first": str(mo.Status.CYCLING), "fixed": True, "forces": True, "friction": 0.5, "gap": 1e-4,
-    "hangs": False, "highest": 0.5, "in_vain": False, "interrupted": True, "joints": 9000,
+    "first": str(mo.Status.CYCLING), "fixed": True, "forces": True, "friction": 0.5, "friction_angle": 0.6,
+    "gap": 1e-4, "hangs": False, "highest": 0.5, "in_vain": False, "interrupted": True, "joints": 9000,
     "key": "strength", "kind": "tie", "kinematic_cuts": 1, "least": 0.4, "jumps": 2,
     "length": 0.5, "load": "dead", "load_factor": 0.5, "looped": False, "lowest": 0.4, "median": 22.0,
     "unique": False,
@@ -43,7 +43,7 @@ VALUES = {
     "number": 3, "off": 0.1, "option": "contact_tolerance",
     "other": 22.0, "pairs": [["A", "B"]], "per_area": True, "period": 2, "rates": 100.0, "ratio": 1000.0,
     "remedies": ["beta=0.3"], "residuals": {"flow": 0.1}, "searched": False, "size": 3.0, "slip": 0.5,
-    "states": 21,
+    "scatter": 3.0, "states": 21,
     "static_cuts": 2, "status": str(mo.Status.LOCKED), "steps": 27, "stiffness": (0.4, 0.5), "stress": None,
     "time_limit": 60.0, "seconds": 20.0, "phase": "further starts", "last": 0.5,
     "gravity": 9.81, "extent": 3000.0,
@@ -270,6 +270,26 @@ def test_the_summary_leads_with_three_load_factors(no_proof):
     assert f"from {result.solution.starts} starts; not proven to be the least" in rows["lowest found"][1]
     for word in ("safe", "collapses when", "expected in a test"):
         assert word not in result.details
+
+
+def test_a_state_far_below_the_load_history_is_described_without_advice(no_proof):
+    """The line is missing for a proven least state, a negative λ, settled supports, and whole collapses."""
+    found = with_load_factor(mo.solve(two_blocks(), "coulomb"), 0.05)
+    line = facts(found)["self-stress"]
+    assert line.startswith("1 block moves at this λ if the joint forces are those of the exact state; ")
+    assert line.endswith(f"passes this λ without collapse, and its incremental λ is {found.incremental:.6g}")
+    assert "use" not in line
+    assembly = found.assembly
+    settled = replace(assembly, problem=replace(assembly.problem, settled=found.solution.q))
+    proven = replace(found.solution, is_only_state=True)
+    others = (
+        replace(found, assembly=settled),
+        replace(found, assembly=replace(assembly, at_rest=assembly)),
+        replace(found, solution=proven),
+        with_load_factor(found, -0.05),
+        with_load_factor(found, 0.1),
+    )
+    assert all("self-stress" not in facts(other) for other in others)
 
 
 def test_a_proof_replaces_the_remark_on_starts():

@@ -1,10 +1,12 @@
 """Messages about surveyed drawings, whose corners have independent errors: which tolerance is meant."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from brickwork import drawn_to_touch, facade
+from drawing_errors import with_errors
 from touching_solids import contacts_of
 
 import masonry_opt as mo
@@ -13,6 +15,7 @@ from masonry_opt.reporting.inputs import nearly_parallel
 from masonry_opt.reporting.sentences import sentences
 from masonry_opt.solution.reasons import Code
 from masonry_opt.solution.sense import warnings_of
+from masonry_opt.solution.wedges import wedges
 
 #: Ten courses of two bricks of 240 × 65 mm with gaps of 10 mm, which have 53 joints.
 WALL = facade(2, 10, length=0.24)
@@ -102,9 +105,40 @@ def test_overlaps_of_a_survey_are_advised_to_set_both(error, meant):
     assert len(contacts_of(scene.replace(**values)).first) == 53
 
 
-def test_many_wedges_are_called_errors_of_a_survey():
-    def said(number: int) -> str:
-        return nearly_parallel({"pairs": [("A", "B")] * number, "angle": 0.007, "tolerance": 0.01})
+@pytest.mark.parametrize(
+    ("number", "scatter", "survey"), [(2, 4.0, False), (97, 4.0, True), (97, 1.0, False)]
+)
+def test_many_wedges_of_scattered_angles_are_compared_with_errors_of_a_survey(number, scatter, survey):
+    values = {"pairs": [("A", "B")] * number, "angle": 0.007, "tolerance": 0.01, "scatter": scatter}
+    sentence = nearly_parallel(values)
+    assert "if the joints should be parallel, set 'tolerance' to 0.01" in sentence
+    assert ("the angles scatter as errors of a survey do" in sentence) == survey
 
-    assert "; if the joints should be parallel, set 'tolerance' to 0.01" in said(2)
-    assert "so many wedges are usually errors of a survey: set 'tolerance' to 0.01," in said(97)
+
+ARCH = mo.Arch(span=10, rise=0.665, thickness=0.5, voussoirs=60, unit_weight=20, live_per_weight=(1, 0))
+COURSES = [[1] * 4, [0.5, 1, 1, 1, 0.5]] * 2
+BOND = mo.Wall(block=(0.5, 0.25), weight=1, live_per_weight=(1, 0), courses=COURSES)
+
+
+@pytest.mark.parametrize(
+    ("drawn", "error", "survey"), [(ARCH, 0.0, False), (ARCH, 0.001, False), (BOND, 0.001, True)]
+)
+def test_the_voussoirs_of_an_arch_are_not_compared_with_errors_of_a_survey(drawn, error, survey):
+    """A flat arch of 60 voussoirs has 60 nearly equal wedges of 0.0088 rad, also with small errors.
+
+    The stones of a bond with errors are wedges of very different angles. All joints carry their friction
+    limit.
+    """
+    scene = mo.Scene(joints={"friction": 0.3}, blocks=drawn.blocks())
+    if error > 0:
+        measured = with_errors(scene, error, 0)
+        # Close the gaps, and leave the joints as wedges.
+        scene = measured.replace(contact_tolerance=measured.tolerance, tolerance=1e-6)
+    result = mo.solve(scene, "nonassociative")
+    joints = result.size.joints
+    q = np.append(np.full(2 * joints, 0.5), np.full(joints, 0.3))
+    at_limit = replace(result.solution, found=replace(result.solution.answer, q=q))
+    (warning,) = (each for each in wedges(result.assembly, at_limit) if each.code is Code.NEARLY_PARALLEL)
+    assert len(warning.values["pairs"]) >= 10
+    assert (warning.values["scatter"] > 2) == survey
+    assert ("errors of a survey" in nearly_parallel(warning.values)) == survey
