@@ -227,6 +227,10 @@ def _prepare_process() -> None:
     Pebble lets the process ignore Ctrl-C.
     """
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    if _START_METHOD == "forkserver":
+        # Pyomo makes a lock when it is imported. With another default start method, the lock would be left
+        # behind when the process is terminated, and Python would warn of it at the end.
+        multiprocessing.set_start_method("fork", force=True)
     _silence(1, 2)
 
 

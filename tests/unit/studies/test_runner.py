@@ -43,6 +43,23 @@ def test_an_error_in_making_a_task_is_raised_after_those_before_it():
     assert [end.how for _, end in ends] == [runner.FINISHED] * 2
 
 
+#: Program that makes a lock in a worker process, as Pyomo does when it is imported.
+MAKES_A_LOCK = """
+from functools import partial
+from masonry_opt.studies.runner import Workers
+
+task = partial(exec, "import multiprocessing as all; all.kept = all.Lock()", {})
+with Workers(count=1) as workers:
+    [(_, end)] = workers.map([(0, task)])
+print(end.how)
+"""
+
+
+def test_locks_of_workers_are_not_left_behind():
+    ended = subprocess.run([sys.executable, "-c", MAKES_A_LOCK], capture_output=True, text=True)
+    assert (ended.stdout.strip(), ended.stderr) == (runner.FINISHED, "")
+
+
 def test_an_analysis_without_a_result_at_its_time_limit_is_not_refused():
     """A run that ends at its time limit is undecided. It must not count as refused, because refused runs are
     left out of statistics."""
