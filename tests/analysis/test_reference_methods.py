@@ -93,9 +93,9 @@ def test_where_simplex_finds_no_state_the_default_s_answer_comes_back_as_such(fa
 
 
 def test_the_lowest_state_is_not_above_an_exact_incremental_state():
-    """From associative forces the method ends above the load history on wall 3, and finds no state on wall 4.
+    """The lowest state counts the exact state at the end of the load history, which exists on both walls.
 
-    The incremental state is exact on both walls.
+    From associative forces, method "coulomb" ends above this state on wall 3, and finds no state on wall 4.
     """
     for wall, has_state in ((WALLS[2], True), (WALLS[3], False)):
         result = mo.solve(wall, "coulomb", start=solved(wall, "static"))
