@@ -209,9 +209,12 @@ except SystemExit as ended:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("case", ["gilbert/two_blocks", "ferris_tinloi/wall_1"])
+@pytest.mark.parametrize("case", ["gilbert/two_blocks", "ferris_tinloi/wall_6"])
 def test_a_default_solve_imports_only_what_its_steps_use(case):
-    """For small scenes in the plane, no modelling language, tables, pictures or studies are imported."""
+    """For scenes in the plane, no modelling language, tables, pictures or studies are imported.
+
+    On wall 6 displacement control fails, and two optimisation programs find the exact state of the collapse.
+    """
     program = SOLVED.format(case=str(ROOT / "cases" / f"{case}.toml"))
     *printed, modules = in_a_process_of_its_own(program, cwd=ROOT).splitlines()
     assert "load factor λ" in printed

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from masonry_opt.effort import Effort
+from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.methods.exact.settings import SEARCH
 from masonry_opt.methods.incremental.equilibrium import Collapse, EquilibriumSolver
 from masonry_opt.solution.answer import Answer, certified
@@ -60,16 +61,15 @@ def find_collapse_state(
     The programs start from the forces at the collapse. In the plane they are solved by the simplex method, in
     space and on large scenes by an interior-point method.
     """
-    # The imports are local, because these modules import a modelling language, which takes seconds.
-    from masonry_opt.methods.exact.alternation import Alternation
-    from masonry_opt.methods.exact.refiner import Refiner
-
     problem, effort = solver.problem, effort or Effort()
     forces = solver.law.of_problem(solver.law.respond(collapse.state.trial).forces)
     if not problem.layout.round and problem.joints <= SEARCH.simplex_up_to:
         state = Refiner(problem, effort).first(forces)
         answer = None if state is None else state.answer
     else:
+        # The import is local, because this module imports a modelling language, which takes seconds.
+        from masonry_opt.methods.exact.alternation import Alternation
+
         answer = Alternation(problem, effort).state_near(forces, None)
     return answer if answer is not None and answer.exact else None
 
