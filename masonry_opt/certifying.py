@@ -96,9 +96,9 @@ class StateCheck:
 
     @property
     def load_factor_error(self) -> float:
-        """Largest effect of the unbalanced forces on λ, by virtual work in the mechanism.
+        """Largest error of λ that the unbalanced forces can cause, by virtual work in the mechanism.
 
-        The effect is the residual ``work`` times |λ|, or times 0.01 if |λ| is smaller. It is infinite if the
+        The error is the residual ``work`` times |λ|, or times 0.01 if |λ| is smaller. It is infinite if the
         loads do no positive work in the mechanism.
         """
         return times_load_factor(self.answer.residuals["work"], self.load_factor)
@@ -312,7 +312,7 @@ def _with_laws(problem: Problem, friction: str, crushing: str) -> Problem:
 
 
 def _driven(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> tuple[Problem, np.ndarray]:
-    """Exchange dead load and live load of a problem if only the dead load drives a mechanism.
+    """Exchange the dead load and the live load if only the dead load does positive work in the mechanism.
 
     Returns the problem and its joint forces. Both are unchanged if the live load does positive work in
     the mechanism d, if the dead load does none, or if λ is not positive. An exchange does not change the

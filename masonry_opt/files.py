@@ -30,8 +30,8 @@ MARK = f"written by {WRITER}"
 #: Key of a JSON file whose value is the name of the package that wrote the file.
 JSON_KEY = "written_by"
 
-#: Endings of the two lists of names that accompany an .nl file. The lists themselves contain no mark of this
-#: package. They count as written by this package if the .nl file contains the mark.
+#: Endings of the two lists of names that accompany an .nl file. The lists contain no mark of this package.
+#: They are attributed to this package if the .nl file contains the mark.
 _NAME_LISTS = (".row", ".col")
 
 #: Map from the ending of a file's name to a regular expression for the mark, the text that shows that this

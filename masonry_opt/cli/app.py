@@ -80,15 +80,16 @@ def load(name: str) -> Any:
 
 
 def _negated_in_help(command: Any) -> Callable[..., None]:
-    """Return a function that writes a command's help, with only the negated names of flags set by default.
+    """Return a function that writes help in which each flag that is True by default has a single name.
 
-    With both names of such a flag, little width would remain for the texts on a terminal of 80 columns.
+    The name is the negated one, such as --no-incremental. With both names of a flag, little width would
+    remain for the texts on a terminal of 80 columns.
     """
     write = command.format_help
     flags = [option for option in command.params if option.secondary_opts and option.default is True]
 
     def format_help(*formatting: Any) -> None:
-        """Write the help with only the negated name of each flag, then restore both names."""
+        """Write the help while the flags have only their negated names, then restore both names."""
         names = [(flag.opts, flag.secondary_opts) for flag in flags]
         for flag, (_, negated) in zip(flags, names, strict=True):
             flag.opts, flag.secondary_opts = negated, []

@@ -124,7 +124,8 @@ def _direction(text: str) -> str | tuple[float, ...]:
     live_layers=typer.Option(metavar="LAYER=X,Y[,Z]", parser=_of_layer),
     along=typer.Option(metavar="x|y|z|X,Y,Z", parser=_direction),
     space=typer.Option(
-        "--space/--plane", help="COMPAS: read blocks as solids, or as outlines seen along a direction."
+        "--space/--plane",
+        help="COMPAS: read blocks as solids (--space), or as outlines seen along a direction (--plane).",
     ),
     up=typer.Option(metavar="x|y|z"),
     drawing=typer.Argument(metavar="IN", help=_IN),
@@ -191,7 +192,7 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
 
 @contextlib.contextmanager
 def _options_named(called: Mapping[str, str]) -> Iterator[None]:
-    """Within a context, insert the command-line option after each tolerance that an error message names.
+    """Within a context, add the command-line option to each name of a tolerance in an error message.
 
     ``called`` maps parameters to options, such as ``contact_tolerance`` to "--contact-tolerance".
     """
@@ -228,7 +229,7 @@ def _print_counts(scene: mo.Scene, out: Path, more: str = "") -> None:
 
 
 def _size(sides: np.ndarray, unit: str, metres: float | None) -> str:
-    """Return a line on the dimensions of the movable blocks, with their unit of length.
+    """Return a line of text with the dimensions of the movable blocks and their unit of length.
 
     ``metres`` is the length of the unit in metres, or None if the unit is unknown. If the unit is known and
     is not the metre, the dimensions follow in metres too.
@@ -242,7 +243,7 @@ def _size(sides: np.ndarray, unit: str, metres: float | None) -> str:
 
 
 def _refuse(given: Given, known: Container[str], what: str) -> None:
-    """Raise OptionError if an argument that the user typed is not among the known parameters."""
+    """Raise OptionError if the user typed an option that does not apply to the input."""
     for name in given:
         if name not in known:
             raise OptionError(f"{what} does not take {given.called[name]}")

@@ -132,7 +132,7 @@ def _names(text: str) -> list[str]:
 @command(
     mo.compare,
     methods=typer.Option(
-        help="Methods, separated by commas. Besides the default methods, others such as global are possible.",
+        help="Methods, separated by commas. Other methods than the default, such as global, are possible.",
         parser=_names,
     ),
     solvers=typer.Option(help=_SOLVERS, parser=_names),
@@ -160,7 +160,7 @@ def compare(given: Given, scenes: list[str] | None = None) -> None:
     print_result(str(comparison), bold_line=None)
     folder = given.get("out", OUT)
     page, table = folder / "report.html", folder / "summary.csv"
-    written = f"{page}, and tables and pictures in the same folder" if page.exists() else f"{table}; {NEEDED}"
+    written = f"{page}; tables and pictures are in the same folder" if page.exists() else f"{table}; {NEEDED}"
     Console(stderr=True).print(f"written: {written}", markup=False, soft_wrap=True)
     if comparison.interrupted:
         raise InterruptedByUserError("interrupted: repeat the command to continue the comparison")

@@ -95,9 +95,8 @@ def _outputs(name: str, path: Path) -> list[str]:
 
 
 def _files(name: str, variable: str) -> list[str]:
-    """Return the names of the files to which a variable of a script is written.
+    """Return the file names of a table or figure of a script; an empty list for any other variable.
 
-    The list is empty if the variable is neither a table nor a figure.
     For example, the variable ``table_x`` of the script fig6 is written to fig6_x.csv.
     """
     if variable.startswith(_TABLE_PREFIX):

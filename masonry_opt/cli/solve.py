@@ -139,7 +139,7 @@ def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, 
         except KeyboardInterrupt:
             last = "no load factor was found"
             if work.steps:
-                last = f"the last step was {work.steps[-1]}, but this is not the collapse load factor"
+                last = f"the last step was {work.steps[-1]}, but its λ is not the collapse load factor"
             raise InterruptedByUserError(f"interrupted: {last}; no file was written") from None
     return answer
 

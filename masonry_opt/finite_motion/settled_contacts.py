@@ -250,7 +250,7 @@ class Contacts:
         return np.append(parts[0], change), parts[1][sticks], derivative
 
     def _lengthening(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lengthening of each tie or prop, shape (k,), and its derivatives by the poses."""
+        """Return the lengthening of each tie or prop, shape (k,), and its derivatives for the poses."""
         change, slope = np.zeros(len(self.struts)), np.zeros((len(self.struts), *poses.shape))
         for row, strut in enumerate(self.struts):
             apart = np.zeros(2)
@@ -355,10 +355,11 @@ class Contacts:
         return depths
 
     def carrying_depths(self, kept: np.ndarray) -> np.ndarray:
-        """For each joint of ``kept``, return the depth that can carry a force, as a fraction of its length.
+        """Return the depth over which each joint can carry a force, as a fraction of the joint's length.
 
-        The depth is 1 for closed joints, and 0 for joints that have opened and do not crush. In a joint that
-        crushes it is twice the crushed depth, because the crushed depth changes as the forces change.
+        The joints are those with the indices ``kept``. The depth is 1 for closed joints, and 0 for joints
+        that have opened and do not crush. In a joint that crushes, the depth is twice the crushed depth,
+        because the crushed depth changes as the forces change.
         """
         joints = self.joints
         closed = self.touches[joints.first_point] & self.touches[joints.last_point]
@@ -366,7 +367,7 @@ class Contacts:
         return np.asarray(np.where(closed, 1.0, depth)[kept])
 
     def far_ends(self, kept: np.ndarray) -> np.ndarray:
-        """For each joint with an index in ``kept``, return True if its first end has opened."""
+        """Return a mask of the joints with indices ``kept``: True if the first end of a joint is open."""
         return np.asarray(~self.touches[self.joints.first_point][kept])
 
 
