@@ -37,8 +37,8 @@ from masonry_opt.standing import DeadLoadCheck
 from masonry_opt.suitability import asks_for_stability, refuse_unsuited, refuse_without_live_load
 
 #: Largest number of joints for which the associative load factor is computed in addition to a Coulomb load
-#: factor. On larger scenes it is omitted, because the computation would take between 15 seconds and several
-#: minutes.
+#: factor. For larger scenes the associative load factor is omitted, because its computation would take
+#: between 15 seconds and several minutes.
 _MOST_JOINTS_ASSOCIATIVE = 40_000
 
 
@@ -282,7 +282,7 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
 
 
 def _with_only_state(problem: Problem, solution: Solution) -> Solution:
-    """Record in a solution whether it is proven that the scene collapses at no other load factor λ > 0."""
+    """Record whether the load factor of a solution is proven to be the only λ > 0 at which the scene collapses."""
     load_factor = solution.load_factor
     if load_factor is None or solution.kind in (Kind.ASSOCIATIVE, Kind.INCREMENTAL):
         return solution

@@ -140,7 +140,8 @@ def _results_apart() -> Iterator[None]:
         yield
     finally:
         sys.stdout = standard_output
-        # After a failed write, closing the stream fails again. The first failure was already reported.
+        # After a failed write, closing the stream fails too. The second error is ignored, because the first
+        # error was already reported.
         with contextlib.suppress(OSError):
             results.close()
 
@@ -174,7 +175,7 @@ def _escape_unencodable() -> None:
 
 
 def _run_and_flush() -> None:
-    """Run the app and flush standard output, so that a failed write raises its exception here."""
+    """Run the app, then flush standard output, so that the caller can handle the error of a failed write."""
     try:
         app()
     except SystemExit:
@@ -183,7 +184,7 @@ def _run_and_flush() -> None:
 
 
 def _end(message: str | None, code: int) -> NoReturn:
-    """End the program with an exit code, and print a message on standard error, unless it is None."""
+    """End the program with an exit code. Print a message on standard error, unless the message is None."""
     with contextlib.suppress(OSError):
         if message is not None and sys.stderr is not None:
             print(f"error: {message}", file=sys.stderr, flush=True)

@@ -40,7 +40,7 @@ _TYPES: dict[str, type] = {"bool": bool, "int": int, "float": float}
 
 
 def reader(read: Callable[[str], T], refusal: str) -> Callable[[str], T]:
-    """Return a function that parses text with ``read``, and converts a ValueError to an OptionError.
+    """Return a function that parses text as ``read`` does, but raises OptionError in place of ValueError.
 
     ``refusal`` is the message of the error. The parsed text is inserted at the braces of the message.
     """

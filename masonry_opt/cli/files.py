@@ -39,7 +39,8 @@ _READERS: dict[str, tuple[str, Callable[..., mo.Scene]]] = {
     **dict.fromkeys(MESHES, ("a mesh", mo.read_mesh)),
 }
 
-#: Tolerances of the readers. Messages about gaps and overlaps advise the user to change one of them.
+#: Names of the tolerances of the readers. Messages about gaps and overlaps advise the user to change a
+#: tolerance.
 _TOLERANCE_NAMES = ("tolerance", "contact_tolerance", "outline_tolerance")
 
 #: Largest number of corners of a mesh that is copied into a case file (about 1 MB). For a larger mesh, the

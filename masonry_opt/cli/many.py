@@ -94,7 +94,9 @@ def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> 
     of_sample = signature(mo.sample).parameters.keys() - signature(mo.sweep).parameters.keys()
     others = [given.called[name] for name in given if name in of_sample]
     if vary and others:
-        raise OptionError(f"{', '.join(others)} cannot be used with --vary: omit it, or use --sample instead")
+        raise OptionError(
+            f"{', '.join(others)} cannot be used with --vary: use --sample, or omit this option"
+        )
     values = dict(vary or drawn)
     if len(values) < len(vary or drawn):
         raise OptionError(

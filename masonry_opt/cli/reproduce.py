@@ -115,7 +115,8 @@ def _run(name: str, path: Path, out: Path, force: bool) -> bool:
     output, missed = io.StringIO(), ""
     with contextlib.redirect_stdout(output):
         try:
-            # The script checks its values by assertions. With optimize=0 they run even under "python -O".
+            # The script checks its values by assertions. With optimize=0, Python executes the assertions even
+            # under "python -O".
             exec(compile(path.read_text("utf-8"), str(path), "exec", optimize=0), names)
         except (AssertionError, NoLoadFactorError) as error:
             line = traceback.extract_tb(error.__traceback__)[1].lineno  # line of the script

@@ -15,9 +15,9 @@ from masonry_opt.scene.rows import linked
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.thresholds import IDLE
 
-#: Largest number of arrows for parallel forces of one kind of load, by dimension: first for weights, then for
-#: each other kind of load. If there are more forces, a single arrow shows their direction. The numbers are
-#: smaller in space, because arrows overlap.
+#: Largest numbers of arrows for parallel forces of one kind of load, by dimension of the scene. The first
+#: number is for weights, the second for each other kind of load. If there are more forces, a single arrow
+#: shows their direction. The numbers are smaller in space, because arrows overlap.
 _MOST_ARROWS = {2: (30, 200), 3: (1, 8)}
 
 _LONGEST = 0.09  #: Length of the longest arrow of each kind of load, relative to the size of the scene.

@@ -62,8 +62,8 @@ _MARGIN_IN_SPACE = 0.03
 _LARGEST_AXIS_LENGTH = 0.1
 #: Distance of the letters x, y and z from the origin, relative to the length of the coordinate axes.
 _AXIS_LETTER_DISTANCE = 1.4
-#: Smallest distance between the place of a block's name and the boundary of the visible face, relative to the
-#: largest such distance.
+#: A block's name is written at a point of its visible face whose distance from the boundary of the face is at
+#: least this fraction of the largest possible distance.
 _INNER = 0.8
 #: Smallest font size of block names, in points. Names that would have to be smaller are omitted.
 _SMALLEST_NAME_SIZE_IN_SPACE = 2.0

@@ -149,7 +149,7 @@ class KinematicCheck:
 
     @property
     def warning_sentences(self) -> tuple[str, ...]:
-        """Sentence that warns of a wrong gravitational acceleration; empty without this warning."""
+        """Warning as a sentence, if the gravitational acceleration is probably wrong; otherwise empty."""
         return sentences(self.warnings)
 
     def as_dict(self) -> dict[str, Any]:

@@ -38,8 +38,8 @@ _LARGEST_GAP = SEPARATES
 #: Largest permitted slip at a hinge, relative to the largest movement of a point. A larger slip raises an
 #: error, because the blocks then no longer move in the mechanism of a small settlement.
 _LARGEST_SLIP = 0.05
-#: Fraction of the largest singular value below which a singular value counts as zero in the least-squares
-#: problem of a Gauss–Newton step.
+#: A singular value counts as zero in the least-squares problem of a Gauss–Newton step if it is below this
+#: fraction of the largest singular value.
 _SINGULAR = 1e-10
 
 

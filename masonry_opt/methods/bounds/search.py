@@ -238,7 +238,8 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
             if energy > self._settings.energy and not is_complete:
                 return
             if not self._descended():
-                # The limit of linear programs may have ended the attempt before it found a state.
+                # If the limit of linear programs ended the attempt before a state was found, this call raises
+                # an exception.
                 self._effort.check_programs()
                 return
 
@@ -361,5 +362,5 @@ def _refutes(theory: Theory, conditions: np.ndarray) -> Refutation | None:
 
 
 def bound_below(load_factor: float, settings: ProofSettings) -> float:
-    """Return the largest load factor that a proof excludes: slightly less than the lowest known one."""
+    """Return the largest load factor that a proof excludes, slightly below the lowest known load factor."""
     return load_factor - settings.gap * max(abs(load_factor), SMALLEST)

@@ -139,7 +139,7 @@ def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Ef
 def tightened(
     of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
 ) -> StateBounds:
-    """Return the bounds ``of`` for states with ``lowest`` ≤ λ ≤ ``highest``, with tighter force limits.
+    """Return bounds for the states with ``lowest`` ≤ λ ≤ ``highest``, with tighter force limits than ``of``.
 
     The force limits are smaller for a narrower interval of λ, because less self-stress is possible at a
     higher λ. The limit of the rates stays the same.
@@ -384,7 +384,7 @@ class Rising:
 
     def __init__(self, problem: Problem, best: float, rates: float, effort: Effort) -> None:
         self._problem, self._effort = problem, effort
-        self.best = best  #: lowest known load factor, λ > 0, which callers may lower
+        self.best = best  #: lowest known load factor, λ > 0; callers may set a lower value
         self.bound = 0.0  #: lower bound of λ from all programs solved so far
         self.history: list[BoundStep] = []  #: records of all programs solved so far
         #: Upper bounds of the forces and rates of all states whose load factor is at most the lowest known λ.
