@@ -282,7 +282,7 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
 
 
 def _with_only_state(problem: Problem, solution: Solution) -> Solution:
-    """Record whether the load factor of a solution is proven to be the only λ > 0 at which the scene collapses."""
+    """Record whether the load factor of a solution is proven to be the only λ > 0 at collapse."""
     load_factor = solution.load_factor
     if load_factor is None or solution.kind in (Kind.ASSOCIATIVE, Kind.INCREMENTAL):
         return solution

@@ -84,7 +84,7 @@ class Effort:
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
-        """Report the step of a method that the ``with`` block performs."""
+        """Report that the ``with`` block performs a step of the method."""
         self._step = name
         self.begins(name)
         try:

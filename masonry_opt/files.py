@@ -34,8 +34,8 @@ JSON_KEY = "written_by"
 #: They are attributed to this package if the .nl file contains the mark.
 _NAME_LISTS = (".row", ".col")
 
-#: Map from the ending of a file's name to a regular expression for the mark, the text that shows that this
-#: package wrote the file.
+#: Map from the ending of a file's name to a regular expression for the mark. The mark is the text in a file
+#: that shows that this package wrote the file.
 _MARKS = {
     ".toml": rf"\A# {MARK}",
     ".json": rf'\A\s*{{\s*"{JSON_KEY}":\s*"{WRITER}"',

@@ -32,7 +32,7 @@ from masonry_opt.scene.drawings.mesh_files import MESHES
 from masonry_opt.scene.tables import as_path, parse_file
 from masonry_opt.solution.sense import warnings_of
 
-#: For each file ending of a drawing: the printed name of the format, and the function that reads the file.
+#: Map from the ending of a file to the printed name of its format and the function that reads the file.
 _READERS: dict[str, tuple[str, Callable[..., mo.Scene]]] = {
     ".dxf": ("a DXF drawing", mo.read_dxf),
     ".json": ("COMPAS data", mo.read_compas),
@@ -47,9 +47,9 @@ _TOLERANCE_NAMES = ("tolerance", "contact_tolerance", "outline_tolerance")
 #: case file contains the path of the mesh file.
 _MOST_CORNERS = 10_000
 _METHOD = (
-    "Method whose optimisation problem is exported: static (default), kinematic, global, or (.nl only) mpec, "
-    "mcp. If the file contains solids: method that computes the exported mechanism and forces; without a "
-    "method, the blocks are exported at rest."
+    "Method whose optimisation problem is exported: static (default), kinematic or global; for .nl files "
+    "also mpec or mcp. For files with solids: method that computes the exported mechanism and forces; "
+    "without a method, the blocks are exported at rest."
 )
 _IN = "Drawing (.dxf), COMPAS data (.json), mesh (.obj, .ply, .stl, .glb, .gltf), or a folder of meshes."
 

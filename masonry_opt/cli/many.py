@@ -134,7 +134,7 @@ def _names(text: str) -> list[str]:
 @command(
     mo.compare,
     methods=typer.Option(
-        help="Methods, separated by commas. Other methods than the default, such as global, are possible.",
+        help="Methods, separated by commas. Non-default methods, such as global, are possible.",
         parser=_names,
     ),
     solvers=typer.Option(help=_SOLVERS, parser=_names),

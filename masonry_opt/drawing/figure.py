@@ -89,8 +89,8 @@ _MOTION_START_STYLES = {
     "starts_sliding": ("slide", SLIDING_COLOUR, "s", 10.0, 0.085),
     "starts_opening": ("open", HINGING_COLOUR, "o", 6.0, 0.025),
 }
-#: Width of a number of joints below a curve, relative to the width of the axes. States whose numbers would
-#: overlap share one number.
+#: Width that is reserved for a number of joints below a curve, relative to the width of the axes. States
+#: whose numbers would overlap share one number.
 _NUMBER_WIDTH = 0.03
 
 _TEXT_GAP = 4.0  #: Smallest distance between the texts of two marks, in pixels.
@@ -284,7 +284,7 @@ def points_in_unit(axes: Axes) -> float:
 
 
 def letters_in(name: str, wide: float) -> float:
-    """Return the largest font size, up to ``_MAX_LETTERS``, with which a name fits into a width in points."""
+    """Return the largest font size, up to ``_MAX_LETTERS``, with which a name fits into a given width."""
     return min(wide / (_LETTER_WIDTH * len(name)), _MAX_LETTERS)
 
 
@@ -435,7 +435,7 @@ def _levels(axes: Axes, result: Outcome, highest: float) -> tuple[list[Handle], 
 
 
 def _starts(axes: Axes, result: Outcome, column: str) -> Line2D:
-    """Mark where on the curve joints first start to slide, or first start to open; return a legend entry.
+    """Mark the point of the curve at which joints first start to slide, or to open; return a legend entry.
 
     The number of joints that start is written above the lower axis: for each state, or for several states
     whose numbers would overlap. ``column`` is the column of the curve, a key of ``_MOTION_START_STYLES``.

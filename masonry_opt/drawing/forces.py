@@ -276,8 +276,8 @@ def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> I
     yield Marks("ends", "", "square", colours.STRUT, 4.0, at[:, None], of_ends.reshape(len(at), -1))
 
 
-#: Smallest number of blocks in a row, each with two joints, through which a line of thrust is drawn. Shorter
-#: rows have resultants on all joints instead.
+#: A line of thrust is drawn through a row of at least this number of blocks, each with exactly two joints. In
+#: shorter rows, the resultant force of each joint is drawn instead.
 _CHAIN = 3
 _RESULTANT = 0.12  #: Length of the longest resultant in the plane, relative to the size of the scene.
 #: Length of the longest drawn resultant force in space, relative to the size of the scene. The length is
@@ -373,7 +373,7 @@ def _line_of_thrust(lines: np.ndarray, points: np.ndarray, shrink: float) -> Ite
 
 
 def _force_scale(assembly: Assembly, largest: float, unit: float) -> Marks:
-    """Return a scale bar for forces. The bar represents a round force of at most ``largest``.
+    """Return a scale bar for forces. The bar represents a round number of at most ``largest``.
 
     ``unit`` is the drawn length of a unit force.
     """

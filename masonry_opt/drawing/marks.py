@@ -42,7 +42,7 @@ class Marks:
 
     @property
     def through(self) -> bool:
-        """True if blocks in space do not hide the marks, which are arrows or marks inside blocks."""
+        """True for arrows and for marks inside blocks, which blocks in space do not hide."""
         return self.shape == "arrow" or self.name in _INSIDE
 
     def moved(self, share: float) -> np.ndarray:

@@ -259,7 +259,7 @@ def motions_of(result: Outcome, frames: Keyframes) -> np.ndarray:
 
 
 def history_marks(result: Outcome) -> list[Marks]:
-    """Return marks without points that define the line styles of joints that have slid and of open joints."""
+    """Return two empty marks, with the line styles of joints that have slid and of open joints."""
     dimension, width = result.assembly.scene.dimension, 2.3 * shrink_of(result.assembly)
     dashes, no_points = (1.6, 1.1) if dimension == 2 else (), np.empty((0, 2, dimension))
     opened = Marks("open", "is open", "line", HINGING_COLOUR, 0.7 * width, no_points, dashes=dashes)

@@ -46,8 +46,8 @@ _MOST_TOWARDS = 0.95
 #: Smallest length in pixels of the drawn pieces of a partly hidden line. Shorter pieces are artefacts of the
 #: depth buffer.
 _SHORTEST_PIECE = 3.0
-#: Smallest difference in depth at which a face hides a point behind it, relative to the longer side of the
-#: picture.
+#: A face hides a point if the point is behind the face by more than this distance, relative to the longer
+#: side of the picture.
 _DEPTH = 2e-3
 
 #: Number of pixels along the longer side of the depth buffer. A larger value draws sharper edges of faces.

@@ -27,8 +27,7 @@ from masonry_opt.solution.thresholds import same
 #: velocities are relative to the speed of the fastest corner, and deviations of lengths to the size of the
 #: scene. With a larger value, more mechanisms count as rotations about an edge.
 _ROTATION_TOLERANCE = 1e-3
-#: If λ grows without bound near an angle, the path ends before this angle. The remaining angle is this
-#: fraction of the angle.
+#: If λ grows without bound near an angle, the path ends before this angle, by this fraction of the angle.
 _POLE_DISTANCE = 1e-3
 #: A joint is reported as opening or sliding if its rate exceeds this fraction of the largest rate.
 _REPORTED_SHARE = 1e-3
@@ -190,7 +189,7 @@ class EdgePath:
         return reason(Code.REACHES_ZERO)
 
     def _obstacle(self, angle: float, load_factor: float) -> Reason | None:
-        """Return the reason why the path ends before an angle is reached; None if it does not end.
+        """Return the reason why the path ends before an angle is reached; None if the angle is reached.
 
         The path ends if blocks overlap, or if no admissible forces exist, so that a joint opens or slides.
         """

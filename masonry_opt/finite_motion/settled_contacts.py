@@ -166,8 +166,8 @@ class Contacts:
         fixed[self.assembly.movable] = False
         given = np.zeros(body.max() + 1, dtype=bool)
         given[body[fixed]] = given[body[self.supports]] = True
-        # A body has the velocities of its largest block, unless the body contains a moving support or a fixed
-        # block. The body then has the velocities of the support or fixed block.
+        # A body that contains a moving support or a fixed block has the velocities of this block. Every other
+        # body has the velocities of its largest block.
         order = np.argsort(self.assembly.geometry.size, kind="stable")
         of_body = np.zeros((body.max() + 1, 3))
         for block in [*order, *self.supports, *np.flatnonzero(fixed)]:
@@ -250,7 +250,7 @@ class Contacts:
         return np.append(parts[0], change), parts[1][sticks], derivative
 
     def _lengthening(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lengthening of each tie or prop, shape (k,), and its derivatives for the poses."""
+        """Return the lengthening of each tie or prop, and its derivatives with respect to the poses."""
         change, slope = np.zeros(len(self.struts)), np.zeros((len(self.struts), *poses.shape))
         for row, strut in enumerate(self.struts):
             apart = np.zeros(2)

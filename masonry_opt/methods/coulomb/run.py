@@ -177,7 +177,7 @@ class LowestState:
         return self._lowest.answer if self._lowest else self._lowest_without_simplex
 
     def lower_to(self, state: Answer) -> None:
-        """Store an exact state with a lower λ that the search for a proof has found.
+        """Store an exact state with a lower λ, which the search for a proof has found.
 
         A state with a load factor of zero or less is recorded, but it is not an answer, because the scene
         would then collapse without live load.

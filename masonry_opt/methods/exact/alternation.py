@@ -169,7 +169,7 @@ class Alternation:
         before_each: Callable[[], None] = lambda: None,
         weights: tuple[float, ...] = (),
     ) -> Answer | None:
-        """Return a state near given forces q that is exact, except for a small energy z·p.
+        """Return a state near given forces q. The state is exact, except for a small energy z·p.
 
         By default, the energy is at most 1e-5 λ. The forces have shape (3c + t,). The velocities d, shape
         (3b,), are a mechanism for these forces; None if no mechanism is known. ``before_each`` is called

@@ -246,7 +246,7 @@ class Refiner(StateFinder):
         return state
 
     def first(self, q: np.ndarray) -> ExactState | None:
-        """Return the first state that the two linear programs find from given forces; None without a state.
+        """Return the first state that the two linear programs find from given forces, or None.
 
         The forces ``q`` have shape (3c,). If no forces bring all faces with a nonzero rate p to yield, the
         next attempt starts from forces that minimise λ Σ|f_L| plus a weight times z·p. The weight and the
