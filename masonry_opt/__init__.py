@@ -47,8 +47,7 @@ _HOMES = {
 __all__ = sorted(_HOMES)
 
 # In an installed package, the folder models/ is inside the package. In a clone of the repository, models/ is
-# next to the package. To import ``masonry_opt.models`` from a clone, Python must also search the root of the
-# clone.
+# next to the package. The root of the clone is therefore added to the search path of the package.
 _CLONE = _Path(__file__).parent.parent
 if not (_Path(__file__).parent / "models").is_dir() and (_CLONE / "models" / "__init__.py").is_file():
     __path__.append(str(_CLONE))

@@ -37,8 +37,8 @@ from masonry_opt.standing import DeadLoadCheck
 from masonry_opt.suitability import asks_for_stability, refuse_unsuited, refuse_without_live_load
 
 #: Largest number of joints for which the associative load factor is computed in addition to a Coulomb load
-#: factor. On larger scenes it is omitted, because the computation would take between 15 seconds and several
-#: minutes.
+#: factor. For larger scenes the associative load factor is omitted, because its computation would take
+#: between 15 seconds and several minutes.
 _MOST_JOINTS_ASSOCIATIVE = 40_000
 
 
@@ -47,9 +47,9 @@ class Session:
     """Session that solves several scenes in sequence with the same method and options."""
 
     how: HowToSolve  #: how to solve each scene: method, solver and options
-    #: Cache of compiled programs, which are used again for scenes that differ only in joint properties. Joint
-    #: forces that are cached from an earlier scene may show that a later scene is stable. The cache does not
-    #: change any answer.
+    #: Cache of compiled optimisation programs, which are reused for scenes that differ only in joint
+    #: properties. The cache also stores joint forces of earlier scenes, because the forces may show that a
+    #: later scene is stable. The cache does not change any result.
     kept: ProgramCache = field(default_factory=ProgramCache)
     #: If True, the session decides whether a scene without live load is stable. If False, a scene without
     #: live load raises an error.
@@ -170,8 +170,8 @@ class Session:
         solution = _complete(assembly, task, solution)
         if solution.status not in (Status.SOLVER_FAILED, Status.BELOW_ZERO):
             return solution
-        # Remove the forces and velocities with which the method ended, because without a load factor they are
-        # no collapse state.
+        # Without a load factor, the forces and velocities with which the method ended are not a collapse
+        # state. Remove them from the solution.
         return replace(solution, found=FinalState(forms=solution.found.forms))
 
     def _solve_incremental(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution | None:
@@ -268,8 +268,8 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     solution = explained(assembly, solution, task.solver, task.effort, is_associative)
     if incremental is None or incremental.load_factor is None or not solution.proven_none:
         return solution
-    # A proof shows that the scene never collapses, so remove the incremental load factor. At this load factor
-    # contacts slip, but they lock before the blocks collapse.
+    # It is proven that the scene never collapses, so remove the incremental load factor. Under this load
+    # factor contacts slip, but the slip stops before the blocks collapse.
     incremental = replace(
         incremental,
         found=FinalState(),
@@ -282,7 +282,7 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
 
 
 def _with_only_state(problem: Problem, solution: Solution) -> Solution:
-    """Record in a solution whether it is proven that the scene collapses at no other load factor λ > 0."""
+    """Record whether the load factor of a solution is proven to be the only λ > 0 at collapse."""
     load_factor = solution.load_factor
     if load_factor is None or solution.kind in (Kind.ASSOCIATIVE, Kind.INCREMENTAL):
         return solution
@@ -290,7 +290,7 @@ def _with_only_state(problem: Problem, solution: Solution) -> Solution:
 
 
 def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
-    """Add a reason to a solution if its three load factors agree after only a few starts.
+    """Add a reason if the lowest, incremental and associative load factors agree after only a few starts.
 
     Agreement proves little if equilibrium does not fix the forces: other forces may lead to states with a
     lower λ. No reason is added if all joints follow associative flow, because all exact states then have one
@@ -401,7 +401,7 @@ def solve(  # noqa: PLR0913 - each option of the public API is an argument
 
 
 def _after_settlement(scene: Scene, settled: Movements | None) -> Scene:
-    """Return a scene after the movement of its supports.
+    """Move the supports of a scene, and return the scene with its displaced blocks.
 
     Raises TimeLimitError if the time limit ends the computation.
     """

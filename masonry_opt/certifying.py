@@ -31,17 +31,17 @@ from masonry_opt.suitability import refuse_without_live_load
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Values of the argument ``friction``: in space, the check uses the exact friction cone, or a polygon with 24
-#: sides inside the cone.
+#: Values of the argument ``friction``. In space, "cone" selects the exact friction cone, and "polygon"
+#: selects a polygon with 24 sides inside the cone.
 _FRICTION_LAWS = ("cone", "polygon")
 
-#: Values of the argument ``crushing``: for joints of limited strength, the check uses the chords of the
-#: crushing parabola, or the parabola.
+#: Values of the argument ``crushing``. For joints of limited strength, "parabola" selects the crushing
+#: parabola, and "chords" selects chords of the parabola.
 _CRUSHING_LAWS = ("chords", "parabola")
 
-#: Limits of the residuals of a state that :func:`certify` accepts as exact. They are the limits of this
-#: package's exact states, but ``work`` has a smaller limit, so that unbalanced forces cannot hide a wrong λ:
-#: their effect on λ is at most this fraction of λ. Exact states of this package reach 7e-12 on the scenes of
+#: Limits of the residuals up to which :func:`certify` accepts a state as exact. The limits are those of this
+#: package's exact states, except for a smaller limit of ``work``: unbalanced forces change λ by at most this
+#: fraction of λ. The residual ``work`` of this package's exact states reaches 7e-12 on the scenes of
 #: ``cases/``, 4e-10 on random scenes, and 3e-7 if the live load acts on blocks 20,000 times lighter than
 #: others.
 _LIMITS_OF_USERS_STATES: Limits = replace(LIMITS[Kind.EXACT], work=1e-6)
@@ -96,9 +96,9 @@ class StateCheck:
 
     @property
     def load_factor_error(self) -> float:
-        """Largest effect of the unbalanced forces on λ, by virtual work in the mechanism.
+        """Largest error of λ that the unbalanced forces can cause, by virtual work in the mechanism.
 
-        The effect is the residual ``work`` times |λ|, or times 0.01 if |λ| is smaller. It is infinite if the
+        The error is the residual ``work`` times |λ|, or times 0.01 if |λ| is smaller. It is infinite if the
         loads do no positive work in the mechanism.
         """
         return times_load_factor(self.answer.residuals["work"], self.load_factor)
@@ -312,7 +312,7 @@ def _with_laws(problem: Problem, friction: str, crushing: str) -> Problem:
 
 
 def _driven(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> tuple[Problem, np.ndarray]:
-    """Exchange dead load and live load of a problem if only the dead load drives a mechanism.
+    """Exchange the dead load and the live load if only the dead load does positive work in the mechanism.
 
     Returns the problem and its joint forces. Both are unchanged if the live load does positive work in
     the mechanism d, if the dead load does none, or if λ is not positive. An exchange does not change the

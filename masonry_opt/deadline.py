@@ -11,10 +11,10 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from math import inf
 
-#: A solver that ends without an optimum less than this many seconds before the deadline counts as stopped by
-#: the deadline. A solver that ends earlier counts as failed. The margin is needed because solvers use their
-#: own clocks. With too small a margin, a stopped solver counts as failed. With too large a margin, a failed
-#: solver counts as stopped.
+#: A solver may end without an optimum shortly before the deadline. If fewer than this many seconds remain,
+#: the solver counts as stopped by the deadline, otherwise as failed. The margin is needed because solvers use
+#: their own clocks. With too small a margin, a stopped solver counts as failed. With too large a margin, a
+#: failed solver counts as stopped.
 SAME_TIME = 0.1
 
 

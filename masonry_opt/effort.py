@@ -43,7 +43,7 @@ def phases_from(options: dict[str, Any]) -> Phases:
 
 
 class ProgramLimitReached(Exception):
-    """Error that is raised instead of solving a linear program that the limit of programs excludes."""
+    """Error that is raised if the limit on the number of linear programs permits no further program."""
 
 
 class Effort:
@@ -70,7 +70,7 @@ class Effort:
 
     @property
     def phase(self) -> str:
-        """Name of the current phase. During a step of the method, it begins with the name of the step."""
+        """Name of the current phase; during a step of the method, the name of the step comes first."""
         return ": ".join(filter(None, dict.fromkeys((self._step, self._phase))))
 
     def begins(self, phase: str) -> None:
@@ -84,7 +84,7 @@ class Effort:
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
-        """Report the step of a method that the ``with`` block performs."""
+        """Report that the ``with`` block performs a step of the method."""
         self._step = name
         self.begins(name)
         try:
@@ -111,7 +111,7 @@ class Effort:
             raise ProgramLimitReached
 
     def lowers(self, load_factor: float) -> None:
-        """Report that a lower collapse state was found, with its load factor."""
+        """Report the load factor of a new lowest collapse state."""
         if load_factor != self._lowest:
             self._lowest = load_factor
             self._report()
@@ -131,7 +131,7 @@ class Effort:
             names.append(solver)
 
     def beside(self) -> "Effort":
-        """Return a separate count of effort, for additional work.
+        """Return a new count of effort, for work that is counted separately.
 
         The count starts from zero, and shares the list of solvers with this count.
         """

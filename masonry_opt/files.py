@@ -30,12 +30,12 @@ MARK = f"written by {WRITER}"
 #: Key of a JSON file whose value is the name of the package that wrote the file.
 JSON_KEY = "written_by"
 
-#: Endings of the two lists of names that accompany an .nl file. The lists themselves contain no mark of this
-#: package. They count as written by this package if the .nl file contains the mark.
+#: Endings of the two lists of names that accompany an .nl file. The lists contain no mark of this package.
+#: They are attributed to this package if the .nl file contains the mark.
 _NAME_LISTS = (".row", ".col")
 
-#: Map from the ending of a file's name to a regular expression for the mark, the text that shows that this
-#: package wrote the file.
+#: Map from the ending of a file's name to a regular expression for the mark. The mark is the text in a file
+#: that shows that this package wrote the file.
 _MARKS = {
     ".toml": rf"\A# {MARK}",
     ".json": rf'\A\s*{{\s*"{JSON_KEY}":\s*"{WRITER}"',

@@ -14,7 +14,7 @@ from typer.core import TyperCommand, TyperGroup
 from masonry_opt.errors import InterruptedByUserError, MasonryError, OptionError, OutputError, ReaderGoneError
 from masonry_opt.reporting.terminal import print_text, results_alone
 
-#: Module of each command whose name differs from the name of its module. A module is imported only when its
+#: Map from a command to its module, if the module has a different name. A module is imported only when its
 #: command runs.
 _MODULES = {"check": "solve", "compare": "many", "sweep": "many"}
 _MODULES |= dict.fromkeys(("convert", "draw", "export"), "files")
@@ -80,15 +80,16 @@ def load(name: str) -> Any:
 
 
 def _negated_in_help(command: Any) -> Callable[..., None]:
-    """Return a function that writes a command's help, with only the negated names of flags set by default.
+    """Return a function that writes help without the positive names of flags that are True by default.
 
-    With both names of such a flag, little width would remain for the texts on a terminal of 80 columns.
+    The help then contains only the negated name, such as --no-incremental. With both names of a flag, little
+    width would remain for the texts on a terminal of 80 columns.
     """
     write = command.format_help
     flags = [option for option in command.params if option.secondary_opts and option.default is True]
 
     def format_help(*formatting: Any) -> None:
-        """Write the help with only the negated name of each flag, then restore both names."""
+        """Write the help without the positive names of the flags, then restore the names."""
         names = [(flag.opts, flag.secondary_opts) for flag in flags]
         for flag, (_, negated) in zip(flags, names, strict=True):
             flag.opts, flag.secondary_opts = negated, []
@@ -139,7 +140,8 @@ def _results_apart() -> Iterator[None]:
         yield
     finally:
         sys.stdout = standard_output
-        # After a failed write, closing the stream fails again. The first failure was already reported.
+        # After a failed write, closing the stream fails too. The second error is ignored, because the first
+        # error was already reported.
         with contextlib.suppress(OSError):
             results.close()
 
@@ -173,7 +175,7 @@ def _escape_unencodable() -> None:
 
 
 def _run_and_flush() -> None:
-    """Run the app and flush standard output, so that a failed write raises its exception here."""
+    """Run the app, then flush standard output, so that the caller can handle the error of a failed write."""
     try:
         app()
     except SystemExit:
@@ -182,7 +184,7 @@ def _run_and_flush() -> None:
 
 
 def _end(message: str | None, code: int) -> NoReturn:
-    """End the program with an exit code, and print a message on standard error, unless it is None."""
+    """End the program with an exit code. Print a message on standard error, unless the message is None."""
     with contextlib.suppress(OSError):
         if message is not None and sys.stderr is not None:
             print(f"error: {message}", file=sys.stderr, flush=True)
@@ -190,6 +192,7 @@ def _end(message: str | None, code: int) -> NoReturn:
         if sys.stdout is not None:
             sys.stdout.flush()
     except OSError:
-        # Python flushes standard output again when it exits. The null device prevents a second error.
+        # Python flushes standard output again when it exits. Redirect the output to the null device, so that
+        # the second flush does not fail.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     sys.exit(code)

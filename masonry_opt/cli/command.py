@@ -40,7 +40,7 @@ _TYPES: dict[str, type] = {"bool": bool, "int": int, "float": float}
 
 
 def reader(read: Callable[[str], T], refusal: str) -> Callable[[str], T]:
-    """Return a function that parses text with ``read``, and converts a ValueError to an OptionError.
+    """Return a function that parses text as ``read`` does, but raises OptionError in place of ValueError.
 
     ``refusal`` is the message of the error. The parsed text is inserted at the braces of the message.
     """
@@ -101,7 +101,7 @@ _SHARED: dict[str, Any] = {
     "force": typer.Option("--force", help=f"Replace existing files even if {WRITER} did not write them."),
     "incremental": typer.Option(
         help="Omit the incremental load factor, which Coulomb methods compute for up to 3000 joints (in "
-        "space, contacts).",
+        "space, contact points).",
         show_default=False,
     ),
     "settled": typer.Option(
@@ -225,7 +225,8 @@ def _option(parameter: Parameter, info: OptionInfo, has_parser: bool, required: 
     if parameter.kind is parameter.VAR_KEYWORD or no_default:
         default = None
     elif isinstance(default, tuple):
-        # Click would print the default values in brackets, which users could mistake for a part of the value.
+        # Append the default values to the help text. Click would print them in brackets, which users could
+        # mistake for a part of the value.
         info.help = f"{info.help} Default: {', '.join(map(str, default))}."
         default = ",".join(map(str, default))
         info.show_default = False

@@ -32,23 +32,24 @@ from masonry_opt.scene.drawings.mesh_files import MESHES
 from masonry_opt.scene.tables import as_path, parse_file
 from masonry_opt.solution.sense import warnings_of
 
-#: For each file ending of a drawing: the printed name of the format, and the function that reads the file.
+#: Map from the ending of a file to the printed name of its format and the function that reads the file.
 _READERS: dict[str, tuple[str, Callable[..., mo.Scene]]] = {
     ".dxf": ("a DXF drawing", mo.read_dxf),
     ".json": ("COMPAS data", mo.read_compas),
     **dict.fromkeys(MESHES, ("a mesh", mo.read_mesh)),
 }
 
-#: Tolerances of the readers. Messages about gaps and overlaps advise the user to change one of them.
+#: Names of the tolerances of the readers. Messages about gaps and overlaps advise the user to change a
+#: tolerance.
 _TOLERANCE_NAMES = ("tolerance", "contact_tolerance", "outline_tolerance")
 
 #: Largest number of corners of a mesh that is copied into a case file (about 1 MB). For a larger mesh, the
 #: case file contains the path of the mesh file.
 _MOST_CORNERS = 10_000
 _METHOD = (
-    "Method whose optimisation problem is exported: static (default), kinematic, global, or (.nl only) mpec, "
-    "mcp. If the file contains solids: method that computes the exported mechanism and forces; without a "
-    "method, the blocks are exported at rest."
+    "Method whose optimisation problem is exported: static (default), kinematic or global; for .nl files "
+    "also mpec or mcp. For files with solids: method that computes the exported mechanism and forces; "
+    "without a method, the blocks are exported at rest."
 )
 _IN = "Drawing (.dxf), COMPAS data (.json), mesh (.obj, .ply, .stl, .glb, .gltf), or a folder of meshes."
 
@@ -124,7 +125,8 @@ def _direction(text: str) -> str | tuple[float, ...]:
     live_layers=typer.Option(metavar="LAYER=X,Y[,Z]", parser=_of_layer),
     along=typer.Option(metavar="x|y|z|X,Y,Z", parser=_direction),
     space=typer.Option(
-        "--space/--plane", help="COMPAS: read blocks as solids, or as outlines seen along a direction."
+        "--space/--plane",
+        help="COMPAS: read blocks as solids (--space), or as outlines seen along a direction (--plane).",
     ),
     up=typer.Option(metavar="x|y|z"),
     drawing=typer.Argument(metavar="IN", help=_IN),
@@ -191,7 +193,7 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
 
 @contextlib.contextmanager
 def _options_named(called: Mapping[str, str]) -> Iterator[None]:
-    """Within a context, insert the command-line option after each tolerance that an error message names.
+    """Within a context, add the command-line option to each name of a tolerance in an error message.
 
     ``called`` maps parameters to options, such as ``contact_tolerance`` to "--contact-tolerance".
     """
@@ -228,7 +230,7 @@ def _print_counts(scene: mo.Scene, out: Path, more: str = "") -> None:
 
 
 def _size(sides: np.ndarray, unit: str, metres: float | None) -> str:
-    """Return a line on the dimensions of the movable blocks, with their unit of length.
+    """Return a line of text with the dimensions of the movable blocks and their unit of length.
 
     ``metres`` is the length of the unit in metres, or None if the unit is unknown. If the unit is known and
     is not the metre, the dimensions follow in metres too.
@@ -242,7 +244,7 @@ def _size(sides: np.ndarray, unit: str, metres: float | None) -> str:
 
 
 def _refuse(given: Given, known: Container[str], what: str) -> None:
-    """Raise OptionError if an argument that the user typed is not among the known parameters."""
+    """Raise OptionError if the user typed an option that does not apply to the input."""
     for name in given:
         if name not in known:
             raise OptionError(f"{what} does not take {given.called[name]}")

@@ -94,7 +94,9 @@ def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> 
     of_sample = signature(mo.sample).parameters.keys() - signature(mo.sweep).parameters.keys()
     others = [given.called[name] for name in given if name in of_sample]
     if vary and others:
-        raise OptionError(f"{', '.join(others)} cannot be used with --vary: omit it, or use --sample instead")
+        raise OptionError(
+            f"{', '.join(others)} cannot be used with --vary: use --sample, or omit this option"
+        )
     values = dict(vary or drawn)
     if len(values) < len(vary or drawn):
         raise OptionError(
@@ -132,7 +134,7 @@ def _names(text: str) -> list[str]:
 @command(
     mo.compare,
     methods=typer.Option(
-        help="Methods, separated by commas. Besides the default methods, others such as global are possible.",
+        help="Methods, separated by commas. Non-default methods, such as global, are possible.",
         parser=_names,
     ),
     solvers=typer.Option(help=_SOLVERS, parser=_names),
@@ -160,7 +162,7 @@ def compare(given: Given, scenes: list[str] | None = None) -> None:
     print_result(str(comparison), bold_line=None)
     folder = given.get("out", OUT)
     page, table = folder / "report.html", folder / "summary.csv"
-    written = f"{page}, and tables and pictures in the same folder" if page.exists() else f"{table}; {NEEDED}"
+    written = f"{page}; tables and pictures are in the same folder" if page.exists() else f"{table}; {NEEDED}"
     Console(stderr=True).print(f"written: {written}", markup=False, soft_wrap=True)
     if comparison.interrupted:
         raise InterruptedByUserError("interrupted: repeat the command to continue the comparison")

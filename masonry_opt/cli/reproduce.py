@@ -95,9 +95,8 @@ def _outputs(name: str, path: Path) -> list[str]:
 
 
 def _files(name: str, variable: str) -> list[str]:
-    """Return the names of the files to which a variable of a script is written.
+    """Return the file names of a table or figure of a script; an empty list for any other variable.
 
-    The list is empty if the variable is neither a table nor a figure.
     For example, the variable ``table_x`` of the script fig6 is written to fig6_x.csv.
     """
     if variable.startswith(_TABLE_PREFIX):
@@ -116,7 +115,8 @@ def _run(name: str, path: Path, out: Path, force: bool) -> bool:
     output, missed = io.StringIO(), ""
     with contextlib.redirect_stdout(output):
         try:
-            # The script checks its values by assertions. With optimize=0 they run even under "python -O".
+            # The script checks its values by assertions. With optimize=0, Python executes the assertions even
+            # under "python -O".
             exec(compile(path.read_text("utf-8"), str(path), "exec", optimize=0), names)
         except (AssertionError, NoLoadFactorError) as error:
             line = traceback.extract_tb(error.__traceback__)[1].lineno  # line of the script

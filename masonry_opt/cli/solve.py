@@ -112,7 +112,7 @@ def _refuse_drawing_options(
 
 
 def _refuse_mechanism(result: mo.Result, asked: bool) -> None:
-    """Raise OptionError if the user asked for a picture of a mechanism: a stable scene has no mechanism."""
+    """Raise OptionError if the user asked for the mechanism of a stable scene, which has no mechanism."""
     if asked:
         scene, other = f"{result.case}: the scene", "use --plot-kind thrust or utilisation to draw forces"
         raise OptionError(f"{scene} is stable under its dead load and has no mechanism: {other}")
@@ -139,7 +139,7 @@ def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, 
         except KeyboardInterrupt:
             last = "no load factor was found"
             if work.steps:
-                last = f"the last step was {work.steps[-1]}, but this is not the collapse load factor"
+                last = f"the last step was {work.steps[-1]}, but its λ is not the collapse load factor"
             raise InterruptedByUserError(f"interrupted: {last}; no file was written") from None
     return answer
 

@@ -37,7 +37,8 @@ from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.many.trial import Trial
 from masonry_opt.studies.report.report import refuse_report
 
-#: Printed text for λ at a position without a load factor, by whether the scene carries any load there.
+#: Text that is printed for λ at a position without a load factor. The key is True if the scene carries a load
+#: of any size at this position, and False if λ is unknown.
 _NOT_FINITE = {True: "any", False: "unknown"}
 _AXLES = typer.Option(
     metavar="NAME", help="Name of a group of axles in CASE. Default: all groups.", parser=str
@@ -192,7 +193,7 @@ def least(
     time_limit: float | None = None,
     json: bool = False,
 ) -> None:
-    """Search a range of a parameter for the limit at which CASE is just stable, or just carries the load.
+    """Find the value of a parameter at which CASE is just stable, or just carries the load.
 
     Exit code 0: the value was found; 1: an analysis could not decide whether a scene is stable, or carries
     the load; 2: wrong input. Exit code 2 also means that both ends of the range have the same answer: the
@@ -257,7 +258,7 @@ def settle(
 
 @command(mo.solve, mo.report, leave="answer", out=typer.Option(metavar="FILE", help=_REPORT_FILE_HELP))
 def report(given: Given, case: Path, load_case: str | None = None, out: Path | None = None) -> bool:
-    """Solve all load cases, or only the named load case. If CASE has axles, move them over the road.
+    """Write a report on all load cases, or only on the named load case. Axles of CASE move over the road.
 
     Exit code 0: all load factors were found; 1: a load factor is missing or the time limit was reached, and
     the page says so; 2: wrong case file or option; 130: interrupted, and no page was written.
@@ -294,7 +295,7 @@ def _is_complete(answer: Any) -> bool:
 
 
 def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]) -> list[Any]:
-    """Return the answers for a report: load cases and a crossing of axles, or else a single result."""
+    """Return the answers of a report: of all load cases and of the crossing axles, or of a single scene."""
     cases = scene.load_cases if scene.load_case is None else []
     answers: list[Any] = []
     if cases and not all(case.moves for case in cases):

@@ -82,15 +82,15 @@ _ABOVE_HIGHEST = 0.06  #: Length of the λ axis above the highest λ that is dra
 #: value. A higher load factor appears only in the legend.
 _LARGEST_DRAWN_RATIO = 2.0
 
-#: Style of the marks that show where joints start to slide or to open, by column of the table of the curve. A
-#: style consists of a verb, a colour, a marker, the size of the marker in points, and the height at which the
-#: number of joints is written, relative to the height of the axes.
+#: Styles of the marks that show where joints start to slide or to open. The keys are columns of the table of
+#: the curve. A style consists of a verb, a colour, a marker, the size of the marker in points, and the height
+#: at which the number of joints is written, relative to the height of the axes.
 _MOTION_START_STYLES = {
     "starts_sliding": ("slide", SLIDING_COLOUR, "s", 10.0, 0.085),
     "starts_opening": ("open", HINGING_COLOUR, "o", 6.0, 0.025),
 }
-#: Width of a number of joints below a curve, relative to the width of the axes. States whose numbers would
-#: overlap share one number.
+#: Width that is reserved for a number of joints below a curve, relative to the width of the axes. States
+#: whose numbers would overlap share one number.
 _NUMBER_WIDTH = 0.03
 
 _TEXT_GAP = 4.0  #: Smallest distance between the texts of two marks, in pixels.
@@ -240,7 +240,7 @@ def draw_marks(axes: Axes, marks: Marks, at: np.ndarray) -> None:
 
 
 def remove_overlapping_texts(figure: Figure, axes: Axes) -> None:
-    """Remove each text of a mark that overlaps the text of an earlier mark.
+    """Remove the text of a mark if it overlaps the text of an earlier mark.
 
     The limits and the size of the axes must be set before.
     """
@@ -284,7 +284,7 @@ def points_in_unit(axes: Axes) -> float:
 
 
 def letters_in(name: str, wide: float) -> float:
-    """Return the font size in points at which a name is ``wide`` points wide, at most ``_MAX_LETTERS``."""
+    """Return the largest font size, up to ``_MAX_LETTERS``, with which a name fits into a given width."""
     return min(wide / (_LETTER_WIDTH * len(name)), _MAX_LETTERS)
 
 
@@ -435,7 +435,7 @@ def _levels(axes: Axes, result: Outcome, highest: float) -> tuple[list[Handle], 
 
 
 def _starts(axes: Axes, result: Outcome, column: str) -> Line2D:
-    """Mark the first state of the curve in which joints start to slide or to open; return the legend entry.
+    """Mark the point of the curve at which joints first start to slide, or to open; return a legend entry.
 
     The number of joints that start is written above the lower axis: for each state, or for several states
     whose numbers would overlap. ``column`` is the column of the curve, a key of ``_MOTION_START_STYLES``.
@@ -456,7 +456,7 @@ def _starts(axes: Axes, result: Outcome, column: str) -> Line2D:
 
 
 def _grouped_numbers(at: Iterable[float], numbers: Iterable[int], spacing: float) -> list[tuple[float, int]]:
-    """Return positions and sums of numbers, such that the positions are at least ``spacing`` apart.
+    """Add up numbers at positions closer than ``spacing``; return one position and sum for each group.
 
     The positions ``at`` are in increasing order. Each sum is at the first position of its group.
     """

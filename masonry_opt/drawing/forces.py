@@ -15,13 +15,13 @@ from masonry_opt.scene.rows import linked
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.thresholds import IDLE
 
-#: Largest number of arrows for parallel forces of one kind of load, by dimension: first for weights, then for
-#: each other kind of load. If there are more forces, a single arrow shows their direction. The numbers are
-#: smaller in space, because arrows overlap.
+#: Largest numbers of arrows for parallel forces of one kind of load, by dimension of the scene. The first
+#: number is for weights, the second for each other kind of load. If there are more forces, a single arrow
+#: shows their direction. The numbers are smaller in space, because arrows overlap.
 _MOST_ARROWS = {2: (30, 200), 3: (1, 8)}
 
 _LONGEST = 0.09  #: Length of the longest arrow of each kind of load, relative to the size of the scene.
-#: Number of forces of one kind of load above which the length of their arrows is limited by
+#: If a kind of load has more forces than this number, the length of their arrows is limited by
 #: ``_LARGEST_ARROW_LENGTH``.
 _LONE = 8
 #: Largest length of an arrow if a kind of load has more than ``_LONE`` forces, relative to the median size of
@@ -68,7 +68,7 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
     most_weights, most_others = _MOST_ARROWS[assembly.scene.dimension]
     all_loads = assembly.block_loads
     rows = 0  # number of kinds of load that are drawn as a single arrow so far
-    drawn = Counter[tuple[float, ...]]()  # number of arrows so far by their tails and directions
+    drawn = Counter[tuple[float, ...]]()  # number of arrows drawn so far, keyed by tail and direction
     for kind, (colour, width, label, label_of_all) in _LOAD_STYLES.items():
         if kind == "live" and not live:
             continue
@@ -98,7 +98,7 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
 
 
 def _side_by_side(arrows: np.ndarray, drawn: Counter[tuple[float, ...]], size: float) -> np.ndarray:
-    """Shift arrows in the plane sideways that would cover arrows of another kind of load.
+    """Shift arrows in the plane sideways if they would cover arrows of another kind of load.
 
     ``drawn`` counts the arrows that are drawn already, by tail and direction. The new arrows are added.
     """
@@ -276,8 +276,8 @@ def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> I
     yield Marks("ends", "", "square", colours.STRUT, 4.0, at[:, None], of_ends.reshape(len(at), -1))
 
 
-#: Smallest number of blocks in a row, each with two joints, through which a line of thrust is drawn. Shorter
-#: rows have resultants on all joints instead.
+#: A line of thrust is drawn through a row of at least this number of blocks, each with exactly two joints. In
+#: shorter rows, the resultant force of each joint is drawn instead.
 _CHAIN = 3
 _RESULTANT = 0.12  #: Length of the longest resultant in the plane, relative to the size of the scene.
 #: Length of the longest drawn resultant force in space, relative to the size of the scene. The length is
@@ -306,7 +306,7 @@ def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
 
 
 def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
-    """Return the pairs of joints on two sides of a block that a line of thrust connects, shape (pairs, 2).
+    """Return the pairs of joints that a line of thrust connects through a block, shape (pairs, 2).
 
     Each pair belongs to a movable block with exactly two joints, both in compression. At least ``_CHAIN``
     such blocks must form a row. ``acts``, shape (c,), is True for joints in compression.
@@ -373,7 +373,7 @@ def _line_of_thrust(lines: np.ndarray, points: np.ndarray, shrink: float) -> Ite
 
 
 def _force_scale(assembly: Assembly, largest: float, unit: float) -> Marks:
-    """Return a scale bar for forces. The bar represents a round force of at most ``largest``.
+    """Return a scale bar for forces. The bar represents a round number of at most ``largest``.
 
     ``unit`` is the drawn length of a unit force.
     """

@@ -42,7 +42,7 @@ class Marks:
 
     @property
     def through(self) -> bool:
-        """True if the marks show through blocks in space, as arrows and marks inside blocks do."""
+        """True for arrows and for marks inside blocks, which blocks in space do not hide."""
         return self.shape == "arrow" or self.name in _INSIDE
 
     def moved(self, share: float) -> np.ndarray:
@@ -63,7 +63,7 @@ def movable_box(assembly: Assembly) -> tuple[np.ndarray, np.ndarray]:
 
 
 def shrink_of(assembly: Assembly) -> float:
-    """Return the factor by which marks on joints shrink: 1, or less in scenes with many joints."""
+    """Return the factor by which marks on joints shrink: 1, or 0.6 in scenes with many joints."""
     return 1.0 if len(assembly.joints.first) < MANY else 0.6
 
 

@@ -48,14 +48,14 @@ _TURN = 100_000
 #: larger value makes larger pages.
 _UNITS = 20_000
 
-#: Scale of the widths of marks that blocks do not hide: half the drawn width of a mark with a nominal width
-#: of one point, relative to the size of the scene.
+#: Half the drawn width of a mark with a nominal width of one point, relative to the scene's size, for marks
+#: that blocks do not hide.
 _RADIUS_THROUGH = 1 / 900
-#: Scale of the widths of marks that blocks can hide: half the drawn width of a mark with a nominal width of
-#: one point, relative to the size of the scene.
+#: Half the drawn width of a mark with a nominal width of one point, relative to the scene's size, for marks
+#: that blocks can hide.
 _RADIUS = 1 / 500
-#: Upper limit of the scale ``_RADIUS``, relative to the typical joint size, which is the square root of the
-#: median joint area. In scenes with small joints, marks therefore become thinner.
+#: Upper limit of the half width ``_RADIUS``, relative to the typical joint size, which is the square root of
+#: the median joint area. Scenes with small joints therefore have thinner marks.
 _OF_JOINT = 1 / 80
 
 #: Text at the end of the library three.js in the pages that trimesh writes. It separates the library from the
@@ -259,7 +259,7 @@ def motions_of(result: Outcome, frames: Keyframes) -> np.ndarray:
 
 
 def history_marks(result: Outcome) -> list[Marks]:
-    """Return two marks without points: the line styles of joints that have slid and of open joints."""
+    """Return two empty marks, with the line styles of joints that have slid and of open joints."""
     dimension, width = result.assembly.scene.dimension, 2.3 * shrink_of(result.assembly)
     dashes, no_points = (1.6, 1.1) if dimension == 2 else (), np.empty((0, 2, dimension))
     opened = Marks("open", "is open", "line", HINGING_COLOUR, 0.7 * width, no_points, dashes=dashes)
@@ -307,7 +307,7 @@ def notebook_html(result: Outcome) -> str:
     lines += [status, load_factor_rows(result)]
     lines += [f"Warning: {text(words)}" for words in sentences(result.warnings)]
     if result.size.blocks <= MOST_BLOCKS_DRAWN:
-        # The picture already contains the title and the legend.
+        # The picture already contains its title and its legend, so no title or legend is added below it.
         source = elements_picture(elements).source()
         lines.append(f'<img alt="picture of {text(elements.title)}" style="width:100%" src="{source}">')
     lines.append(caption(elements))

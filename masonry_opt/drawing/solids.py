@@ -46,8 +46,8 @@ _MOST_TOWARDS = 0.95
 #: Smallest length in pixels of the drawn pieces of a partly hidden line. Shorter pieces are artefacts of the
 #: depth buffer.
 _SHORTEST_PIECE = 3.0
-#: Smallest difference in depth at which a face hides a point behind it, relative to the longer side of the
-#: picture.
+#: A face hides a point if the point is behind the face by more than this distance, relative to the longer
+#: side of the picture.
 _DEPTH = 2e-3
 
 #: Number of pixels along the longer side of the depth buffer. A larger value draws sharper edges of faces.
@@ -62,8 +62,8 @@ _MARGIN_IN_SPACE = 0.03
 _LARGEST_AXIS_LENGTH = 0.1
 #: Distance of the letters x, y and z from the origin, relative to the length of the coordinate axes.
 _AXIS_LETTER_DISTANCE = 1.4
-#: Smallest distance between the place of a block's name and the boundary of the visible face, relative to the
-#: largest such distance.
+#: A block's name is written at a point of its visible face whose distance from the boundary of the face is at
+#: least this fraction of the largest possible distance.
 _INNER = 0.8
 #: Smallest font size of block names, in points. Names that would have to be smaller are omitted.
 _SMALLEST_NAME_SIZE_IN_SPACE = 2.0
@@ -81,7 +81,7 @@ class Surface:
     hatching: np.ndarray  #: ends of the hatching lines on supports, shape (lines, 2, 3)
 
     def moved(self, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the triangles and the edges after motions of the blocks, shape (blocks, 6)."""
+        """Return the triangles and the edges after the blocks have moved by ``motion``, shape (blocks, 6)."""
         triangles = moved(self.triangles, motion[self.of_triangle][:, None])
         return triangles, moved(self.edges, motion[self.of_edge][:, None])
 
@@ -208,9 +208,9 @@ def best_view(assembly: Assembly) -> ViewAngles:
     direction = total / (np.linalg.norm(total) or 1.0)
 
     def quality(azimuth: float) -> float:
-        """Return the quality of a view: visible width plus weighted live load towards the viewer.
+        """Return the quality of a view: visible width, plus a term for a live load that points to the viewer.
 
-        The live load has the least weight if its arrow would point almost exactly towards the viewer.
+        The term has its least value if the arrow of the live load is almost parallel to the line of sight.
         """
         right, _, towards = axes_of((azimuth, 0.0))
         push = float(direction @ towards)
@@ -268,9 +268,10 @@ class Raster:
 
 
 def _middle_pixel(pixels: np.ndarray) -> np.ndarray:
-    """Return the pixel nearest to the mean of an area among its pixels that are far from its boundary.
+    """Return a pixel near the middle of an area and far from its boundary.
 
-    ``pixels`` are the columns and rows of all pixels of the area, shape (pixels, 2).
+    ``pixels`` are the columns and rows of all pixels of the area, shape (pixels, 2). The result is the pixel
+    nearest to their mean among all pixels that are far from the boundary, see ``_INNER``.
     """
     at = pixels - pixels.min(axis=0) + 1
     area = np.zeros(at.max(axis=0) + 2, dtype=bool)

@@ -90,8 +90,8 @@ def _global(assembly: Assembly) -> Declared:
         if bounds.forces_derived
         else "each limit follows from statics, or is assumed if statics set no limit"
     )
-    # A rocking condition with rate p opens the joint by 2 p, so the limit of its rate is half the limit of
-    # openings.
+    # If a joint rocks with rate p, its edge opens by 2 p. The limit of the rate is therefore half the limit
+    # of edge openings.
     most_rates = np.full(problem.faces, bounds.rates)
     most_rates[problem.table.rocks] /= 2
     # If n̂ is the upper bound of the normal force of a joint, the slack of its sliding conditions is at most
@@ -130,8 +130,8 @@ _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
 #: the slack, "slack" is the row that defines z, "product" is the row of z times the rate, and "pair" is the
 #: row that is complementary to the rate.
 _PAIR_NAMES = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
-#: Map from each component of a program that has one variable or row for each yield condition to the prefix of
-#: the names of the variables or rows.
+#: Prefixes of the names of variables and rows. The keys are the components of a program that have one
+#: variable or row for each yield condition.
 _OF_FACES = {"p": "p", "y": "y", "within_yield": "yield", "at_rest": "at_rest", "at_yield": "at_yield"}
 #: Names of the components of a program that consist of a single variable or row.
 _SINGLE = ("load_factor", "live_work", "raising", "objective")
@@ -286,7 +286,7 @@ def export(
     method = method or "static"
     _refuse_program(path, method, force)
     assembly = assemble(scene.assembly.scene if isinstance(scene, Result) else as_scene(scene))
-    # For Coulomb methods, refuse dilatancy that depends on stress: such a method then solves several
+    # For Coulomb methods, refuse dilatancy that depends on stress. A method would then solve several
     # programs, but only a single program can be exported.
     entry = METHODS["coulomb" if method == "mcp" else method]
     refuses = entry.refuses if entry.associative else entry.refuses | {"dilatancy"}

@@ -133,7 +133,7 @@ def _gltf(bodies: list[_Body], end: str) -> str | bytes:
 
 
 def _compas(assembly: Assembly, result: Result | None) -> str:
-    """Return the scene as JSON of the class Assembly of compas_assembly, with joints as interfaces.
+    """Return the scene in the JSON form of an assembly of compas_assembly, with joints as interfaces.
 
     With a result, the interfaces contain the forces on the first block at each contact point, and the
     velocities are written as displacements. ``c_np - c_nn`` is the force along the z axis of the interface,
@@ -163,7 +163,7 @@ def _compas(assembly: Assembly, result: Result | None) -> str:
 
 
 def _object(kind: str, data: Any) -> dict[str, Any]:
-    """Return data with the name of its COMPAS type, as COMPAS stores objects in JSON."""
+    """Return data and the name of their COMPAS type, in the form in which COMPAS stores objects in JSON."""
     return {"dtype": kind, "data": data}
 
 

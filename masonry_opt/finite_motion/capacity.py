@@ -144,7 +144,7 @@ def _refuse_parts_not_followed(result: Result) -> None:
 
 
 def _not_followed(assembly: Assembly) -> dict[str, list[str]]:
-    """Return the kinds of parts that prevent a capacity curve, with the names of ties and props.
+    """Return the kinds of parts that prevent a capacity curve, each with the names of its ties or props.
 
     In space, a capacity curve takes account of ties and props.
     """
@@ -310,7 +310,7 @@ class Capacity:
         ultimate: float | None = None,
         secant: float | None = None,
     ) -> KinematicCheck:
-        """Make the linear and the non-linear kinematic check of an earthquake by the Italian building code.
+        """Make the linear and the non-linear kinematic check of the Italian building code for an earthquake.
 
         The checks are those of Circolare 617/2009, C8A.4.2.2 and C8A.4.2.3 (NTC 2008), or those of Circolare
         7/2019, C8.7.1.2.1.7 and C8.7.1.2.1.8 (NTC 2018). The live load must be that of 1 g: horizontal forces
@@ -467,5 +467,5 @@ def _size(forces: Forces) -> float:
 
 
 def _work(forces: Forces, points: np.ndarray) -> float:
-    """Return the work of constant forces whose points of action move to ``points``, one for each force."""
+    """Return the work of constant forces whose points of action move to the rows of ``points``."""
     return float(dots(forces.force, points - forces.point).sum())

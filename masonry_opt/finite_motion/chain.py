@@ -7,8 +7,8 @@ from masonry_opt.problem.displaced import placed, turned
 from masonry_opt.problem.loads import moment_of
 from masonry_opt.scene.rows import dots
 
-#: Fraction of the largest singular value of the equations of a chain below which a singular value counts as
-#: zero. The equations are linearly dependent if joints share a hinge.
+#: A singular value of the equations of a chain counts as zero if it is below this fraction of the largest
+#: singular value. The equations are linearly dependent if joints share a hinge.
 _RANK_TOLERANCE = 1e-8
 #: Largest number of Newton iterations in one corrector step along the path. A step that needs more iterations
 #: fails.
@@ -85,7 +85,7 @@ class Chain:
         return tangents
 
     def corrected(self, start: np.ndarray, row: np.ndarray, value: float) -> np.ndarray | None:
-        """Find the point of the equilibrium curve with ``row @ point == value``, by Newton's method.
+        """Find a point of the equilibrium curve that satisfies ``row @ point == value``, by Newton's method.
 
         The result is None if Newton's method does not converge.
         """

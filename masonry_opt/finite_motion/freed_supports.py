@@ -110,7 +110,7 @@ def freed(
 
 
 def freed_along(assembly: Assembly, supports: np.ndarray, motions: np.ndarray) -> Assembly:
-    """Return a plane assembly whose chosen supports can move at rates in a fixed ratio.
+    """Return a plane assembly whose chosen supports can move, with a fixed ratio of their velocities.
 
     The supports become blocks without weight. Forces without limits prevent all other motions of the
     supports. The live load is a push along the motions, as large as the dead load.

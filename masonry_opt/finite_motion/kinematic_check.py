@@ -26,11 +26,11 @@ from masonry_opt.solution.reasons import Code, Reason, reason
 #: Confidence factor FC of the lowest level of knowledge. Both codes require this value if the strength of
 #: masonry is neglected.
 CONFIDENCE_FACTOR = 1.35
-#: Height of a rocking block, in metres, above which its unit of length is doubted. The highest brick towers
-#: are about 112 m high. With a smaller value, warnings name the rocking of whole towers. With a larger value,
-#: warnings miss more walls that are drawn in centimetres.
+#: Height of a rocking block, in metres, above which a warning says that the unit of length is doubtful. The
+#: highest brick towers are about 112 m high. With a smaller value, a warning appears if a whole tower rocks.
+#: With a larger value, more walls that are drawn in centimetres cause no warning.
 _HIGHEST_ROCKING_BLOCK = 120.0
-#: A gravity belongs to a unit of length if it differs from the unit's value by at most this fraction.
+#: A unit of length is recognised if the gravity differs from its value in this unit by at most this fraction.
 _GRAVITY_TOLERANCE = 0.01
 #: A change of the length of a tie or prop is reported if it exceeds this fraction of the length at rest.
 #: Smaller changes are rounding errors.
@@ -149,7 +149,7 @@ class KinematicCheck:
 
     @property
     def warning_sentences(self) -> tuple[str, ...]:
-        """Sentence that warns of a wrong gravitational acceleration; empty without this warning."""
+        """Warning as a sentence, if the gravitational acceleration is probably wrong; otherwise empty."""
         return sentences(self.warnings)
 
     def as_dict(self) -> dict[str, Any]:
@@ -308,13 +308,13 @@ def _rocking_height(displacement: float, acceleration: float) -> float:
 
 
 def _gravity_warnings(gravity: float, extent: float, height: float, period: float) -> tuple[Reason, ...]:
-    """Return a warning if the gravitational acceleration probably belongs to another unit of length.
+    """Return a warning if the gravitational acceleration is probably not in the length unit of the case.
 
     ``extent`` is the largest dimension of the movable blocks, ``height`` is the height of the rocking block
     with the same capacity curve, and ``period`` is the secant period. The secant period alone is no evidence:
     it is long for every mechanism if d*_s is close to d*_0.
     """
-    metre = gravity / GRAVITY  # length of a metre in the unit of the gravity
+    metre = gravity / GRAVITY  # length of a metre in the unit of length that the gravity implies
     is_plausible = SMALLEST_SCENE <= extent / metre <= LARGEST_SCENE
     if is_plausible and min(extent, height) / metre <= _HIGHEST_ROCKING_BLOCK:
         return ()
@@ -374,7 +374,7 @@ def _spectral_displacement(
 
 
 def _check_values(values: Mapping[str, float]) -> None:
-    """Raise OptionError if a parameter of the check is not positive, or if a share exceeds 1."""
+    """Raise OptionError if a parameter of the check is not positive, or if a ratio exceeds 1."""
     for name, value in values.items():
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
             raise OptionError(f"{name} must be a finite number above zero (found {value!r})")

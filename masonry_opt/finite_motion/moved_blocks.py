@@ -76,7 +76,7 @@ def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
 
 
 def _joined(assembly: Assembly, kind: str, *parts: Forces) -> Forces:
-    """Return one record with the given forces and all edge loads of a kind, "dead" or "live"."""
+    """Return one record with the given forces and with all edge loads of a kind, "dead" or "live"."""
     on_edges = [_on_edge(piece, assembly) for piece in assembly.loaded_pieces if piece.kind == kind]
     forces = [*parts, *on_edges]
     block = np.concatenate([part.block for part in forces])
@@ -156,7 +156,7 @@ class MovedBlocks:
 
     @classmethod
     def of(cls, assembly: Assembly, forces: tuple[Forces, Forces], unit: float, live: float) -> "MovedBlocks":
-        """Create the record from an assembly and its dead and live forces.
+        """Create the moved blocks of an assembly from its dead and live forces.
 
         All forces are divided by ``unit``, and load factors by ``live``.
         """
@@ -195,7 +195,7 @@ class MovedBlocks:
 
     @cached_property
     def faces(self) -> np.ndarray:
-        """For each corner of a joint and each of its two blocks, True if the block is touched on an edge.
+        """For each corner and each block of a joint, True if the block is touched on an edge.
 
         The shape is (joints, 2 corners, 2 blocks).
 

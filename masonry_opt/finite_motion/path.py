@@ -247,7 +247,7 @@ class HingingPath:
         return stretch if event_back else back
 
     def _onward(self, chain: Chain, point: np.ndarray, hint: np.ndarray) -> _Stretch | None:
-        """Return the part of the path that starts at a point and continues the motion ``hint``.
+        """Return the part of the path that starts at a point and continues a motion in the same direction.
 
         The result is None if no block can move. The path ends at a bifurcation, at which several tangents
         exist.

@@ -38,8 +38,8 @@ _LARGEST_GAP = SEPARATES
 #: Largest permitted slip at a hinge, relative to the largest movement of a point. A larger slip raises an
 #: error, because the blocks then no longer move in the mechanism of a small settlement.
 _LARGEST_SLIP = 0.05
-#: Fraction of the largest singular value below which a singular value counts as zero in the least-squares
-#: problem of a Gauss–Newton step.
+#: A singular value counts as zero in the least-squares problem of a Gauss–Newton step if it is below this
+#: fraction of the largest singular value.
 _SINGULAR = 1e-10
 
 
@@ -166,8 +166,8 @@ class Contacts:
         fixed[self.assembly.movable] = False
         given = np.zeros(body.max() + 1, dtype=bool)
         given[body[fixed]] = given[body[self.supports]] = True
-        # A body has the velocities of its largest block, unless the body contains a moving support or a fixed
-        # block. The body then has the velocities of the support or fixed block.
+        # A body that contains a moving support or a fixed block has the velocities of this block. Every other
+        # body has the velocities of its largest block.
         order = np.argsort(self.assembly.geometry.size, kind="stable")
         of_body = np.zeros((body.max() + 1, 3))
         for block in [*order, *self.supports, *np.flatnonzero(fixed)]:
@@ -250,7 +250,7 @@ class Contacts:
         return np.append(parts[0], change), parts[1][sticks], derivative
 
     def _lengthening(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lengthening of each tie or prop, shape (k,), and its derivatives by the poses."""
+        """Return the lengthening of each tie or prop, and its derivatives with respect to the poses."""
         change, slope = np.zeros(len(self.struts)), np.zeros((len(self.struts), *poses.shape))
         for row, strut in enumerate(self.struts):
             apart = np.zeros(2)
@@ -355,10 +355,11 @@ class Contacts:
         return depths
 
     def carrying_depths(self, kept: np.ndarray) -> np.ndarray:
-        """For each joint of ``kept``, return the depth that can carry a force, as a fraction of its length.
+        """Return the depth over which each joint can carry a force, as a fraction of the joint's length.
 
-        The depth is 1 for closed joints, and 0 for joints that have opened and do not crush. In a joint that
-        crushes it is twice the crushed depth, because the crushed depth changes as the forces change.
+        The joints are those with the indices ``kept``. The depth is 1 for closed joints, and 0 for joints
+        that have opened and do not crush. In a joint that crushes, the depth is twice the crushed depth,
+        because the crushed depth changes as the forces change.
         """
         joints = self.joints
         closed = self.touches[joints.first_point] & self.touches[joints.last_point]
@@ -366,7 +367,7 @@ class Contacts:
         return np.asarray(np.where(closed, 1.0, depth)[kept])
 
     def far_ends(self, kept: np.ndarray) -> np.ndarray:
-        """For each joint with an index in ``kept``, return True if its first end has opened."""
+        """Return a mask of the joints with indices ``kept``: True if the first end of a joint is open."""
         return np.asarray(~self.touches[self.joints.first_point][kept])
 
 

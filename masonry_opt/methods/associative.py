@@ -72,7 +72,7 @@ def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, A
 
     how = {"of_load": True, "repeats": task.kept.keeps}
     driver = task.kept.driver(problem, formulation, task.solver, task.effort, **how)
-    # Accept a nearly optimal point here: the certificate later decides whether it is accurate enough.
+    # Accept a nearly optimal point, because its certificate later shows whether the point is accurate enough.
     answer = driver.solve(nearly=True)
     state = with_certificate(answer.state)
     if problem.by_strength.conic and state and (answer.solved.failed or _is_short(answer, state)):
@@ -85,7 +85,7 @@ def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, A
 
 
 def _is_short(answer: LpAnswer, state: Answer | None) -> bool:
-    """Return True if the solver fell short: it failed, or the residuals of its state are too large."""
+    """Return True if the solver failed, or if the residuals of its state are too large."""
     return bool(state.failing(Kind.ASSOCIATIVE)) if state else answer.solved.failed
 
 

@@ -213,7 +213,7 @@ def test_steps_are_named_while_it_runs(watched, command):
     err = command.refused("solve", WALL_1, code=130)
     assert (
         f"the last step was load step 3: λ = {told[-1][0].load_factor:.6f}, "
-        "but this is not the collapse load factor" in err
+        "but its λ is not the collapse load factor" in err
     )
 
 

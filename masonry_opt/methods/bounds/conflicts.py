@@ -56,7 +56,7 @@ def senses_of(problem: Problem) -> np.ndarray:
 
 
 def live_range(problem: Problem, d: np.ndarray, highest: float) -> float:
-    """Return the least power of the live load λ f_L in a mechanism, for λ from 0 to ``highest``.
+    """Return the smallest power of the live load λ f_L in a mechanism, for any λ from 0 to ``highest``.
 
     The mechanism ``d`` consists of block velocities, shape (3b,).
     """
@@ -119,7 +119,7 @@ class Theory(ABC):
     def _confirmed(
         self, ray: np.ndarray, blamed: np.ndarray, problem: Problem, highest: float
     ) -> Conflict | None:
-        """Return the conflict that the multipliers prove, or None if the matrices do not confirm it."""
+        """Return the conflict that the multipliers prove, or None if a check with the matrices fails."""
 
     def conflict(self, found: Refutation, problem: Problem, highest: float) -> Conflict | None:
         """Return the conflict that a refutation proves: a set of contradicting yield conditions.
@@ -174,7 +174,7 @@ class Statics(Theory):
         return float(self._session.values("load_factor")[0]), self._session.values("q")
 
     def least(self, moving: np.ndarray) -> tuple[float, np.ndarray] | None:
-        """Return the least λ, with its forces, at which all conditions that a mask marks can be at yield.
+        """Return the least λ at which all conditions of a mask can be at yield, and the forces at this λ.
 
         Load factor and forces are in scaled units. Return None if HiGHS finds no optimum.
         """
@@ -357,7 +357,7 @@ class Kinematics(Theory):
 def _balancing(
     problem: Problem, flow: sp.csr_array, unbalanced: np.ndarray, resistance: np.ndarray
 ) -> np.ndarray:
-    """Return the least change of forces that restores equilibrium and sets small resistances to zero.
+    """Return the least change of forces that removes unbalanced forces and the resistances in ``resistance``.
 
     The shape is (3c + t,).
     """

@@ -50,7 +50,7 @@ class LeastProof:
 
     @property
     def is_open(self) -> bool:
-        """True if the search is still open, so that it may end with a proof."""
+        """True if the search has not ended, so that it may still find a proof."""
         return self.proof is None and not self.why
 
     @property
@@ -103,7 +103,7 @@ def _start(known: Answer | None, upper: float | None, settings: ProofSettings) -
         return known.load_factor
     if upper is None:
         return None
-    # Start slightly above the end of the range, so that a state at the end itself is found too.
+    # Add a small margin to the upper bound, so that a state with exactly this load factor is found too.
     return upper + 2 * settings.gap * max(upper, SMALLEST)
 
 

@@ -204,7 +204,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return condition + 1 if energy[condition] > 0 else 0
 
     def _guarded(self, action: Callable[[], None]) -> None:
-        """Run an action guarded against exceptions: an exception is stored and ends the search.
+        """Run an action. If the action raises an exception, store the exception and end the search.
 
         Exceptions cannot pass through the SAT solver. An empty clause ends it, and ``run`` then raises the
         stored exception.
@@ -238,12 +238,13 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
             if energy > self._settings.energy and not is_complete:
                 return
             if not self._descended():
-                # The limit of linear programs may have ended the attempt before it found a state.
+                # If the limit of linear programs ended the attempt before a state was found, this call raises
+                # an exception.
                 self._effort.check_programs()
                 return
 
     def _refuted(self, theory: Theory, conditions: np.ndarray) -> bool:
-        """Set slacks or rates of a program to zero. If it becomes infeasible, learn a minimal conflict.
+        """Set slacks or rates to zero. If the program becomes infeasible, learn a minimal conflict.
 
         Return True in this case. Return True without a conflict if HiGHS or the matrices do not confirm the
         refutation. The assignment then remains, and a conflict may be confirmed after more values are
@@ -361,5 +362,5 @@ def _refutes(theory: Theory, conditions: np.ndarray) -> Refutation | None:
 
 
 def bound_below(load_factor: float, settings: ProofSettings) -> float:
-    """Return the largest load factor that a proof excludes: slightly less than the lowest known one."""
+    """Return the largest load factor that a proof excludes, slightly below the lowest known load factor."""
     return load_factor - settings.gap * max(abs(load_factor), SMALLEST)

@@ -17,14 +17,14 @@ class ProofSettings(Settings):
     #: invalid.
     gap: float = 5e-7
 
-    #: Value up to which the slack of a yield condition counts as zero, and also its rate. With a larger value
-    #: the search solves fewer linear programs, but must later refute more combinations of conditions with
-    #: nonzero rates.
+    #: Value up to which the slack or the rate of a yield condition counts as zero. With a larger value the
+    #: search solves fewer linear programs, but must later refute more combinations of conditions with nonzero
+    #: rates.
     zero: float = 1e-9
 
-    #: Largest product z_i p_i of the slack and the rate of a yield condition, in units of the load, at which
-    #: the search looks for a collapse state near its last forces and mechanism. With a larger value more of
-    #: these attempts fail. After all conditions are assigned, the search always makes an attempt.
+    #: If no product z_i p_i of the slack and the rate of a yield condition exceeds this value, in units of
+    #: the load, the search looks for a collapse state near its last forces and mechanism. With a larger value
+    #: more of these attempts fail. After all conditions are assigned, the search always makes an attempt.
     energy: float = 1e-7
 
     #: Multipliers of the search for a proof that are below this fraction of the largest multiplier count as

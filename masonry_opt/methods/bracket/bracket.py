@@ -150,7 +150,7 @@ def _concluded(problem: Problem, solution: Solution, of: StateBounds, options: G
     values: dict[str, Any] = {"bound": bound, "load_factor": answer.load_factor}
     values |= {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
     if not of.allow(problem, answer.q, answer.d):
-        # This known state is outside the assumed limits, so the bound is not valid for all states.
+        # The known state is outside the assumed limits, so the lower bound is not valid for all states.
         return replace(solution, bound=0.0).ended(Status.CONVERGED, Code.TOUCHES_IMPOSED, **values)
     if not closed(bound, answer.load_factor):
         code = Code.OUT_OF_TIME if derived else Code.OUT_OF_TIME_WITHIN_IMPOSED

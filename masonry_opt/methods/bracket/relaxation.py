@@ -51,13 +51,13 @@ _COARSE = 0.05
 #: The proof of the lower bound does not use this number.
 _FASTEST = 20.0
 
-#: Rate or velocity below which a motion counts as zero when joint forces are computed from the products of
-#: forces and motions, in units of the live load's mean velocity.
+#: Rate or velocity, in units of the live load's mean velocity, below which a motion counts as zero when joint
+#: forces are computed from the products of forces and motions.
 _NEGLIGIBLE_MOTION = 1e-3
 
-#: Largest number of iterations of a solver for one program of method "global". If a solver reaches it, the
-#: next solver is tried. If no solver finds an optimum, the bound follows from the last multipliers. The limit
-#: also ends programs that have no time limit.
+#: Largest number of iterations of a solver for one program of method "global". If a solver reaches this
+#: number, the next solver is tried. If no solver finds an optimum, the bound follows from the last
+#: multipliers. The limit also ends programs that have no time limit.
 _MOST_PROGRAM_ITERATIONS = 500
 
 #: Smallest time limit of one program of method "global", in seconds.
@@ -73,8 +73,8 @@ RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 _LOAD_FACTOR_MARGIN = 1e-4
 
 #: If a program closes more than this fraction of the gap between the bounds of λ, the same program is solved
-#: again with the tighter force limits that follow from the better bound. Otherwise the next program has more
-#: products and takes three to ten times as long.
+#: again with the tighter force limits that follow from the better bound. Otherwise the next program is
+#: solved, which has more products and takes three to ten times as long.
 _WORTH_REPEATING = 0.5
 
 #: Largest number of products of a force and a motion in one program of method "global". Programs with more
@@ -139,7 +139,7 @@ def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Ef
 def tightened(
     of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
 ) -> StateBounds:
-    """Return the bounds ``of`` for states with ``lowest`` ≤ λ ≤ ``highest``, with tighter force limits.
+    """Return bounds for the states with ``lowest`` ≤ λ ≤ ``highest``, with tighter force limits than ``of``.
 
     The force limits are smaller for a narrower interval of λ, because less self-stress is possible at a
     higher λ. The limit of the rates stays the same.
@@ -384,7 +384,7 @@ class Rising:
 
     def __init__(self, problem: Problem, best: float, rates: float, effort: Effort) -> None:
         self._problem, self._effort = problem, effort
-        self.best = best  #: lowest known load factor, λ > 0, which callers may lower
+        self.best = best  #: lowest known load factor, λ > 0; callers may set a lower value
         self.bound = 0.0  #: lower bound of λ from all programs solved so far
         self.history: list[BoundStep] = []  #: records of all programs solved so far
         #: Upper bounds of the forces and rates of all states whose load factor is at most the lowest known λ.

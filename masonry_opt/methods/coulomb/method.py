@@ -157,7 +157,7 @@ def _run_step(step: CoulombStep, run: CoulombRun) -> None:
 
 
 def _search_on(task: Task, first: Solution, options: CoulombOptions) -> Solution:
-    """Search for exact states with a lower λ than ``first``; return the state with the lowest λ.
+    """Search for exact states with a lower λ than a solution; return the state with the lowest λ.
 
     The log of the returned solution has an additional entry for the search.
     """

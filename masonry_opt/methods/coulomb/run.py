@@ -177,7 +177,7 @@ class LowestState:
         return self._lowest.answer if self._lowest else self._lowest_without_simplex
 
     def lower_to(self, state: Answer) -> None:
-        """Store an exact state with a lower λ that the search for a proof has found.
+        """Store an exact state with a lower λ, which the search for a proof has found.
 
         A state with a load factor of zero or less is recorded, but it is not an answer, because the scene
         would then collapse without live load.
@@ -210,7 +210,7 @@ class LowestState:
             self.met.count(found if found is not None and found.exact else exact)
 
     def look_further_in_the_plane(self, starts: int) -> None:
-        """Look for states with a lower λ. End after ``starts`` successive starts without success."""
+        """Look for states with a lower λ, until ``starts`` successive starts have found none."""
         assert self._search is not None
         for state in self._search.until_in_vain(self._lowest, starts):
             self._keep(state)
@@ -270,6 +270,6 @@ def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> li
 
 
 def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
-    """Return one of two answers: the exact answer or, if both or neither are exact, the lower answer."""
+    """Return the exact one of two answers or, if both or neither are exact, the answer with the lower λ."""
     exact = [answer for answer in (one, other) if answer and answer.exact]
     return exact[0] if len(exact) == 1 else lower_of(one, other)

@@ -207,7 +207,7 @@ class _Lowest:
 
 
 def _without_state(first: Solution, missed: Code) -> Solution:
-    """Add to a solution the reason why the search that began from it found no exact state."""
+    """Add to a solution the reason why the search from its forces found no exact state."""
     reasons = (
         replace(said, values=said.values | {"searched": True}) if said.code is Code.UNDECIDED else said
         for said in first.reasons

@@ -162,7 +162,7 @@ class LeastProven:
     name: str = "proof of the least"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if the run seeks states with a lower λ, and this step has the budget of the scene.
+        """Return True if the run seeks states with a lower λ, and the scene has the budget of this step.
 
         The budget is the number of linear programs. It is either full or reduced.
         """
@@ -212,7 +212,7 @@ class Loop:
         return run.answer is None
 
     def run(self, run: CoulombRun) -> None:
-        """End the run with the solution of the first case below that applies.
+        """End the run with the solution of the first case that applies.
 
         1. If there is no load history, the solution is the solution of the loop.
         2. If joint forces within their limits carry any load, and the compression of joints grows with the
@@ -263,7 +263,7 @@ def _with_carried_load(ended: Solution, incremental: Solution) -> Solution:
 
 
 def _end_without_loop(run: CoulombRun) -> Solution | None:
-    """Return a solution that needs no loop (cases 2 to 4 of :meth:`Loop.run`), or None if no case applies."""
+    """Return the solution in cases 2 to 4 of :meth:`Loop.run`, or None if none of these cases applies."""
     assert run.incremental is not None
     found = run.known.infeasibility
     grows = [said for said in run.incremental.reasons if said.code is Code.UNBOUNDED]

@@ -27,7 +27,7 @@ _EXACT_STATE_PURPOSE = "exact state"
 
 
 class _PlaneForces:
-    """Program ``CvxpyForces`` of the joint forces in the plane, with its cost coefficients as a parameter."""
+    """Program ``CvxpyForces`` for joint forces of a plane scene. The cost coefficients are a parameter."""
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
@@ -41,7 +41,7 @@ class _PlaneForces:
 
 
 class _PlaneMotion:
-    """Program ``CvxpyMotion`` of a mechanism in the plane, with its cost coefficients as a parameter."""
+    """Program ``CvxpyMotion`` for a mechanism of a plane scene. The cost coefficients are a parameter."""
 
     def __init__(self, problem: Problem, slope: np.ndarray) -> None:
         self._problem = problem
@@ -122,7 +122,7 @@ class ExactPrograms:
         return np.asarray(self._motion.mechanism.d.value)
 
     def _follow_dilatancy(self, slope: np.ndarray) -> None:
-        """Set the dilatancy, shape (k,). If it changes, discard the program that computes a mechanism."""
+        """Set the dilatancy, shape (k,). A change discards the program that computes a mechanism."""
         if not np.array_equal(slope, self._slope):
             self._slope = slope
             self.__dict__.pop("_motion", None)
@@ -169,7 +169,7 @@ class Alternation:
         before_each: Callable[[], None] = lambda: None,
         weights: tuple[float, ...] = (),
     ) -> Answer | None:
-        """Return a state near given forces q that is exact, except for a small energy z·p.
+        """Return a state near given forces q. The state is exact, except for a small energy z·p.
 
         By default, the energy is at most 1e-5 λ. The forces have shape (3c + t,). The velocities d, shape
         (3b,), are a mechanism for these forces; None if no mechanism is known. ``before_each`` is called

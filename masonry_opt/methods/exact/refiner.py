@@ -46,7 +46,7 @@ _RAY_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class ExactState:
-    """Collapse state from the two linear programs, with the flow rule of its joints.
+    """Collapse state from two linear programs: one computes the forces, the other the mechanism.
 
     The state is exact only if its residuals are within the limits of exact states, see :attr:`exact`. A joint
     without normal force, for example, may slide in both directions at once: this satisfies every row of the
@@ -186,7 +186,7 @@ class Refiner(StateFinder):
         return self._kinematics.values("p"), self._kinematics.values("d")
 
     def least(self, rates: np.ndarray, d: np.ndarray) -> ExactState | None:
-        """Return the state of least λ with a given mechanism, or None if no such state is found.
+        """Return the state of least λ with a given mechanism, or None if no state is found.
 
         This is program (b) of this module: all faces with a nonzero rate are at yield. The mechanism has the
         rates ``rates``, shape (faces,), and the velocities ``d``, shape (3b,).
@@ -222,7 +222,7 @@ class Refiner(StateFinder):
         return state
 
     def _lowest_from(self, first: ExactState) -> ExactState | None:
-        """Step from a state to lower and lower λ. Return the last state if it is exact, otherwise None.
+        """Step from state to state with decreasing λ. Return the last state if it is exact, otherwise None.
 
         A finder that does not descend returns the first exact state of these steps.
         """
@@ -246,7 +246,7 @@ class Refiner(StateFinder):
         return state
 
     def first(self, q: np.ndarray) -> ExactState | None:
-        """Return the first state that the two linear programs find from given forces; None without a state.
+        """Return the first state that the two linear programs find from given forces, or None.
 
         The forces ``q`` have shape (3c,). If no forces bring all faces with a nonzero rate p to yield, the
         next attempt starts from forces that minimise λ Σ|f_L| plus a weight times z·p. The weight and the
@@ -288,7 +288,7 @@ class Refiner(StateFinder):
         return weightless(self.problem, state.load_factor, state.d)
 
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """Maximise λ Σ|f_L| − cost·n over the joint forces. Return the joint forces and the rates.
+        """Maximise λ Σ|f_L| − cost·n, with the normal forces n. Return the joint forces and the rates.
 
         The shapes are (3c,) and (faces,). The rates are dual variables. The cost, shape (k,), has one entry
         for the normal force n of each joint that can slide. None is returned if the program has no optimum.
@@ -299,7 +299,7 @@ class Refiner(StateFinder):
         return self._statics.values("q"), np.abs(self._statics.duals("yield")) / problem.steep
 
     def _forces_at(self, load_cost: float, force_cost: np.ndarray, held: np.ndarray | bool = False) -> bool:
-        """Minimise the cost of forces with the ``held`` faces at yield. Return True if this succeeds."""
+        """Minimise the cost of forces, with the faces ``held`` at yield. Return True if this succeeds."""
         self._statics.set_costs("load_factor", np.array([load_cost]))
         self._statics.set_costs("q", force_cost)
         self._statics.set_room("yield", np.where(held, 0.0, np.full(self.problem.faces, inf)))
