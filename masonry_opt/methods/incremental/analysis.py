@@ -81,7 +81,7 @@ class IncrementalResult:
 
     @property
     def load_factor(self) -> float | None:
-        """Load factor of the exact state or, without an exact state, the largest load factor in equilibrium.
+        """Load factor of the exact state if it exists, otherwise the largest load factor in equilibrium.
 
         None if the analysis did not end in a collapse.
         """
@@ -90,7 +90,7 @@ class IncrementalResult:
         return self.carried if self.state is None else self.state.load_factor
 
     def with_state(self, state: Answer | None) -> "IncrementalResult":
-        """Return the result together with an exact state, if the state belongs to the collapse.
+        """Add an exact state to the result if the state belongs to the collapse, and return the result.
 
         A state with a load factor between ``carried`` and ``not_carried`` is the state of the collapse. In a
         state with a lower load factor the blocks continue to move after the collapse.
@@ -112,7 +112,7 @@ def _is_between(state: Answer, carried: float, not_carried: float, size: float) 
 
 
 def _excess(state: Answer, unbalanced: np.ndarray | None, most: float) -> float:
-    """Return by how much unbalanced forces may let the carried load exceed the load of an exact state.
+    """Return how far the carried load may exceed the load of an exact state because of unbalanced forces.
 
     If no joint slips, virtual work limits the excess to the work of the unbalanced forces in the motion of
     the state, in which the live load does unit work: ``unbalanced`` is divided by the norm of the live load.
@@ -196,7 +196,7 @@ def is_meaningful(analysis: IncrementalAnalysis, load_factor: float, d: np.ndarr
 
 
 class _LoadRaising:
-    """Search for the collapse load, which raises the live load in steps from the preload."""
+    """Search for the collapse load: raise the live load in steps, starting from the preload."""
 
     def __init__(
         self, solver: EquilibriumSolver, preload: Equilibrium, progress: Callable[[LoadStep], None]
@@ -205,7 +205,7 @@ class _LoadRaising:
         self.progress = progress
         self.reached, self.carried = preload, 0.0
         self.not_carried = self.unreached = inf
-        # Load factors under which a damped motion ended undecided since the last equilibrium.
+        # Load factors tried since the last equilibrium under which the damped motion remained undecided.
         self.slow: list[float] = []
         self.collapse: Collapse | None = None
         self.state: Answer | None = None
@@ -291,7 +291,7 @@ class _LoadRaising:
             self.state = None
 
     def _may_be_limit(self, state: Answer) -> bool:
-        """Return True if the load factor of an exact state may still be the collapse load."""
+        """Return True if the load factor of an exact state may still be the load factor of the collapse."""
         return self._is_in_bracket(state) and self.carried < self._beside(state)[1]
 
     def _is_in_bracket(self, state: Answer) -> bool:
@@ -300,13 +300,13 @@ class _LoadRaising:
 
     @property
     def _unbalanced(self) -> np.ndarray:
-        """Unbalanced forces under load factor ``carried``, divided by the live load's norm, shape (3b,)."""
+        """Unbalanced forces under the carried load factor, divided by the live load's norm, shape (3b,)."""
         forces = self.solver.unbalanced(self.reached.response, self._load(self.carried))
         return forces / self.problem.live_norm
 
     @property
     def _most_excess(self) -> float:
-        """Largest excess of ``carried`` over an exact state's λ that can be due to unbalanced forces.
+        """Largest amount by which unbalanced forces may raise the carried load factor above an exact state's.
 
         It is half the distance between an exact state and the load that is tested above it, so that this load
         is larger than ``carried``.
@@ -314,7 +314,7 @@ class _LoadRaising:
         return self.settings.tolerance / 4 * self._size_of(self.carried)
 
     def _size_of(self, load_factor: float) -> float:
-        """Return a load factor, but at least a positive minimum, as reference for relative differences."""
+        """Return a load factor, or a positive minimum if larger, as reference of relative differences."""
         return max(load_factor, self.settings.smallest_increment * self.unit)
 
     def _choose_increment(self) -> float:

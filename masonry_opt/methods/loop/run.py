@@ -74,8 +74,8 @@ class Iteration:
     load_factor: float  #: λ of the sub-problem, without the correction of step 6
     #: Slope α of the shear limit, relative to μ; NaN for the first sub-problem, which has the true limit.
     alpha: float
-    change: float  #: largest change of a normal force from the previous sub-problem, in median block weights
-    violation: float  #: largest violation of the true Coulomb law, in median block weights
+    change: float  #: largest change of a normal force in this step, relative to the median block weight
+    violation: float  #: largest violation of Coulomb's law, relative to the median block weight
     raising: float  #: work done against the dead load (paper, Fig. 12)
     sliding: float  #: energy dissipated by sliding in the sub-problem
     #: Energy that the slips of the sub-problem would dissipate with the true shear limits: the paper's
@@ -182,7 +182,7 @@ class Run:
         return ended.ended(Status.CONVERGED, Code.FLOW_RULE_IDLE)
 
     def _ended(self, last: SubProblem, entry: Iteration) -> Solution | None:
-        """Return the solution of the run if the run ends with this sub-problem, otherwise None.
+        """Return the solution of the run if the run ends with the last sub-problem, otherwise None.
 
         A run ends in one of these cases:
 
@@ -194,8 +194,9 @@ class Run:
         parameters = self.parameters
         if last.alpha <= parameters.alpha_min:
             is_nearly_true = self.early and entry.mismatch <= _NEARLY_TRUE * abs(entry.load_factor)
-            # After a failed attempt to find an exact state, a run that may end early waits for a few
-            # sub-problems. All other runs try only when λ has converged.
+            # A run that may end early looks for an exact state before λ converges. If it finds none, it
+            # solves a few sub-problems before it looks again. All other runs look for an exact state only
+            # when λ has converged.
             may_try = last.number >= self.next_try or not self.early
             if (is_nearly_true or last.stands_still) and may_try:
                 exact = self._exact_end(last)
@@ -230,9 +231,9 @@ class Run:
         is_rough = self.parameters.tolerance is not None or problem.layout.round
         if not is_rough:
             end = accurate_end(problem, state, corrected(problem, last), solver, effort)
-        # In joints of limited strength, the contraction of a sliding joint in a sub-problem may represent
-        # crushing. If no exact state is found, the programs for sub-problems with a large tolerance are
-        # therefore tried too.
+        # In a sub-problem sliding joints contract, and in joints of limited strength this contraction may
+        # represent crushing. If no exact state is found for such joints, try the method for rough
+        # sub-problems too.
         if is_rough or (end is None and len(problem.crushing)):
             end = rough_end(problem, state, solver, effort)
         if end is None:
@@ -243,7 +244,8 @@ class Run:
         """Return the solution of a converged run, with its load factor corrected by step 6 of the paper."""
         state, ended, first = last.state, self.ending, self.load_factors[0]
         load_factor = corrected(self.problem, last)
-        # Limit λ to the associative load factor, which is an upper bound for any smaller dilatancy.
+        # Limit λ to the associative load factor, which is an upper bound if the dilatancy is smaller than the
+        # friction.
         if self.first_is_associative and load_factor > first:
             ended = ended.telling(reason(Code.ABOVE_ASSOCIATIVE, by=load_factor - first))
             load_factor = first
@@ -306,7 +308,7 @@ def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
 def accurate_end(
     problem: Problem, state: State, near: float, solver: Solver, effort: Effort
 ) -> Answer | None:
-    """Return the exact state with the mechanism of an accurate sub-problem and the λ nearest to ``near``.
+    """Return an exact state with the mechanism of an accurate sub-problem; its λ is the nearest to ``near``.
 
     None is returned if no forces bring the faces with nonzero rates to yield, or if forces and mechanism do
     not form one collapse state.

@@ -20,9 +20,9 @@ _MOST_RAISES = 8
 #: Factor by which the trial cohesion of a cohesive start is multiplied each time that it is raised.
 _RAISE_FACTOR = 4
 
-#: Normal forces elsewhere in a connected component scale the small cohesion of a joint only up to this
-#: multiple of the largest force on the joint's own blocks. The limit prevents very large forces on other
-#: blocks from making the cohesion too large.
+#: The small cohesion of a joint is proportional to the largest normal force in its connected component, but
+#: at most to this multiple of the largest force on the joint's own blocks. Without the limit, very large
+#: forces on other blocks could make the cohesion too large.
 _DWARFS = 1e3
 
 
@@ -133,7 +133,7 @@ def corrected(problem: Problem, last: SubProblem) -> float:
 
 
 def _largest_nearby(problem: Problem, state: State) -> np.ndarray:
-    """Return, for each joint, the largest nearby normal force, which scales its small cohesion, shape (c,).
+    """Return the largest normal force near each joint, shape (c,). The small cohesion is proportional to it.
 
     The force is the largest normal force in the joint's connected component, but at most ``_DWARFS`` times
     the largest force on the joint's own blocks. The cohesion is then small for each joint.
