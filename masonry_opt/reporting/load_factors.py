@@ -51,7 +51,7 @@ _LOWER_MAY_EXIST = "lower collapse states may exist (method 'coulomb' looks for 
 #: they found no exact state.
 _NO_EXACT_STATE = "no exact collapse state was found, but exact states with a lower load factor may exist"
 
-#: Meaning of each name of a load factor, which sweeps and samples print below their results.
+#: Meaning of each name of a load factor. Sweeps and samples print these meanings below their results.
 _LOAD_FACTOR_MEANINGS = {
     LOWEST: "exact collapse states that are not proven to have the least load factors",
     LEAST: "exact collapse states, proven to have the least load factors",
@@ -131,7 +131,7 @@ def load_factor_table(result: Outcome) -> str:
 
 
 def value_text(result: Outcome, line: LoadFactorLine) -> str:
-    """Return a load factor with six digits, and the angle in degrees if the ground is tilted.
+    """Return a load factor as text with six digits; if the ground is tilted, add the angle in degrees.
 
     If the load factor does not exist, the text is "none".
     """
@@ -197,7 +197,7 @@ def known_least(result: Outcome) -> str:
 
 
 def friction_law(result: Outcome) -> str:
-    """Return a phrase on the friction law in space: "limited by the friction cone", or "unlimited"."""
+    """Return a phrase that says how friction is limited, such as "limited by the friction cone"."""
     if "polygon" in result.friction_law:
         return f"limited {by_sides(result.assembly.problem.layout)}"
     return f"limited by the friction {result.friction_law}" if result.friction_law else "unlimited"
@@ -224,7 +224,7 @@ def _own_line(result: Outcome) -> LoadFactorLine:
 
 
 def _upper_bound(result: Outcome) -> str:
-    """Return the remark on an associative load factor, which is an upper bound for its own crushing law."""
+    """Return the remark that an associative load factor is an upper bound, with the crushing law."""
     for_chords = " for chords of the crushing parabola" if result.crushing == "chords" else ""
     return f"upper bound{for_chords} (classical limit analysis)"
 
@@ -273,7 +273,7 @@ def _coulomb_remark(result: Outcome) -> str:
 
 
 def _missed(result: Outcome) -> list[str]:
-    """Return a sentence that says that the search from a state of the user found no exact state, if so."""
+    """Return the sentence that a search from the user's state found no exact state, or an empty list."""
     return list(sentences([reason for reason in result.reasons if reason.code in _MISSED]))
 
 
@@ -299,7 +299,7 @@ def _state(result: Outcome) -> str:
 
 
 def _certificate_residuals(result: Outcome) -> dict[str, float]:
-    """Return the residuals of the certificate as they are compared with limits; empty without an answer.
+    """Return the residuals that are compared with limits; an empty dict if there is no answer.
 
     Complementarity is divided by |λ|.
     """
@@ -308,7 +308,7 @@ def _certificate_residuals(result: Outcome) -> dict[str, float]:
 
 
 def _starts(result: Outcome) -> str:
-    """Return the number of starts and of different exact states as text, or "" if unknown.
+    """Return the numbers of starts and of different exact states as text, or "" if they are unknown.
 
     The text continues a phrase and begins with a comma.
     """
@@ -342,7 +342,7 @@ def _not_proven(result: Outcome) -> str:
 
 
 def search_remark(result: Outcome, states: str) -> str:
-    """Return the end of a phrase about states with a lower λ: a remark on a search, or advice.
+    """Return the end of a phrase about states with a lower λ: how a search ended, or how to start one.
 
     ``states`` is the name of the states in the phrase, such as "lower states".
     """
@@ -359,7 +359,7 @@ def search_remark(result: Outcome, states: str) -> str:
 
 
 def search_advice(method: str, states: str) -> str:
-    """Return the end of a phrase about states with a lower λ: the option that starts a search.
+    """Return advice on the option that starts a search, as the end of a phrase about lower states.
 
     Only the default method has the option ``search``, so the advice names this method if another method was
     used. ``states`` is the name of the states in the phrase, such as "lower states".
