@@ -481,8 +481,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"λ has not decreased to zero after {counted(v['steps'], 'state')}: use a smaller value of 'steps'"
     ),
     Code.FORCES_UNDECIDED: (
-        "HiGHS did not decide if a displaced state has forces in equilibrium: change 'steps' or, if a survey "
-        "was drawn, 'tolerance'"
+        "the linear program of forces at the next state was not solved: change 'steps' or, if the drawing is "
+        "a survey, 'tolerance'"
     ),
     **INPUT_SENTENCES,
 }
