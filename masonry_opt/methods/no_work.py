@@ -41,9 +41,9 @@ from masonry_opt.solvers.registry import find_solver
 _NEGLIGIBLE_WORK = 1e-3
 
 #: Fractions σ of the dead load that grow with the live load, in the order in which they are tried. If the
-#: mechanism moves against the live load, larger fractions are used. With a smaller fraction the loop of
-#: linear programs fails more often: with 0.5 on 11 of 67 random scenes, with 0.1 on all. With 0.75 or more it
-#: fails on a scene in space with two blocks.
+#: mechanism moves against the live load, fractions larger than these are used. With a smaller fraction the
+#: loop of linear programs fails more often: with 0.5 on 11 of 67 random scenes, with 0.1 on all. With 0.75 or
+#: more it fails on a scene in space with two blocks.
 _DEAD_LOAD_SHARES = 0.75, 0.5
 
 #: Largest number of estimates λ₀ of the load factor that are tried in the search for a collapse without work

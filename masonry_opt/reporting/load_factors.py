@@ -47,8 +47,8 @@ _HISTORY_END_REMARKS = {
 _LOST = "equilibrium is lost as the live load grows from zero"
 #: Remark on possible states with a lower λ, for results of method "incremental".
 _LOWER_MAY_EXIST = "lower collapse states may exist (method 'coulomb' looks for lower states)"
-#: Remark on possible states with a lower λ, for other methods that report the incremental load factor because
-#: they found no exact state.
+#: Remark on possible states with a lower λ, for methods other than "incremental" that report the incremental
+#: load factor because they found no exact state.
 _NO_EXACT_STATE = "no exact collapse state was found, but exact states with a lower load factor may exist"
 
 #: Meaning of each name of a load factor. Sweeps and samples print these meanings below their results.
@@ -59,7 +59,7 @@ _LOAD_FACTOR_MEANINGS = {
         "exact collapse states, proven to have the least load factors with the axles at the worst position "
         "solved; λ may be less at other positions"
     ),
-    LEAST_SO_FAR: "the crossing ended early, so that λ may be less at positions that were not solved",
+    LEAST_SO_FAR: "the crossing ended early, so λ may be lower at positions that were not solved",
     FOUND: "collapse states that are not exact, or whose λ is larger than at the end of the load history",
     INCREMENTAL: "equilibrium is lost as the live load grows from zero; lower collapse states may exist",
     ASSOCIATIVE: "upper bounds, by classical limit analysis",

@@ -389,7 +389,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.SUB_PROBLEM_EMPTY: lambda v: (
         f"sub-problem {v['number']} has no equilibrium state, because its shear limits allow almost no "
-        "normal force in contacts without normal force in the previous sub-problem: "
+        "normal force in contacts that had no normal force in the previous sub-problem: "
         + _by_loop(v, "lower 'alpha', or choose an interior-point solver")
     ),
     Code.BEGAN_AGAIN: _began_again,

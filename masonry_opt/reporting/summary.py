@@ -132,7 +132,7 @@ _AT = {
 
 
 def motion(result: Outcome) -> tuple[str, str] | None:
-    """Return a label, and a text that counts the moving blocks and the joints with each kind of motion.
+    """Return a label and a text, which counts the moving blocks and the joints with each kind of motion.
 
     The value is None if no motion is known.
     """
@@ -298,7 +298,7 @@ def _friction(result: Outcome) -> str:
 
 
 def crushing(result: Outcome) -> str:
-    """Return a text that says if an answer uses the parabolic crushing limit itself or chords inside it.
+    """Return a text that says if an answer uses the crushing parabola or chords inside the parabola.
 
     The text is empty if no joint has a limited strength.
     """

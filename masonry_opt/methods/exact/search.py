@@ -26,7 +26,7 @@ Candidate = tuple[str, ExactState | None]
 
 
 class StateRecord:
-    """Record of the starts of a search and of the exact states found from them."""
+    """Record of a search: the number of its starts, and the load factors of the exact states found."""
 
     def __init__(self) -> None:
         self.load_factors: list[float] = []  #: distinct load factors of exact states, in order of discovery
@@ -36,7 +36,7 @@ class StateRecord:
         self.lowest = inf
 
     def count(self, state: ExactState | Answer | None) -> None:
-        """Count a start, and record the load factor of the state that was found from it, if any."""
+        """Count a start, and record the load factor of the state found from the start, unless it is None."""
         self.candidates += 1
         if state is not None:
             self.add(state.load_factor)
@@ -106,7 +106,7 @@ class Search:
         return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
-        """Count a start of the search, and return the exact state that is found from its forces.
+        """Count a start of the search, and return the exact state found from the forces of the start.
 
         None is returned if no state is found. The joint forces ``q`` have shape (3c,). They are None if no
         forces were found for the start.
@@ -271,16 +271,16 @@ def lower_of(one: _L | None, other: _L | None) -> _L | None:
     return other if is_lower(other.load_factor, one.load_factor) else one
 
 
-#: Kind of start of the search for lower states: the forces of the state with the lowest λ found so far.
+#: Kind of start of a search: the forces of the state with the lowest λ found so far.
 _LOWEST = "lowest state"
-#: Kind of start of the search for lower states: random forces in equilibrium.
+#: Kind of start of a search: random forces in equilibrium.
 _RANDOM_FORCES = "random forces"
-#: Kind of start of the search for lower states: the final forces of a load history with a random preload.
+#: Kind of start of a search: the final forces of a load history with a random preload.
 _STRESS = "self-stress"
-#: Kind of start of the search for lower states: forces from a fixed-point iteration. It repeats a linear
-#: program and updates the cost of each normal force.
+#: Kind of start of a search: forces from a fixed-point iteration, which repeats a linear program and updates
+#: the cost of each normal force.
 _FIXED = "fixed point"
-#: Kind of start of the search for lower states: forces close to those of the lowest state so far.
+#: Kind of start of a search: forces close to the forces of the state with the lowest λ found so far.
 _NEIGHBOUR = "neighbour"
 
 #: Type of a function that returns the forces of a start. Its arguments are the search, the state with the

@@ -137,7 +137,7 @@ class IncrementalAnalysis:
 
     @cached_property
     def preload(self) -> Equilibrium | Collapse | SlowMotion:
-        """Equilibrium under the dead load from rest; the motion of the blocks if no equilibrium is found."""
+        """Equilibrium under the dead load from rest, or the motion of the blocks without equilibrium."""
         return self.solver.equilibrate(self.solver.at_rest(self.problem.settled), self.problem.dead)
 
     def run(self, progress: Callable[[LoadStep], None] = lambda _: None) -> IncrementalResult:
@@ -281,7 +281,7 @@ class _LoadRaising:
         return True
 
     def _go_on_from(self, found: Equilibrium, load_factor: float) -> None:
-        """Record an equilibrium under a larger load, from which the load history continues."""
+        """Record an equilibrium under a larger load. The load history continues from this equilibrium."""
         last = self.carried
         self.reached, self.carried, self.last_increment = found, load_factor, load_factor - last
         self.__dict__.pop("rate", None)

@@ -38,7 +38,7 @@ _RemainingRemedies = dict[Failure | None, Iterator[Remedy]]
 
 
 def _accurately(last: Attempt) -> Attempt | None:
-    """Return an attempt of the loop with accurate sub-problems, or None if the failed run had them."""
+    """Return an attempt with accurate sub-problems, or None if the failed run used accurate sub-problems."""
     if last.parameters.tolerance is None:
         return None
     parameters = last.parameters.model_copy(update={"tolerance": None})

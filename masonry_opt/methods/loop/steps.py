@@ -42,7 +42,7 @@ class SubProblem:
 
 @dataclass(frozen=True)
 class LimitUpdate:
-    """Data from which step 4 computes the shear limits of the next sub-problem."""
+    """Data from which the shear limits of the next sub-problem are computed: step 4 of the paper."""
 
     problem: Problem  #: the problem of the loop
     last: SubProblem  #: the last sub-problem that was solved

@@ -262,7 +262,7 @@ class _Links:
         return _component_of(joint, np.flatnonzero(passes), self._drawn.ends)
 
     def _one_by_one(self, joint: int, direction: np.ndarray, accuracy: float) -> np.ndarray | None:
-        """Return the joints that a search from block to block finds, or None if it finds too many joints."""
+        """Search from block to block; return the joints found, or None if there are too many joints."""
         joints = [joint]
         seen = {joint}
         visited: set[int] = set()
