@@ -217,7 +217,7 @@ class HowToSolve:
 
     @cached_property
     def engine(self) -> Solver:
-        """Solver of the method, after a check of its name, with the tolerance that is set.
+        """Solver of the method, with its tolerance, after a check that the method supports both.
 
         Raises OptionError if
 

@@ -43,8 +43,8 @@ class Assembly:
     geometry: Any  #: shapes of the blocks: ``Geometry`` in the plane, ``Shapes`` in space
     joints: Joints
     movable: np.ndarray  #: index of each movable block in the scene's list of blocks, shape (b,)
-    #: Length along the line of each edge load on which the load has no effect, because the line is not on a
-    #: free edge of a movable block there.
+    #: For each edge load, the length along its line on which the load has no effect, because there is no free
+    #: edge of a movable block.
     bare_edge_loads: tuple[float, ...] = ()
     loaded_pieces: tuple[LoadedPiece, ...] = ()  #: pieces of edges on which edge loads act
     filled_pieces: tuple[FilledPiece, ...] = ()  #: pieces of edges that fills touch

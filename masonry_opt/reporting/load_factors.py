@@ -273,7 +273,7 @@ def _coulomb_remark(result: Outcome) -> str:
 
 
 def _missed(result: Outcome) -> list[str]:
-    """Return the sentence that a search from the user's state found no exact state, or an empty list."""
+    """Return a list of one sentence if a search from the user's state found no exact state, otherwise []."""
     return list(sentences([reason for reason in result.reasons if reason.code in _MISSED]))
 
 

@@ -36,7 +36,7 @@ class StateRecord:
         self.lowest = inf
 
     def count(self, state: ExactState | Answer | None) -> None:
-        """Count a start, and record the load factor of the state found from the start, unless it is None."""
+        """Count a start. If the start led to a state, record the load factor of the state."""
         self.candidates += 1
         if state is not None:
             self.add(state.load_factor)
@@ -117,7 +117,7 @@ class Search:
         return state
 
     def until_in_vain(self, lowest: ExactState | None, starts: int) -> Iterator[ExactState | None]:
-        """Yield the states of further starts; stop after ``starts`` successive starts that do not lower λ."""
+        """Yield the state of each start, and stop after ``starts`` successive starts that do not lower λ."""
         in_vain = 0
         for _, state in self.endless(lowest, 0):
             yield state
@@ -129,7 +129,7 @@ class Search:
     def fixed_number(
         self, lowest: ExactState | None, forces: Iterable[np.ndarray]
     ) -> Iterator[ExactState | None]:
-        """Yield the states of a fixed number of further starts, which depends only on the scene.
+        """Run a number of starts that depends only on the scene, and yield the state found from each start.
 
         The first starts are the given forces, each of shape (3c + t,). On scenes with many contacts one more
         start follows, from the forces of the state with the lowest λ. On other scenes random starts follow.
@@ -159,7 +159,7 @@ class Search:
         }
 
     def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
-        """Search from start after start without end; yield the kind of each start and the state found.
+        """Run starts without end, and yield the kind of each start and the state found from this start.
 
         Random numbers depend only on the seed and on the number of the random start. In space a start from
         the forces of the state with the lowest λ comes first, and again whenever λ is lowered: another

@@ -21,8 +21,8 @@ class SearchSettings(Settings):
     #: starts lead to no state.
     load_shares: tuple[float, float] = (0.5, 1.0)
 
-    #: Range of a fraction of the yield conditions. Random forces minimise the slacks of randomly chosen yield
-    #: conditions, and this fraction of all conditions is chosen. With larger fractions the random forces are
+    #: Range of the fraction of yield conditions that is chosen at random when random forces are drawn. The
+    #: drawn forces minimise the slacks of the chosen conditions. With larger fractions the drawn forces are
     #: more similar to each other.
     yielding_shares: tuple[float, float] = (0.02, 0.3)
 

@@ -137,7 +137,7 @@ class IncrementalAnalysis:
 
     @cached_property
     def preload(self) -> Equilibrium | Collapse | SlowMotion:
-        """Equilibrium under the dead load from rest, or the motion of the blocks without equilibrium."""
+        """Equilibrium under the dead load from rest, or a motion of the blocks if no equilibrium exists."""
         return self.solver.equilibrate(self.solver.at_rest(self.problem.settled), self.problem.dead)
 
     def run(self, progress: Callable[[LoadStep], None] = lambda _: None) -> IncrementalResult:
@@ -306,7 +306,7 @@ class _LoadRaising:
 
     @property
     def _most_excess(self) -> float:
-        """Largest amount by which unbalanced forces may raise the carried load factor above an exact state's.
+        """Largest amount by which unbalanced forces may raise the carried λ above the λ of an exact state.
 
         It is half the distance between an exact state and the load that is tested above it, so that this load
         is larger than ``carried``.
@@ -314,7 +314,7 @@ class _LoadRaising:
         return self.settings.tolerance / 4 * self._size_of(self.carried)
 
     def _size_of(self, load_factor: float) -> float:
-        """Return a load factor, or a positive minimum if larger, as reference of relative differences."""
+        """Return the larger of a load factor and a positive minimum, as reference of relative differences."""
         return max(load_factor, self.settings.smallest_increment * self.unit)
 
     def _choose_increment(self) -> float:

@@ -74,7 +74,8 @@ class Iteration:
     load_factor: float  #: λ of the sub-problem, without the correction of step 6
     #: Slope α of the shear limit, relative to μ; NaN for the first sub-problem, which has the true limit.
     alpha: float
-    change: float  #: largest change of a normal force in this step, relative to the median block weight
+    #: Largest change of a normal force from the previous sub-problem, relative to the median block weight.
+    change: float
     violation: float  #: largest violation of Coulomb's law, relative to the median block weight
     raising: float  #: work done against the dead load (paper, Fig. 12)
     sliding: float  #: energy dissipated by sliding in the sub-problem
@@ -244,8 +245,8 @@ class Run:
         """Return the solution of a converged run, with its load factor corrected by step 6 of the paper."""
         state, ended, first = last.state, self.ending, self.load_factors[0]
         load_factor = corrected(self.problem, last)
-        # Limit λ to the associative load factor, which is an upper bound if the dilatancy is smaller than the
-        # friction.
+        # Limit λ to the associative load factor, which is an upper bound of λ if the dilatancy is smaller
+        # than the friction.
         if self.first_is_associative and load_factor > first:
             ended = ended.telling(reason(Code.ABOVE_ASSOCIATIVE, by=load_factor - first))
             load_factor = first
@@ -308,7 +309,7 @@ def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
 def accurate_end(
     problem: Problem, state: State, near: float, solver: Solver, effort: Effort
 ) -> Answer | None:
-    """Return an exact state with the mechanism of an accurate sub-problem; its λ is the nearest to ``near``.
+    """Return the exact state with the λ nearest to ``near`` and the mechanism of an accurate sub-problem.
 
     None is returned if no forces bring the faces with nonzero rates to yield, or if forces and mechanism do
     not form one collapse state.

@@ -21,7 +21,7 @@ _MOST_RAISES = 8
 _RAISE_FACTOR = 4
 
 #: The small cohesion of a joint is proportional to the largest normal force in its connected component, but
-#: at most to this multiple of the largest force on the joint's own blocks. Without the limit, very large
+#: to at most this multiple of the largest force on the joint's own blocks. Without the limit, very large
 #: forces on other blocks could make the cohesion too large.
 _DWARFS = 1e3
 

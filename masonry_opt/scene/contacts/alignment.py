@@ -235,7 +235,7 @@ def _parallel_planes(
 
 
 class _Links:
-    """Search for the joints that parallel or perpendicular joints connect to a plane.
+    """Search for the joints that are connected to a plane through parallel or perpendicular joints.
 
     A joint is *linked* to a plane if blocks and joints connect it to the joint of the plane, and if all these
     joints are parallel or perpendicular to the plane.
@@ -249,10 +249,10 @@ class _Links:
         self._accuracies = accuracy.tolist()
 
     def linked_to(self, joint: int, direction: np.ndarray, accuracy: float) -> np.ndarray:
-        """Return the joints that parallel or perpendicular joints connect to a plane, as ascending indices.
+        """Return the indices of the joints that parallel or perpendicular joints connect to a plane.
 
-        The plane belongs to the joint with index ``joint``, which is one of the returned joints. The plane
-        has the given direction (unit normal) and accuracy.
+        The indices are in ascending order. The plane belongs to the joint with index ``joint``, which is one
+        of the returned joints. The plane has the given direction (unit normal) and accuracy.
         """
         joints = self._one_by_one(joint, direction, accuracy)
         if joints is not None:
