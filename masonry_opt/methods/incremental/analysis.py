@@ -137,7 +137,7 @@ class IncrementalAnalysis:
 
     @cached_property
     def preload(self) -> Equilibrium | Collapse | SlowMotion:
-        """Equilibrium under the dead load from rest, or a motion of the blocks if no equilibrium exists."""
+        """Equilibrium under the dead load from rest, or a motion of the blocks if none is found."""
         return self.solver.equilibrate(self.solver.at_rest(self.problem.settled), self.problem.dead)
 
     def run(self, progress: Callable[[LoadStep], None] = lambda _: None) -> IncrementalResult:
