@@ -224,7 +224,7 @@ def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[Limited
 
 
 class Road:
-    """Road above the blocks of a plane scene, which transmits loads to the blocks below it.
+    """Road above the blocks of a plane scene. The road transmits loads to the blocks.
 
     A load acts straight down on the uppermost block below it. On a fill that spreads loads, it spreads from
     the road of the fill. A load on a fixed block, above no block or beyond the ends of the road has no
@@ -413,8 +413,8 @@ def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.
     # load to this end. A ray flatter than the angle of spread is replaced by the ray at the angle of spread.
     within = np.divide(u, h, out=np.full_like(u, tangent), where=u < tangent * h)
     t0, t1 = np.where(u > 0, within, 0.0)
-    # Rays whose tangent is at most `before` end on earlier pieces. Rays whose tangent is between `before` and
-    # `after` can end on this piece.
+    # Rays with a slope (tangent of the angle from the vertical) of at most `before` end on earlier pieces.
+    # Rays with a slope between `before` and `after` can end on this piece.
     after = np.maximum.accumulate(np.maximum(t0, t1), axis=1)
     before = np.pad(after, ((0, 0), (1, 0)))[:, :-1]
     first = np.maximum(before, t0)

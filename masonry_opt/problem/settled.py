@@ -23,7 +23,7 @@ from masonry_opt.scene.scene import Scene
 Movements = Mapping[str, Sequence[float]] | Iterable[tuple[str, Sequence[float]]]
 
 #: Height, in multiples of the tolerance, that is added when a road is raised above blocks that have moved
-#: upwards. It is larger than the depth to which a road may cut into a block.
+#: upwards. This height is larger than the depth to which a road may cut into a block.
 _CLEARANCE = 4.0
 
 #: Attributes of joints that do not depend on the positions of the blocks.

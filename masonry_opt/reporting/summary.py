@@ -246,7 +246,7 @@ def _vector(parts: Iterable[float]) -> str:
 
 
 def of_fills(assembly: Assembly) -> Iterator[str]:
-    """Describe each fill in a line: the edges that it touches, its weight, load spread and pressure."""
+    """Describe each fill in a line: the edges that the fill touches, its weight, load spread and pressure."""
     scene, movable = assembly.scene, set(assembly.movable.tolist())
     for number, fill in enumerate(scene.fills):
         pieces = [piece for piece in assembly.filled_pieces if piece.fill == number]

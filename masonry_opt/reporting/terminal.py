@@ -88,7 +88,7 @@ def print_result(text: str, bold_line: int | None = 1) -> None:
 
 
 def _print_lines(lines: Sequence[str], bold_line: int | None) -> None:
-    """Print lines of a result on standard output. On a terminal, lines are wrapped to its width."""
+    """Print lines of a result on standard output. If the output is a terminal, wrap the lines to fit."""
     console = Console(highlight=False, file=_results)
     if not console.is_terminal:
         print_text("\n".join(lines))

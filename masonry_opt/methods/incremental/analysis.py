@@ -64,10 +64,11 @@ class IncrementalResult:
     history: LoadHistory
     carried: float = 0.0  #: largest load factor under which the blocks are in equilibrium
     not_carried: float = inf  #: smallest load factor under which the blocks collapsed
-    #: Exact state at a load factor between ``carried`` and ``not_carried``; None if none was found.
+    #: Exact state of the collapse, with a load factor between ``carried`` and ``not_carried``; None if no
+    #: state was found.
     state: Answer | None = None
-    #: Exact state in which the blocks continue to move after the collapse, with a load factor below
-    #: ``carried``; None if none was found.
+    #: Exact state in which the blocks continue to move after the collapse. Its load factor is below
+    #: ``carried``, the largest load factor in equilibrium. None if no state was found.
     state_in_motion: Answer | None = None
     #: Motion of the blocks in the collapse, under the load factor ``not_carried`` or, if the scene is
     #: unstable, under the dead load.
@@ -366,7 +367,7 @@ class _LoadRaising:
         return larger - load_factor <= self.settings.tolerance * self._size_of(larger)
 
     def _beside(self, state: Answer) -> tuple[float, float]:
-        """Return two load factors close to that of an exact state: slightly below and slightly above it."""
+        """Return two load factors, slightly below and slightly above the load factor of an exact state."""
         apart = self.settings.tolerance / 2 * self._size_of(state.load_factor)
         return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
 

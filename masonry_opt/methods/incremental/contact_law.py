@@ -307,7 +307,7 @@ class PolygonSides:
         return distances
 
     def project(self, points: np.ndarray, distances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the points of the polygon nearest to points outside it, and their derivatives.
+        """Project outside points onto the polygon, and return the projected points and their derivatives.
 
         The points have shape (2, l). The derivatives with respect to the points outside have shape (2, 2, l).
         ``distances`` are the distances of the points from the lines of the sides.

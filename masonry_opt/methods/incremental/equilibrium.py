@@ -264,7 +264,7 @@ class EquilibriumSolver:
         return motion if self.size(change) <= self.settings.steady * self.size(step.unbalanced) else None
 
     def _step_in_time(self, start: _Step, load: np.ndarray, damping: float) -> tuple[_Step | None, float]:
-        """Return an implicit Euler step of eq. (2), and the fraction of its full length that was taken.
+        """Return an implicit Euler step of eq. (2), and the fraction of the full step length that was taken.
 
         Newton's method continues as long as each iteration halves the residual. If the method fails, the
         direction of the first iteration is shortened. The step is None if it would become too short.

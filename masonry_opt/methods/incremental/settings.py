@@ -36,14 +36,14 @@ class IncrementalSettings(Settings):
     increment: float = 0.1
     #: Displacement beyond which the blocks count as collapsed, relative to the elastic displacement under the
     #: mean contact force. If the load is larger than the mean contact force, the displacement is multiplied
-    #: by their ratio. With a smaller value, a long slide to a new equilibrium counts as collapse. With a
-    #: larger value, joints that are not quite parallel may jam first, and motions of large scenes in space
-    #: remain undecided.
+    #: by the ratio of the load to this force. With a smaller value, a long slide to a new equilibrium counts
+    #: as collapse. With a larger value, joints that are not quite parallel may jam first, and motions of
+    #: large scenes in space remain undecided.
     far: float = 3e3
 
-    #: Largest number of joints (in space: contacts) of scenes for which other methods also compute the
-    #: incremental load factor. On larger scenes the computation would take many minutes. Other methods always
-    #: use the default value.
+    #: Largest number of joints (in space: contacts) of scenes for which methods other than "incremental"
+    #: compute the incremental load factor in addition to their own. On larger scenes the computation would
+    #: take many minutes. The other methods always use the default value.
     most_joints: int = 3000
 
     #: Smallest load increment, relative to the load factor. The load history also ends if a range of this
@@ -63,8 +63,8 @@ class IncrementalSettings(Settings):
     #: accumulate over the load history.
     equilibrium: float = 1e-9
     #: Largest number of Newton iterations for one equilibrium, and for the slip of joints under trial forces.
-    #: If an equilibrium would need more, Newton's method fails, and the slower damped motion replaces it.
-    #: With more iterations unsuccessful solves take longer.
+    #: If an equilibrium would need more iterations, Newton's method fails, and the slower damped motion
+    #: replaces it. With more iterations unsuccessful solves take longer.
     newton_iterations: int = 20
     #: Largest number of times that a Newton step is halved if it does not reduce the residual, and that a
     #: time step of a damped motion is halved if it is too long. If more halvings would be needed, the step
