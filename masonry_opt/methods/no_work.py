@@ -117,7 +117,7 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
             return None
         size, work = _size(answer.load_factor, at, share), _live_work(problem, answer.load_factor, answer.d)
         # Extrapolate the next λ₀ linearly: λ is a linear function of the size of the loads as long as the
-        # mechanism does not change. The first line passes through λ = 0 for loads of size zero, which is
+        # mechanism does not change. The first extrapolation assumes λ = 0 for loads of size zero, which is
         # exact if only friction limits the forces.
         slope = (answer.load_factor - last[1]) / (size - last[0] or ZERO)
         load_factor, last = answer.load_factor + (1 - size) * slope, (size, answer.load_factor)

@@ -17,7 +17,7 @@ from masonry_opt.brief import brief
 #: More chords approximate the parabola better, but enlarge the linear programs.
 _CHORDS_PER_SIDE = 12
 
-#: Number of additional knots at which the first chord of the moment parabola is divided. More knots make the
+#: Number of knots that divide the first chord of the moment parabola into shorter chords. More knots make the
 #: approximation more accurate at low stresses.
 _LOW_KNOTS = 4
 

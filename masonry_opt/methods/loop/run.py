@@ -39,8 +39,8 @@ _DOUBLINGS = 5
 #: Smallest relative increase of λ from one sub-problem to the next that counts as steady growth of the loop.
 _RISE = 1e-2
 
-#: Number of increases of λ in a row, each by at least the fraction ``_RISE``, after which the loop counts as
-#: divergent, if λ also exceeds ``_GROWN`` times its first value. The run then ends.
+#: Number of successive increases of λ, each by at least the fraction ``_RISE``, after which the loop counts
+#: as divergent if λ also exceeds ``_GROWN`` times its first value. The run then ends.
 _RISES = 30
 
 #: Ratio of λ to its first value above which steady growth counts as divergence of the loop.
@@ -54,12 +54,12 @@ LONGEST_PERIOD = 6
 #: larger value slowly damped oscillations count as cycles.
 _STEADY = 0.05
 
-#: Fractions of the largest rate of a mechanism above which a rate counts as nonzero. The first value is
-#: larger than the rates that solvers return in place of zero. The second value is tried if the first value
-#: leads to no exact state, which happens in some cycles.
+#: A rate counts as nonzero if it exceeds this fraction of the largest rate of the mechanism. The first
+#: fraction is larger than the rates that solvers return in place of zero. The second fraction is tried if no
+#: exact state is found with the first fraction, which happens in some cycles of the loop.
 _MOVING_RATE_SHARES = (1e-6, 1e-4)
 
-#: Key of ``result.solvers`` for the solvers that find the exact state at the end of a run of the loop.
+#: Key in ``result.solvers`` of the solvers that computed the exact state at the end of a run of the loop.
 _EXACT_END_PURPOSE = "exact end"
 
 
@@ -133,8 +133,9 @@ class Run:
         self.next_try = 0
         #: True if the run may end before λ converges, as soon as an exact state is found.
         self.early = self.parameters.finish and self.parameters.tolerance is not None
-        #: True if the first load factor is reported as the associative load factor. It is not reported if
-        #: sub-problems are solved to a large tolerance, because it is then wrong by up to 0.4 %.
+        #: True if the first load factor is reported as the associative load factor. If sub-problems are
+        #: solved to a large tolerance, the first load factor is not reported, because its error is up to 0.4
+        #: %.
         self.first_is_associative = self.parameters.start == "associative" and not self.parameters.tolerance
 
     def follow(self, progress: Callable[[Iteration], None]) -> Solution:

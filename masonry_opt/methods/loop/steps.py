@@ -37,7 +37,7 @@ class SubProblem:
     alpha: float  #: slope α of the shear limits; NaN for the first sub-problem, whose limits have no α
     #: Small cohesion c⁰ of each joint that can slide, in the shear limits of the program, shape (k,).
     small_cohesion: np.ndarray
-    stands_still: bool  #: True if λ stands still: its relative change is below option ``tol`` (step 3)
+    stands_still: bool  #: True if λ has converged: its relative change is below option ``tol`` (step 3)
 
 
 @dataclass(frozen=True)
