@@ -59,7 +59,7 @@ _LOAD_FACTOR_MEANINGS = {
         "exact collapse states, proven to have the least load factors with the axles at the worst position "
         "solved; λ may be less at other positions"
     ),
-    LEAST_SO_FAR: "the crossing ended early, so λ may be lower at positions that were not solved",
+    LEAST_SO_FAR: "the crossing ended early, so λ may be less at positions that were not solved",
     FOUND: "collapse states that are not exact, or whose λ is larger than at the end of the load history",
     INCREMENTAL: "equilibrium is lost as the live load grows from zero; lower collapse states may exist",
     ASSOCIATIVE: "upper bounds, by classical limit analysis",
