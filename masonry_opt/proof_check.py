@@ -23,7 +23,7 @@ from masonry_opt.solution.proof import REACH, EnergyBound, KinematicConflict, Pr
 
 @dataclass(frozen=True)
 class ProofCheck:
-    """Result of the check of a proof: the bound of the proof, its faults, and how many conflicts it contains.
+    """Result of the check of a proof: the bound, the faults and the numbers of conflicts of the proof.
 
     Attributes
     ----------
@@ -126,8 +126,8 @@ class _Checker:
         self._bound = Fraction(proof.bound)
         self._load = sum(map(abs, self._dead)) + self._bound * sum(map(abs, self._live))
         self._sliders = len(problem.sliding)
-        #: Size up to which states are excluded by all conflicts checked so far. Without residuals it is
-        #: infinite. The attribute ``reach`` of :class:`ProofCheck` defines the size of a state.
+        #: Largest size of the states that all conflicts checked so far exclude; infinite if no conflict has
+        #: residuals. The attribute ``reach`` of :class:`ProofCheck` defines the size of a state.
         self.reach = float("inf")
         self._energy: list[Fraction | None] = list(self._cohesion)
 
@@ -191,7 +191,7 @@ class _Checker:
     def _fault_of_duals(
         self, d: np.ndarray, p: np.ndarray, held: set[int], cost: list[Fraction], least: Fraction
     ) -> str:
-        """Return the reason why the multipliers d and p do not prove cost·q > least, or "" if they prove it.
+        """Return the fault if multipliers d and p do not prove cost·q > least for all forces q, otherwise "".
 
         The multipliers have the shapes (3b,) and (faces,).
 
@@ -214,7 +214,7 @@ class _Checker:
         return self._outweighed(gain - least, residual * self._load, "static")
 
     def _fault_of_kinematics(self, conflict: KinematicConflict) -> str:
-        """Return the reason why a kinematic conflict does not prove its clause, or "" if it is a proof.
+        """Return the fault if a kinematic conflict does not prove its clause, otherwise "".
 
         With the multipliers q, λ' and w, all mechanisms with f_L·d = Σ|f_L| have
         d·(B q + λ' f_L + w f_D) = (C(tan ψ) q)·p + λ' Σ|f_L| + w f_D·d, and f_D·d ≥ e·p − bound Σ|f_L| in all
@@ -293,6 +293,6 @@ def _dot(one: list[Fraction], other: list[Fraction]) -> Fraction:
 
 
 def _is_satisfiable(proof: Proof) -> bool:
-    """Return True if some assignment of the yield conditions satisfies all clauses of a proof."""
+    """Return True if an assignment of true or false to the yield conditions satisfies all clauses."""
     with Glucose4(bootstrap_with=proof.clauses()) as solver:
         return bool(solver.solve())

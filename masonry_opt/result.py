@@ -252,7 +252,7 @@ class HasWarnings(Protocol):
 
 
 def distinct_warnings(results: Sequence[HasWarnings]) -> list[dict[str, Any]]:
-    """Return the warning records of several answers; warnings that later answers repeat are omitted.
+    """Return the warning records of several answers; a later answer adds only records with new codes.
 
     For each code, the records of the first answer with this code are returned.
     """

@@ -82,7 +82,7 @@ class MpecOptions(Options):
 
 @dataclass(frozen=True)
 class RelaxationStep:
-    """Record of one solve in a series of solves with decreasing ε."""
+    """Record of one solve in a series of relaxations z p ≤ ε with decreasing ε."""
 
     epsilon: float  #: bound ε of the product z p of each yield condition (slack times rate)
     load_factor: float  #: load factor λ; NaN if the solve failed
@@ -125,7 +125,7 @@ class CasadiIpopt:
         self.multipliers: dict[str, Any] = {}
 
     def _compiled(self) -> Any:
-        """Return an IPOPT solver, compiled for the program, which stops at the time limit of the analysis."""
+        """Compile the program for IPOPT, and return a solver that stops at the time limit of the analysis."""
         import casadi
 
         # Option "expand": functions are expanded to scalar operations, so that derivatives are thirty times
@@ -150,7 +150,8 @@ class CasadiIpopt:
         """
         check_time()
         if math.isfinite(seconds_left()):
-            # IPOPT cannot change its time limit later, so create a new solver with the remaining time.
+            # The time limit of an IPOPT solver cannot be changed, so create a new solver with the remaining
+            # time.
             self._solver = self._compiled()
         self._bounds["ubg"][self._products] = epsilon
         start = np.array([variable.value for variable in self._variables])

@@ -41,9 +41,9 @@ from masonry_opt.solvers.registry import find_solver
 _NEGLIGIBLE_WORK = 1e-3
 
 #: Fractions σ of the dead load that grow with the live load, in the order in which they are tried. If the
-#: mechanism moves against the live load, larger fractions are used. With a smaller fraction the loop of
-#: linear programs fails more often: with 0.5 on 11 of 67 random scenes, with 0.1 on all. With 0.75 or more it
-#: fails on two blocks in space.
+#: mechanism moves against the live load, fractions larger than these are used. With a smaller fraction the
+#: loop of linear programs fails more often: with 0.5 on 11 of 67 random scenes, with 0.1 on all. With 0.75 or
+#: more it fails on a scene in space with two blocks.
 _DEAD_LOAD_SHARES = 0.75, 0.5
 
 #: Largest number of estimates λ₀ of the load factor that are tried in the search for a collapse without work
@@ -117,15 +117,15 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
             return None
         size, work = _size(answer.load_factor, at, share), _live_work(problem, answer.load_factor, answer.d)
         # Extrapolate the next λ₀ linearly: λ is a linear function of the size of the loads as long as the
-        # mechanism does not change. The first line passes through λ = 0 for loads of size zero, which is
+        # mechanism does not change. The first extrapolation assumes λ = 0 for loads of size zero, which is
         # exact if only friction limits the forces.
         slope = (answer.load_factor - last[1]) / (size - last[0] or ZERO)
         load_factor, last = answer.load_factor + (1 - size) * slope, (size, answer.load_factor)
         if min(size, load_factor) <= ZERO or work > _NEGLIGIBLE_WORK:
             return None
         if alike or abs(size - 1) <= LIMITS[solution.kind].equilibrium:
-            # Scale the forces and velocities. The certificate remains valid, because its residuals are
-            # relative.
+            # Scale the forces and velocities to the loads of the scene. The certificate remains valid,
+            # because its residuals are relative.
             d = answer.d * problem.live_norm / float(problem.dead @ answer.d)
             found = replace(answer, load_factor=load_factor, q=answer.q / size, d=d)
             solution = _as_of_scene(solution, found, alike, at, share)
@@ -162,9 +162,9 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
 
 
 def _size(load_factor: float, at: float, share: float) -> float:
-    """Return the size s of the modified loads at λ, relative to proportional loads of the scene.
+    """Return the factor s for which the modified loads at λ are s times the loads of the scene at λ / s.
 
-    The modified loads at λ are s times the loads of the scene at λ / s, and s is 1 at λ = ``at``. ``share``
+    The factor s is 1 at λ = ``at``. ``share``
     is the fraction of the dead load that grows with the live load.
     """
     return 1 + share * (load_factor / at - 1)
@@ -187,7 +187,7 @@ def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, shar
     """
 
     def of_scene(values: Mapping[str, Any], names: Iterable[str]) -> dict[str, float]:
-        """Return the named load factors that are not None, converted to refer to the scene's loads."""
+        """Convert the named load factors, except None, from the modified loads to the loads of the scene."""
         load_factors = {name: values[name] for name in names if values.get(name) is not None}
         sizes = {name: _size(value, at, share) for name, value in load_factors.items()}
         return {name: load_factors[name] / size if size > ZERO else nan for name, size in sizes.items()}

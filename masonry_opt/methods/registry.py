@@ -204,7 +204,7 @@ class HowToSolve:
         return f"; its options: {', '.join(known) or 'none'}"
 
     def _setting_named(self, option: str) -> str:
-        """Return the end of an error message if an option is a field of a settings class, otherwise "".
+        """Return advice for an error message if an option is a field of a settings class, otherwise "".
 
         The settings classes of the chosen method come first.
         """
@@ -217,7 +217,7 @@ class HowToSolve:
 
     @cached_property
     def engine(self) -> Solver:
-        """Checked solver of the method, with its tolerance.
+        """Solver of the method, with its tolerance, after a check that the method supports both.
 
         Raises OptionError if
 
@@ -269,13 +269,13 @@ def _mistake(error: Mapping[str, Any]) -> str:
 
 
 def _homes(option: str) -> list[str]:
-    """Return the homes of an option: the names of all methods that have it."""
+    """Return the names of all methods that have an option with a given name."""
     classes = {name: method.options for name, method in METHODS.items()}
     return [name for name, options in classes.items() if options and option in options.model_fields]
 
 
 def _takers(name: str | None) -> str:
-    """Return the end of an error message that lists the takers of a solver: methods that support it.
+    """Return the end of an error message, which lists the methods that support a solver.
 
     If several modelling languages have the solver, the methods are those of the first language. For an
     unknown solver, the methods that support any solver of CVXPY are listed.

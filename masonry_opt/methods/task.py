@@ -49,7 +49,7 @@ class Task:
 
 
 def of_same_scene(solution: Solution, problem: Problem) -> Solution:
-    """Return a solution without its history, as the start of an analysis of the same scene.
+    """Check that a solution can start an analysis of a scene, and return it without its history.
 
     Raises OptionError if the solution has no forces, or if it belongs to another scene.
     """
@@ -68,7 +68,7 @@ class Method:
 
     name: str  #: name of the method, as users write it
     runs: str  #: function that runs the method, as "module:name" in package ``methods``
-    takes: str = ""  #: class of the options, as "module:name" in package ``methods``; "" without options
+    takes: str = ""  #: class of the options, as "module:name" in package ``methods``, or "" for none
     #: Names of the solvers that the method can use, by model (one of ``MODELS``). The first model and its
     #: first solver are the defaults. An empty tuple means all solvers of linear programs.
     solvers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"cvxpy": (), "pyomo": ()})

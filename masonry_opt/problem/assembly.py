@@ -43,8 +43,8 @@ class Assembly:
     geometry: Any  #: shapes of the blocks: ``Geometry`` in the plane, ``Shapes`` in space
     joints: Joints
     movable: np.ndarray  #: index of each movable block in the scene's list of blocks, shape (b,)
-    #: For each edge load, the length of the part of its line that is on no free edge of a movable block. The
-    #: load has no effect on this part.
+    #: For each edge load, the length along its line on which the load has no effect, because there is no free
+    #: edge of a movable block.
     bare_edge_loads: tuple[float, ...] = ()
     loaded_pieces: tuple[LoadedPiece, ...] = ()  #: pieces of edges on which edge loads act
     filled_pieces: tuple[FilledPiece, ...] = ()  #: pieces of edges that fills touch
@@ -109,7 +109,7 @@ class Assembly:
         return of_point
 
     def joints_of(self, indices: np.ndarray) -> np.ndarray:
-        """Return the indices of the scene's joints for given joints of the problem, without duplicates.
+        """Return the indices of the scene's joints that contain given joints of the problem, each index once.
 
         In space, the problem's joints are contact points.
         """
@@ -117,7 +117,7 @@ class Assembly:
         return joints[np.sort(np.unique(joints, return_index=True)[1])]
 
     def most_of_joints(self, values: np.ndarray) -> np.ndarray:
-        """Return the largest value at the contact points of each joint of the scene.
+        """Return, for each joint of the scene, the largest of the values at its contact points.
 
         ``values`` has one value for each joint of the problem. In space, the problem's joints are contact
         points.
@@ -125,14 +125,14 @@ class Assembly:
         return self.joints.most(values[self.of_point])
 
     def pairs(self, indices: np.ndarray) -> list[list[str]]:
-        """Return the names of the two blocks of each given joint of the problem, without duplicates.
+        """Return the names of the two blocks at each of the given joints of the problem, without duplicates.
 
         ``indices`` contains the indices of the joints.
         """
         return self.pairs_of(self.joints_of(indices))
 
     def pairs_of(self, joints: np.ndarray) -> list[list[str]]:
-        """Return the names of the two blocks of each given joint of the scene.
+        """Return the names of the two blocks at each of the given joints of the scene.
 
         ``joints`` contains the indices of the joints.
         """
@@ -231,8 +231,9 @@ def _settled(at_rest: Assembly, state: SettledState) -> Assembly:
     problem = Problem(matrices, law, dead, live, force_unit)
     if np.array_equal(before.dead, state.dead) and not problem.statics_fix_forces:
         of_limited = state.limited
-        # Edges below a fill that were level carry an earth pressure if the settlement inclines them. This
-        # pressure is missing in ``state.limited``. All limited forces then start at their lower limits.
+        # If the settlement inclines an edge that was level, a fill above the edge exerts an additional earth
+        # pressure, which ``state.limited`` does not contain. All limited forces then start at their lower
+        # limits.
         if len(of_limited) != len(limited):
             of_limited = problem.lowest_forces[len(state.forces) :]
         problem = replace(problem, settled=np.concatenate([state.forces, of_limited]))

@@ -25,7 +25,7 @@ def placed(points: np.ndarray, poses: np.ndarray) -> np.ndarray:
 
 
 def turned(vectors: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """Rotate vectors by the rotation of each pose, without the translation.
+    """Rotate vectors by the rotation of each pose; the translation of the pose is not applied.
 
     Arrays have the shapes of ``placed``. In space, the rotation is computed by Rodrigues' formula.
     """

@@ -129,7 +129,7 @@ class EdgeFactors:
                 yield form
 
     def openings(self) -> Iterator[tuple[Form, int]]:
-        """Generate the opening of each edge that cannot close, and the index of the edge's rocking rate u.
+        """Generate each edge opening that is never negative, and the index of the edge's rocking rate u.
 
         An opening is a row of Aᵀd, a linear form of the velocities d. Edges of joints with negative
         dilatancy, which can also close, are left out.
@@ -146,7 +146,7 @@ class EdgeFactors:
         return {**form, self.unit: -self.problem.live_norm}
 
     def _motion(self, joint: int, kind: int) -> Form:
-        """Return an opening or the slip of a joint as a linear form of the velocities.
+        """Return one motion of a joint, an opening or the slip, as a linear form of the velocities.
 
         Kinds 0 and 1 are the openings of the joint's edges; kind 2 is its slip.
         """
@@ -155,7 +155,7 @@ class EdgeFactors:
         return {self.velocities.start + int(row): float(column[row]) for row in rows}
 
     def joint_forces(self, y: np.ndarray) -> np.ndarray:
-        """Return the joint forces q, shape (3c,), from the force unknowns of the relaxation.
+        """Convert the force unknowns of the relaxation to joint forces q, shape (3c,).
 
         The unknowns are x₂, x₃ and z₀ of each joint, or x₂, x₃ and s of a joint that cannot slide.
         """

@@ -17,7 +17,7 @@ from masonry_opt.brief import brief
 #: More chords approximate the parabola better, but enlarge the linear programs.
 _CHORDS_PER_SIDE = 12
 
-#: Number of additional knots at which the first chord of the moment parabola is divided. More knots make the
+#: Number of knots that divide the first chord of the moment parabola into shorter chords. More knots make the
 #: approximation more accurate at low stresses.
 _LOW_KNOTS = 4
 
@@ -64,7 +64,7 @@ MISSED = 0.0065
 
 
 def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Return the rates p ≥ 0 of chords for given motions of joints.
+    """Return the rates p ≥ 0 of the chords in joints that open and rotate by given amounts.
 
     Of all rates that produce the motions, these rates dissipate the least energy.
 
@@ -357,10 +357,10 @@ class Faces:
 
     @cached_property
     def bent(self) -> np.ndarray:
-        """Return the indices of the crushing conditions, which bend the straight limits of rocking.
+        """Return the indices of the crushing conditions, shape (2, l, chords).
 
-        The shape is (2, l, chords): two contact points, l joints with limited strength, and the chords of
-        each moment limit.
+        The axes are the two contact points, the l joints with limited strength, and the chords of each moment
+        limit. The crushing conditions bend the straight limits of the rocking conditions.
         """
         return np.arange(self.count)[self.chords].reshape(self.layout.points, -1, len(CHORDS.slope))
 

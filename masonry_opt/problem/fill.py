@@ -126,7 +126,7 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
     across, up = ends[1] - ends[0]
     start = ends[0, 0]
     # A backing that ends at an upright face may be on either side of the face. The point that decides if the
-    # backing touches the face is therefore moved slightly into the fill, which is on the right of the face.
+    # backing touches the face is therefore moved slightly into the fill, to the right of the directed face.
     offset = np.sign(up) * shapes.tolerance if abs(across) <= shapes.tolerance else 0.0
     bends = (line[:, 0] - start) / across if across else np.empty(0)
     cuts = np.unique([0.0, 1.0, *bends[(bends > 0) & (bends < 1)]])
@@ -157,7 +157,7 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
 
 
 def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-    """Find the upright pieces of edges that a fill touches; return edge index, ends and depths of each."""
+    """Generate the edge index, the ends and the depths of each upright piece that a fill touches."""
     tail, tip, _ = shapes.edges
     up = tip[:, 1] > tail[:, 1]
     # Collect the heights of the edges to the left and right of each boundary between two edges. Beyond the
@@ -170,8 +170,8 @@ def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, n
     for k in np.flatnonzero(top - bottom > shapes.tolerance):
         foot = np.array([x[k], bottom[k]])
         edge, spans = along(tail, tip, foot, np.array([x[k], top[k]]), shapes.tolerance)
-        # A block is on the left of its directed edges, so an edge runs upwards if the fill is on the right of
-        # the edge.
+        # A block is on the left of its directed edges. If the fill is at larger x than an upright edge, the
+        # edge therefore runs upwards.
         facing = up[edge] == (right[k] < left[k])
         for number, span in zip(edge[facing].tolist(), spans[facing], strict=True):
             height = bottom[k] + (span if right[k] < left[k] else span[::-1])
@@ -224,7 +224,7 @@ def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[Limited
 
 
 class Road:
-    """Road above the blocks of a plane scene, which transmits loads to the blocks below it.
+    """Road above the blocks of a plane scene. The road transmits loads to the blocks.
 
     A load acts straight down on the uppermost block below it. On a fill that spreads loads, it spreads from
     the road of the fill. A load on a fixed block, above no block or beyond the ends of the road has no
@@ -393,7 +393,7 @@ def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray,
 
 
 def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return, for each load, the fraction that each piece on one side carries, and its moment about the load.
+    """Return the fraction of each load that each piece on one side carries, and the moment of the fraction.
 
     The results have shape (loads, pieces), with one entry for each piece of an edge.
 
@@ -413,8 +413,8 @@ def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.
     # load to this end. A ray flatter than the angle of spread is replaced by the ray at the angle of spread.
     within = np.divide(u, h, out=np.full_like(u, tangent), where=u < tangent * h)
     t0, t1 = np.where(u > 0, within, 0.0)
-    # Rays whose tangent is at most `before` end on earlier pieces. Rays whose tangent is between `before` and
-    # `after` can end on this piece.
+    # Rays with a slope (tangent of the angle from the vertical) of at most `before` end on earlier pieces.
+    # Rays with a slope between `before` and `after` can end on this piece.
     after = np.maximum.accumulate(np.maximum(t0, t1), axis=1)
     before = np.pad(after, ((0, 0), (1, 0)))[:, :-1]
     first = np.maximum(before, t0)

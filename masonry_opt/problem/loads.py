@@ -71,7 +71,7 @@ def moments_in(dimension: int) -> int:
 
 
 def by_component(dimension: int, of_force: float, of_moment: float) -> np.ndarray:
-    """Return an array with ``of_force`` for each force component and ``of_moment`` for each moment component.
+    """Return an array with one value for all force components and another for all moment components.
 
     The shape is (3,) in the plane and (6,) in space.
     """
@@ -151,7 +151,7 @@ def _given_forces(
 
 
 def _default_mass(scene: Scene) -> float | None:
-    """Return the mass, in an earthquake, of forces whose mass is not specified.
+    """Return the mass, in an earthquake, of a force for which the scene specifies no mass.
 
     None means that the mass is the component of the force along gravity; 0 means no mass.
     """
@@ -291,7 +291,7 @@ def along(
     slope = np.divide(y1 - y0, x1 - x0, out=np.full_like(y0, np.inf), where=x1 != x0)
     overlapping = np.flatnonzero(high - low > tolerance)
     ends = np.column_stack([low, high])[overlapping]
-    # Compute the distances between each segment and the line, at both ends of the part that they share.
+    # Compute the distances of each segment from the line, at both ends of their common part.
     at_ends = y0[overlapping, None] + slope[overlapping, None] * (ends - x0[overlapping, None])
     distance = np.abs(at_ends).max(axis=1, initial=0)
     near = distance <= np.minimum(tolerance, LEAN * (high - low)[overlapping])
@@ -301,7 +301,7 @@ def along(
 def loaded_pieces(
     scene: Scene, shapes: Any, joints: Joints
 ) -> tuple[tuple[LoadedPiece, ...], tuple[float, ...]]:
-    """Return the loaded pieces of edges, and the ineffective length of each edge load's line.
+    """Return the loaded pieces of edges, and the length along which each edge load has no effect.
 
     A load acts on the edges of movable blocks along its line, within the tolerance, except where joints cover
     the edges. The load has no effect on the rest of its line, whose length is returned.

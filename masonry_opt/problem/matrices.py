@@ -138,7 +138,7 @@ class Matrices:
         return of_columns[: len(of_columns) - self.limited].reshape(FORCE_COMPONENTS, -1)
 
     def of_forces(self, of_columns: np.ndarray) -> np.ndarray:
-        """Return the values of the limited forces, shape (t,), from the values for all columns of B.
+        """Select the values of the limited forces, shape (t,), from values for all columns of B.
 
         The argument has shape (3c + t,). Its values are forces or motions.
         """
@@ -158,12 +158,12 @@ class Matrices:
 
     @cached_property
     def longest_arm(self) -> np.ndarray:
-        """Return the longest lever arm of the joint forces on each block, shape (b,), in units of length."""
+        """Return the longest lever arm of the joint forces on each block, shape (b,), in the length unit."""
         if not self.joints:
             return np.ones(self.blocks)
         largest = self.by_block(abs(self.of_joints).max(axis=1).toarray())
         arms = largest[:, self.layout.dimension :].max(axis=1)
-        # A block that only ties support has no joint. Its longest arm is set to the unit of length.
+        # Blocks without joints, which only ties support, get the unit of length as their longest arm.
         return np.where(arms > 0, arms, 1.0)
 
     @cached_property

@@ -12,7 +12,8 @@ from masonry_opt.brief import brief
 from masonry_opt.problem.faces import CHORDS
 from masonry_opt.problem.problem import Problem
 
-#: Largest number of characters of a label. A whole name in an LP or MPS file has at most 255 characters.
+#: Largest number of characters of a label. A name in an LP or MPS file contains a label and further
+#: characters, and has at most 255 characters in total.
 _LONGEST_LABEL = 200
 
 #: Characters that some solvers reject in names of LP files.

@@ -64,7 +64,7 @@ class ProblemParts:
         return self.matrices.part
 
     def of_forces(self, of_columns: np.ndarray) -> np.ndarray:
-        """Return the values of the limited forces, shape (t,), from the values for all columns of B."""
+        """Select the values of the limited forces, shape (t,), from values for all columns of B."""
         return self.matrices.of_forces(of_columns)
 
     def by_block(self, of_rows: np.ndarray) -> np.ndarray:

@@ -73,7 +73,7 @@ class Problem(ProblemParts):
         return f"<Problem of {sizes}, {counted(self.matrices.limited, 'limited force')}: {matrices}>"
 
     def same_program(self, other: "Problem") -> bool:
-        """Return True if one compiled program can solve this problem and another problem.
+        """Return True if this problem and another problem can be solved with the same compiled program.
 
         The problems may then differ only in friction, cohesion and dilatancy, which are parameters of
         programs.

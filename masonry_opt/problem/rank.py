@@ -15,8 +15,9 @@ from scipy.sparse.csgraph import connected_components, structural_rank
 #: stack of 600 blocks, and 1e-16 with a redundant joint.
 _LEAST_SINGULAR_VALUE = 1e-9
 
-#: Largest number of columns of a connected component for which singular values are computed, which takes up
-#: to a second. Larger components count as dependent, so a result never claims that their forces are unique.
+#: Largest number of columns of a connected component whose singular values are computed; the computation
+#: takes up to a second. Larger components count as dependent, so a result never claims that their forces are
+#: unique.
 _MOST_COLUMNS_OF_COMPONENT = 1500
 
 #: Number of rounds of Ruiz scaling before singular values are computed. Each round brings the lengths of rows

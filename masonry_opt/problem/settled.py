@@ -22,7 +22,7 @@ from masonry_opt.scene.scene import Scene
 #: Movement of each support by name, such as ``{"pier": (0, -0.02)}``, or pairs of names and movements.
 Movements = Mapping[str, Sequence[float]] | Iterable[tuple[str, Sequence[float]]]
 
-#: Additional height, in multiples of the tolerance, by which a road is raised to clear blocks that have moved
+#: Height, in multiples of the tolerance, that is added when a road is raised above blocks that have moved
 #: upwards. This height is larger than the depth to which a road may cut into a block.
 _CLEARANCE = 4.0
 
@@ -92,7 +92,7 @@ class SettledState:
         return tuple(replace(piece, ends=placed(piece.ends, self.poses[piece.block])) for piece in at_rest)
 
     def road(self, scene: Scene, at_rest: Geometry, line: np.ndarray, called: str = "the road") -> np.ndarray:
-        """Return the points of a road at an unchanged height above the displaced blocks below the road.
+        """Return the points of a road that moves up and down with the blocks below it.
 
         Abscissae do not change. Where two blocks meet, the road has the greater of the heights above both.
         Over empty space the road stays as drawn.

@@ -14,12 +14,13 @@ from masonry_opt.scene.typical_sizes import GRAVITY_BY_UNIT
 from masonry_opt.solution.reasons import Code
 from masonry_opt.solution.typical_units import units_in_words
 
-#: Number of nearly parallel joints from which a warning compares them with errors of a survey. With a smaller
-#: value, the warning would doubt wedges that are intended, such as a keystone.
+#: Smallest number of pairs of joints for which a warning says that the angles scatter like errors of a
+#: survey. With a smaller value, the warning would say this about intended wedges, such as a keystone.
 _MANY_PAIRS = 10
 
-#: Ratio of the upper to the lower quartile of the angles of wedges from which a warning compares them with
-#: errors of a survey. Random errors have a ratio of 3 or more, and the voussoirs of an arch have about 1.
+#: Smallest ratio of the upper to the lower quartile of the wedge angles for which a warning says that the
+#: angles scatter like errors of a survey. The ratio of random errors is 3 or more; that of the voussoirs of
+#: an arch is about 1.
 _SCATTER_OF_SURVEY = 2.0
 
 
@@ -115,7 +116,7 @@ def dilatancy_low(v: dict[str, Any]) -> str:
 
 
 def _wide(width: float) -> str:
-    """Return the width of a gap, rounded up to as many digits as an advised contact tolerance."""
+    """Return the width of a gap as text, rounded up to three digits like an advised contact tolerance."""
     # Round first, because the computed width of a gap of 0.01 may be 0.010000000000000231.
     return rounded_up(float(f"{width:.6g}"), 3)
 
@@ -159,8 +160,8 @@ def bridged_by_tolerance(v: dict[str, Any]) -> str:
 
 
 def _gravity_differs(v: dict[str, Any]) -> str:
-    """Return a warning that the gravitational acceleration seems to have another unit of length."""
-    found = f"the blocks extend over {v['extent']:.4g}, and T_s = {v['period']:.4g} s"
+    """Return a warning that the unit of length of 'gravity' seems to differ from that of the scene."""
+    found = f"the blocks extend over {v['extent']:.4g}, and the secant period T_s is {v['period']:.4g} s"
     *first, last = (f"{value:g} for {unit}" for unit, value in GRAVITY_BY_UNIT.items())
     return (
         f"gravity {v['gravity']:g} seems to have another unit of length than the case ({found}): set "
@@ -173,7 +174,7 @@ def nearly_parallel(v: dict[str, Any]) -> str:
     """Return a warning that blocks have nearly parallel joints, with a tolerance that aligns the joints."""
     remedy = f"if the joints should be parallel, {set_tolerance(v['tolerance'])}"
     if len(v["pairs"]) >= _MANY_PAIRS and v["scatter"] >= _SCATTER_OF_SURVEY:
-        remedy = f"the angles scatter as errors of a survey do: {remedy}"
+        remedy = f"the angles scatter like errors of a survey: {remedy}"
     return (
         f"a block with almost parallel joints (the angle is at most {v['angle']:.2g} rad) is a wedge, which "
         f"can slide only if it lifts: {pairs(v)}; {remedy}"

@@ -47,11 +47,11 @@ _HISTORY_END_REMARKS = {
 _LOST = "equilibrium is lost as the live load grows from zero"
 #: Remark on possible states with a lower λ, for results of method "incremental".
 _LOWER_MAY_EXIST = "lower collapse states may exist (method 'coulomb' looks for lower states)"
-#: Remark on possible states with a lower λ, for other methods that report the incremental load factor because
-#: they found no exact state.
+#: Remark on possible states with a lower λ, for methods other than "incremental" that report the incremental
+#: load factor because they found no exact state.
 _NO_EXACT_STATE = "no exact collapse state was found, but exact states with a lower load factor may exist"
 
-#: Meaning of each name of a load factor, which sweeps and samples print below their results.
+#: Meaning of each name of a load factor. Sweeps and samples print these meanings below their results.
 _LOAD_FACTOR_MEANINGS = {
     LOWEST: "exact collapse states that are not proven to have the least load factors",
     LEAST: "exact collapse states, proven to have the least load factors",
@@ -59,7 +59,7 @@ _LOAD_FACTOR_MEANINGS = {
         "exact collapse states, proven to have the least load factors with the axles at the worst position "
         "solved; λ may be less at other positions"
     ),
-    LEAST_SO_FAR: "the crossing ended early, so that λ may be less at positions that were not solved",
+    LEAST_SO_FAR: "the crossing ended early, so λ may be less at positions that were not solved",
     FOUND: "collapse states that are not exact, or whose λ is larger than at the end of the load history",
     INCREMENTAL: "equilibrium is lost as the live load grows from zero; lower collapse states may exist",
     ASSOCIATIVE: "upper bounds, by classical limit analysis",
@@ -131,7 +131,7 @@ def load_factor_table(result: Outcome) -> str:
 
 
 def value_text(result: Outcome, line: LoadFactorLine) -> str:
-    """Return a load factor with six digits, and the angle in degrees if the ground is tilted.
+    """Return a load factor as text with six digits; if the ground is tilted, add the angle in degrees.
 
     If the load factor does not exist, the text is "none".
     """
@@ -197,7 +197,7 @@ def known_least(result: Outcome) -> str:
 
 
 def friction_law(result: Outcome) -> str:
-    """Return a phrase on the friction law in space: "limited by the friction cone", or "unlimited"."""
+    """Return a phrase that says how friction is limited, such as "limited by the friction cone"."""
     if "polygon" in result.friction_law:
         return f"limited {by_sides(result.assembly.problem.layout)}"
     return f"limited by the friction {result.friction_law}" if result.friction_law else "unlimited"
@@ -224,13 +224,13 @@ def _own_line(result: Outcome) -> LoadFactorLine:
 
 
 def _upper_bound(result: Outcome) -> str:
-    """Return the remark on an associative load factor, which is an upper bound for its own crushing law."""
+    """Return the remark that an associative load factor is an upper bound, with the crushing law."""
     for_chords = " for chords of the crushing parabola" if result.crushing == "chords" else ""
     return f"upper bound{for_chords} (classical limit analysis)"
 
 
 def _associative_remark(result: Outcome) -> str:
-    """Return the remark on an associative load factor, which is an upper bound and may also be exact."""
+    """Return the remark that an associative load factor is an upper bound, and whether its state is exact."""
     if result.exact:
         exact = "it is also an exact collapse state with Coulomb friction"
         return f"{_upper_bound(result)}; {exact}, {_not_proven(result)}"
@@ -273,7 +273,7 @@ def _coulomb_remark(result: Outcome) -> str:
 
 
 def _missed(result: Outcome) -> list[str]:
-    """Return a sentence that says that the search from a state of the user found no exact state, if so."""
+    """Return a list of one sentence if a search from the user's state found no exact state, otherwise []."""
     return list(sentences([reason for reason in result.reasons if reason.code in _MISSED]))
 
 
@@ -299,7 +299,7 @@ def _state(result: Outcome) -> str:
 
 
 def _certificate_residuals(result: Outcome) -> dict[str, float]:
-    """Return the residuals of the certificate as they are compared with limits; empty without an answer.
+    """Return the residuals that are compared with limits; an empty dict if there is no answer.
 
     Complementarity is divided by |λ|.
     """
@@ -308,7 +308,7 @@ def _certificate_residuals(result: Outcome) -> dict[str, float]:
 
 
 def _starts(result: Outcome) -> str:
-    """Return the number of starts and of different exact states as text, or "" if unknown.
+    """Return the numbers of starts and of different exact states as text, or "" if they are unknown.
 
     The text continues a phrase and begins with a comma.
     """
@@ -342,7 +342,7 @@ def _not_proven(result: Outcome) -> str:
 
 
 def search_remark(result: Outcome, states: str) -> str:
-    """Return the end of a phrase about states with a lower λ: a remark on a search, or advice.
+    """Return the end of a phrase about states with a lower λ: how a search ended, or how to start one.
 
     ``states`` is the name of the states in the phrase, such as "lower states".
     """
@@ -359,7 +359,7 @@ def search_remark(result: Outcome, states: str) -> str:
 
 
 def search_advice(method: str, states: str) -> str:
-    """Return the end of a phrase about states with a lower λ: the option that starts a search.
+    """Return advice on the option that starts a search, as the end of a phrase about lower states.
 
     Only the default method has the option ``search``, so the advice names this method if another method was
     used. ``states`` is the name of the states in the phrase, such as "lower states".

@@ -73,7 +73,7 @@ def _sentence(reason: Reason, method: str) -> str:
 
 
 def _by_loop(v: dict[str, Any], advice: str) -> str:
-    """Return advice about the loop of linear programs; if another method was used, advise to use the loop.
+    """Return advice about options of the loop; if another method was used, first advise to use the loop.
 
     ``advice`` names the options to change.
     """
@@ -117,7 +117,7 @@ def _slide(v: dict[str, Any]) -> str:
 
 
 def _slip(v: dict[str, Any]) -> str:
-    """Return a clause that compares the largest slip with the slip of a hinge, or "" for a scene in space."""
+    """Return a clause that compares the largest slip with the largest slip of a hinge, or "" in space."""
     if "slip" not in v:
         return ""
     slip, most = numeral(100 * v["slip"], ".2g"), numeral(100 * SLIDES, "g")
@@ -128,7 +128,7 @@ def _slip(v: dict[str, Any]) -> str:
 
 
 def _slides_on(v: dict[str, Any]) -> str:
-    """Return the reason why a capacity curve ends where joints begin to slide."""
+    """Return the reason for the end of a capacity curve at which joints begin to slide."""
     return f"the capacity curve cannot follow sliding mechanisms, and from here on {_slide(v)}{_slip(v)}"
 
 
@@ -346,8 +346,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.NO_COLLAPSE: lambda v: (
         "proven: no load factor λ ≥ 0 exists, because every mechanism in which the live load does work needs "
         f"joints that cannot yield together; the proof consists of {counted(v['static_cuts'], 'set')} of "
-        f"yield conditions that cannot all be at yield, and of {counted(v['kinematic_cuts'], 'set')} of "
-        "yield conditions, in each of which at least one condition must be at yield"
+        f"yield conditions that cannot all be at yield, and of {counted(v['kinematic_cuts'], 'set')} in "
+        "which at least one condition must be at yield"
     ),
     Code.CARRIES_ANY: (
         "proven: every multiple of the live load can be carried within the friction limits; a mechanism "
@@ -389,7 +389,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.SUB_PROBLEM_EMPTY: lambda v: (
         f"sub-problem {v['number']} has no equilibrium state, because its shear limits allow almost no "
-        "normal force in contacts without normal force in the previous sub-problem: "
+        "normal force in contacts that had no normal force in the previous sub-problem: "
         + _by_loop(v, "lower 'alpha', or choose an interior-point solver")
     ),
     Code.BEGAN_AGAIN: _began_again,
@@ -480,6 +480,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.STILL_CARRIES: lambda v: (
         f"λ has not decreased to zero after {counted(v['steps'], 'state')}: use a smaller value of 'steps'"
     ),
-    Code.FORCES_UNDECIDED: "HiGHS found no forces at a state: change 'steps', or a survey's 'tolerance'",
+    Code.FORCES_UNDECIDED: (
+        "the linear program of forces at the next state was not solved: change 'steps' or, if the drawing is "
+        "a survey, 'tolerance'"
+    ),
     **INPUT_SENTENCES,
 }

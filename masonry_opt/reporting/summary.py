@@ -37,8 +37,9 @@ from masonry_opt.solution.thresholds import ZERO
 #: is no load factor omits these reasons if the result has other reasons.
 _TRIED = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
 
-#: Load factor, relative to the incremental load factor, below which the summary explains that the state
-#: belongs to a self-stress. With a larger value, the summary also explains ordinary differences.
+#: Fraction of the incremental load factor below which the summary explains why λ is so low: the joint forces
+#: of the exact state contain self-stress. With a larger value, the summary also explains ordinary
+#: differences.
 _FAR_BELOW = 0.5
 
 #: Largest fraction of blocks that move in a state that the summary explains by self-stress. With a larger
@@ -100,12 +101,12 @@ def _says_why_not_incremental(result: Outcome) -> bool:
 
 
 def _sentences_of(result: Outcome, *codes: Code) -> tuple[str, ...]:
-    """Return the sentences for those reasons of a result that have one of the given codes."""
+    """Return the sentences for the reasons of a result that have one of the given codes."""
     return sentences([reason for reason in result.reasons if reason.code in codes], result.method)
 
 
 def _time_limits(result: Outcome) -> list[str]:
-    """Return the sentences on the time limit without repetitions: it may end several parts of an analysis."""
+    """Return the sentences on the time limit, each once; the limit may end several parts of an analysis."""
     return [*dict.fromkeys(_sentences_of(result, Code.TIME_LIMIT))]
 
 
@@ -131,7 +132,7 @@ _AT = {
 
 
 def motion(result: Outcome) -> tuple[str, str] | None:
-    """Return a label, and a text that counts the moving blocks and the joints with each kind of motion.
+    """Return a label and a text, which counts the moving blocks and the joints with each kind of motion.
 
     The value is None if no motion is known.
     """
@@ -156,7 +157,7 @@ def motion(result: Outcome) -> tuple[str, str] | None:
 
 
 def _self_stress(result: Outcome) -> str:
-    """Return a text about a load factor far below the incremental load factor, or an empty text.
+    """Return a text about a load factor far below the incremental load factor, or "" in all other cases.
 
     The text is about load factors at which few blocks move, because such a state is often a single stone that
     is released by its own self-stress. The text gives no advice: the joint forces of a real structure are
@@ -178,7 +179,7 @@ def _self_stress(result: Outcome) -> str:
         return ""
     return (
         f"{counted(moving, 'block')} {verb(moving, 'move')} at this λ if the joint forces are those of the "
-        "exact state; the load history from rest passes this λ without collapse, and its incremental λ is "
+        "exact state; the load history from rest passes this λ without collapse, and the incremental λ is "
         f"{factor_text(result.incremental)}"
     )
 
@@ -188,8 +189,8 @@ def _ties(result: Outcome) -> str:
 
     The text is empty for a scene without ties and props, and for a scene that falls.
     """
-    # Return early without ties and props: their table is a pandas frame, and importing pandas takes a quarter
-    # of a second.
+    # Return early if there are no ties or props, because their table needs pandas, and importing pandas takes
+    # a quarter of a second.
     if not any(force.role in (Role.TIE, Role.PROP) for force in result.assembly.limited):
         return ""
     if result.ties["force"].isna().all():
@@ -245,7 +246,7 @@ def _vector(parts: Iterable[float]) -> str:
 
 
 def of_fills(assembly: Assembly) -> Iterator[str]:
-    """Describe each fill in a line: the edges that it touches, its weight, load spread and pressure."""
+    """Describe each fill in a line: the edges that the fill touches, its weight, load spread and pressure."""
     scene, movable = assembly.scene, set(assembly.movable.tolist())
     for number, fill in enumerate(scene.fills):
         pieces = [piece for piece in assembly.filled_pieces if piece.fill == number]
@@ -297,7 +298,7 @@ def _friction(result: Outcome) -> str:
 
 
 def crushing(result: Outcome) -> str:
-    """Return a text that says if an answer uses the parabolic crushing limit itself or chords inside it.
+    """Return a text that says if an answer uses the crushing parabola or chords inside the parabola.
 
     The text is empty if no joint has a limited strength.
     """
@@ -379,7 +380,7 @@ def _technical(result: Outcome) -> dict[str, str]:
 
 
 def log_sentences(result: Outcome) -> Iterator[str]:
-    """Describe each step of the method in a sentence, with its duration and the load factor after it."""
+    """Describe each step of the method in a sentence, with the step's duration and the λ reached."""
     for entry in result.solution.log:
         known = "no load factor yet"
         if entry.load_factor is not None:
@@ -409,7 +410,7 @@ def _range(result: Outcome) -> str:
 
 
 def _programs(result: Outcome) -> str:
-    """Return a text that counts solved programs and solver iterations; without programs, load steps."""
+    """Return a text that counts programs and solver iterations or, if no program was solved, load steps."""
     if not result.lp_solves and not result.nlp_solves:
         return f"none: {counted(result.iterations, 'load step')}" if result.iterations else ""
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""

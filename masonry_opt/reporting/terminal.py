@@ -43,8 +43,8 @@ _LOAD_FACTOR_ROW = re.compile(r"  \w")
 
 #: Largest column in which continuation lines begin, if a line is wrapped to the width of a terminal.
 _DEEPEST_COLUMN = 40
-#: Largest number of gaps of two or more spaces in a line that is wrapped. Lines with more gaps are rows of
-#: tables, whose columns would be lost.
+#: Largest number of gaps (of two or more spaces) in a line that is wrapped. Lines with more gaps are rows of
+#: tables, and are not wrapped, because their columns would be lost.
 _MOST_GAPS = 2
 
 #: Stream to which results are printed while standard output is redirected; None stands for standard output.
@@ -88,7 +88,7 @@ def print_result(text: str, bold_line: int | None = 1) -> None:
 
 
 def _print_lines(lines: Sequence[str], bold_line: int | None) -> None:
-    """Print lines of a result on standard output. On a terminal, lines are wrapped to its width."""
+    """Print lines of a result on standard output. If the output is a terminal, wrap the lines to fit."""
     console = Console(highlight=False, file=_results)
     if not console.is_terminal:
         print_text("\n".join(lines))
@@ -105,9 +105,9 @@ def _print_lines(lines: Sequence[str], bold_line: int | None) -> None:
 
 
 def _wrapped(line: str, width: int) -> str:
-    """Wrap a line between words. Continuation lines begin below the last text of the line after a gap.
+    """Wrap a line between words; continuation lines begin in the column of the text after the last gap.
 
-    Lines of tables are not wrapped.
+    A gap consists of at least two spaces. Lines of tables are not wrapped.
     """
     gaps = [gap.end() for gap in re.finditer(r" {2,}(?=\S)", line)]
     begins = len(line) - len(line.lstrip())
@@ -129,7 +129,7 @@ def print_warnings(sentences: Iterable[str]) -> None:
 
 @contextmanager
 def changing_line(console: Console, line: str) -> Iterator[Callable[[str], None]]:
-    """Show a line with the elapsed time within a context, which provides a function to change the text.
+    """Context manager that shows a line with the elapsed time, and yields a function to change the text.
 
     On a terminal the line is removed at the end. Elsewhere, as in a file or a pipe, the present text is
     written as a line of its own every ten seconds.

@@ -172,7 +172,7 @@ class ArchRing(AnyGenerator):
 
     @property
     def _ends(self) -> list[tuple[float, float]]:
-        """Return the direction of each end joint, and the sense of rotation from the joint out of the arch.
+        """Return the direction of each end joint, and the sense of rotation that leads away from the arch.
 
         The sense is 1 for a counter-clockwise rotation about the centre, and -1 for a clockwise rotation.
         """
@@ -227,9 +227,9 @@ class ArchRing(AnyGenerator):
         """
         radius, thickness, angle = self._arc.radius, self.thickness, self._arc.swept / self.voussoirs
         inner, outer, middle = radius - thickness / 2, radius + thickness / 2, (begin + end) / 2
-        # The centroid of an annular sector lies at the distance `mean * arc` from the centre, where `mean` is
-        # 2/3 (outer³ - inner³) / (outer² - inner²). The equivalent formula below avoids cancellation in thin
-        # rings.
+        # The centroid of an annular sector is at the distance `mean * arc` from the centre. Here `arc` is the
+        # ratio of chord to arc length, and `mean` is 2/3 (outer³ - inner³) / (outer² - inner²). The
+        # equivalent formula for `mean` below avoids cancellation in thin rings.
         mean = radius + thickness**2 / (12 * radius)
         arc = 2 * math.sin(angle / 2) / angle
         area, centroid = {

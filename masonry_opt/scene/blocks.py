@@ -19,8 +19,8 @@ else:
 
 _R = TypeVar("_R", bound="Record")
 
-#: Largest magnitude of a number in a scene. Larger numbers raise an error, because products of several of
-#: them could overflow.
+#: Largest magnitude of a number in a scene. Larger numbers raise an error, because a product of several such
+#: numbers could overflow.
 LARGEST_NUMBER = 1e30
 
 

@@ -26,17 +26,17 @@ Candidate = tuple[str, ExactState | None]
 
 
 class StateRecord:
-    """Record of the starts of a search and of the exact states found from them."""
+    """Record of a search: the number of its starts, and the load factors of the exact states found."""
 
     def __init__(self) -> None:
         self.load_factors: list[float] = []  #: distinct load factors of exact states, in order of discovery
         self.candidates = 0  #: number of starts, including those without an exact state
         #: Lowest load factor of all physically meaningful states. The answer of the search may have a higher
-        #: load factor.
+        #: load factor, because positive load factors are preferred.
         self.lowest = inf
 
     def count(self, state: ExactState | Answer | None) -> None:
-        """Count a start, and record the load factor of the state that was found from it, if any."""
+        """Count a start. If the start led to a state, record the load factor of the state."""
         self.candidates += 1
         if state is not None:
             self.add(state.load_factor)
@@ -53,19 +53,19 @@ class StateRecord:
 
     @property
     def _has_state_below(self) -> bool:
-        """True if a state with λ ≤ 0 was found whose load factor is lower than all reported load factors."""
+        """True if the lowest λ found is zero or negative and lower than all reported load factors."""
         return self.lowest <= ZERO and self.lowest < min(self._above_zero) - ZERO
 
     @property
     def reasons(self) -> list[Reason]:
-        """Reasons that report the number of states with λ > 0, and the lowest λ if it is zero or less."""
+        """Reasons that report the number of states with λ > 0, and the lowest λ if it is zero or negative."""
         above = self._above_zero
         values = {"candidates": self.candidates, "count": len(above), "least": min(above), "most": max(above)}
         below = [reason(Code.BELOW_ZERO, load_factor=self.lowest)] if self._has_state_below else []
         return [reason(Code.STATES_MET, **values), *below]
 
     def recorded_in(self, solution: Solution) -> Solution:
-        """Add to a solution the number of starts and the number of exact states found."""
+        """Return the solution, with the number of starts and the number of exact states added."""
         if not self.load_factors:
             return solution
         below_zero = self.lowest if self._has_state_below else inf
@@ -86,13 +86,13 @@ class Search:
     ) -> None:
         self._finder, self._analysis, self.problem, self.met = finder, analysis, finder.problem, met
         self._settings = settings
-        #: State with the lowest λ that another search has found, such as the search for a proof; None if
-        #: there is no such state. Later starts use forces close to the forces of this state.
+        #: State with the lowest λ that another search, such as the search for a proof, has found; None if the
+        #: other search has found no state. Later starts use forces close to the forces of this state.
         self.known: ExactState | None = None
 
     @property
     def effort(self) -> Effort:
-        """Record of the programs, times and solvers used so far."""
+        """Record of the optimisation programs solved so far, with their times and solvers."""
         return self._finder.effort
 
     @cached_property
@@ -102,11 +102,11 @@ class Search:
 
     @cached_property
     def _largest_load_factor(self) -> float | None:
-        """Largest λ with admissible forces in equilibrium, or None if no largest λ is found."""
+        """Largest λ at which admissible forces are in equilibrium, or None if it could not be computed."""
         return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
-        """Count a start of the search, and return the exact state that is found from its forces.
+        """Count a start of the search, and return the exact state found from the forces of the start.
 
         None is returned if no state is found. The joint forces ``q`` have shape (3c,). They are None if no
         forces were found for the start.
@@ -117,7 +117,7 @@ class Search:
         return state
 
     def until_in_vain(self, lowest: ExactState | None, starts: int) -> Iterator[ExactState | None]:
-        """Generate states from further starts, until ``starts`` successive starts have not lowered λ."""
+        """Yield the state of each start, and stop after ``starts`` successive starts that do not lower λ."""
         in_vain = 0
         for _, state in self.endless(lowest, 0):
             yield state
@@ -129,7 +129,7 @@ class Search:
     def fixed_number(
         self, lowest: ExactState | None, forces: Iterable[np.ndarray]
     ) -> Iterator[ExactState | None]:
-        """Generate states from further starts. The number of starts depends only on the scene.
+        """Run a number of starts that depends only on the scene, and yield the state found from each start.
 
         The first starts are the given forces, each of shape (3c + t,). On scenes with many contacts one more
         start follows, from the forces of the state with the lowest λ. On other scenes random starts follow.
@@ -147,7 +147,7 @@ class Search:
 
     @property
     def _starts_with_weaker_ties(self) -> dict[str, "_Start"]:
-        """Return the functions that draw random forces with ties at only a fraction of their strength.
+        """Return functions that draw random forces in which ties use only a fraction of their strength.
 
         There is one function for each fraction. The keys are the names of the starts. If a scene has ties or
         other limited forces, these starts come first, because states with a lower λ may exist in which a tie
@@ -159,7 +159,7 @@ class Search:
         }
 
     def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
-        """Generate starts without end: the kind of each start, and the state that was found from it.
+        """Run starts without end, and yield the kind of each start and the state found from this start.
 
         Random numbers depend only on the seed and on the number of the random start. In space a start from
         the forces of the state with the lowest λ comes first, and again whenever λ is lowered: another
@@ -255,7 +255,7 @@ _L = TypeVar("_L", ExactState, Answer)
 
 
 def lower_of(one: _L | None, other: _L | None) -> _L | None:
-    """Return the state with the lower load factor; either of the two states may be None.
+    """Return the state with the lower load factor; a state that is None is ignored.
 
     - If the load factors are equal, a state that is exact is preferred to a state that is not. If neither or
       both are exact, the first state is returned.
@@ -271,16 +271,16 @@ def lower_of(one: _L | None, other: _L | None) -> _L | None:
     return other if is_lower(other.load_factor, one.load_factor) else one
 
 
-#: Kind of start of the search for lower states: the forces of the state with the lowest λ found so far.
+#: Kind of start of a search: the forces of the state with the lowest λ found so far.
 _LOWEST = "lowest state"
-#: Kind of start of the search for lower states: random forces in equilibrium.
+#: Kind of start of a search: random forces in equilibrium.
 _RANDOM_FORCES = "random forces"
-#: Kind of start of the search for lower states: the final forces of a load history with a random preload.
+#: Kind of start of a search: the final forces of a load history with a random preload.
 _STRESS = "self-stress"
-#: Kind of start of the search for lower states: forces from a fixed-point iteration. It repeats a linear
-#: program and updates the cost of each normal force.
+#: Kind of start of a search: forces from a fixed-point iteration, which repeats a linear program and updates
+#: the cost of each normal force.
 _FIXED = "fixed point"
-#: Kind of start of the search for lower states: forces close to those of the lowest state so far.
+#: Kind of start of a search: forces close to the forces of the state with the lowest λ found so far.
 _NEIGHBOUR = "neighbour"
 
 #: Type of a function that returns the forces of a start. Its arguments are the search, the state with the
@@ -296,10 +296,10 @@ _START_FUNCTIONS: dict[str, _Start] = {
 }
 
 #: Kinds of starts in the plane, in the order in which the search repeats them. Compared with a load history,
-#: random forces and neighbours take a tenth of the time, and fixed points take a third. Starts from fixed
-#: points lead to states with a lower λ on slopes that slide as a whole.
+#: random forces and neighbours take a tenth of the time, and fixed points take a third. On slopes that slide
+#: as a whole, starts from fixed points lead to states with a lower λ than the other kinds.
 _KINDS_IN_PLANE = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
-#: Kinds of starts in space, in the order in which the search repeats them. Starts from random forces find
-#: states with a lower λ in less time than starts from load histories ("self-stress").
+#: Kinds of starts in space, in the order in which the search repeats them. Starts from random forces lower λ
+#: in less time than starts from load histories ("self-stress").
 _KINDS_IN_SPACE = (_RANDOM_FORCES, _RANDOM_FORCES, _STRESS, _RANDOM_FORCES)

@@ -21,9 +21,9 @@ class SearchSettings(Settings):
     #: starts lead to no state.
     load_shares: tuple[float, float] = (0.5, 1.0)
 
-    #: Range of the fraction of yield conditions that are chosen at random to draw random forces: the forces
-    #: minimise the slacks of the chosen conditions. With larger fractions the drawn forces are more similar
-    #: to each other.
+    #: Range of the fraction of yield conditions that is chosen at random when random forces are drawn. The
+    #: drawn forces minimise the slacks of the chosen conditions. With larger fractions the drawn forces are
+    #: more similar to each other.
     yielding_shares: tuple[float, float] = (0.02, 0.3)
 
     #: Number of successive starts without a lower λ after which the default method ends its search on small
@@ -59,8 +59,9 @@ class SearchSettings(Settings):
     #: states.
     released_share: float = zero_or_more(0.02)
 
-    #: Fractions of the strength of ties and other limited forces that may be used in the first starts: one
-    #: fraction for each start. With more fractions, states in which ties do not yield are found more often.
+    #: Fractions of the strength of ties and other limited forces. The first starts, one for each fraction,
+    #: limit these forces to the fraction of their strength. With more fractions, states in which ties do not
+    #: yield are found more often.
     strength_shares: tuple[float, ...] = (0.75, 0.5, 0.25)
 
     #: Largest number of linear programs in a fixed-point iteration, which is one kind of start of the search.
@@ -83,28 +84,28 @@ class SearchSettings(Settings):
 
     #: If the search finds no exact state from the forces of a start, it replaces these forces by forces
     #: nearer to a collapse state, and searches again. This setting is the largest number of replacements for
-    #: each start. With a larger value λ is seldom lower.
+    #: each start. More replacements seldom lead to a lower λ.
     repairs: int = zero_or_more(2)
 
     #: Time limit of a linear program of the search, in seconds per joint of the scene, because HiGHS may
     #: never end without a limit. A program that reaches the limit counts as undecided.
     seconds_per_joint: float = 0.2
 
-    #: Weight of the energy z·p relative to λ Σ|f_L| in the program of forces, if the mechanism is known only
-    #: roughly. With a smaller weight more energy remains: 50 % more on façades if the weight is 10. With a
-    #: larger weight λ is higher: by up to 0.2 % if the weight is 100.
+    #: Weight of the energy z·p (slacks times rates), relative to λ Σ|f_L|, in the program that computes the
+    #: forces if the mechanism is known only roughly. With a smaller weight more energy remains: on façades 50
+    #: % more with weight 10. With a larger weight λ is higher: by up to 0.2 % with weight 100.
     weight: float = 30.0
 
-    #: Weights in the plane. The alternation between mechanisms and forces minimises λ Σ|f_L| plus a weight
-    #: times the energy z·p, for one weight after the other. With smaller weights λ is lower. With larger
-    #: weights less energy remains.
+    #: Weights of the energy z·p (slacks times rates) in the plane. The alternation between mechanisms and
+    #: forces minimises λ Σ|f_L| plus a weight times this energy, for one weight after the other. With smaller
+    #: weights λ is lower. With larger weights less energy remains.
     weights_in_plane: tuple[float, ...] = (1e3, 1e4)
 
-    #: Series of weights in space. As in the plane, the alternation between mechanisms and forces minimises
-    #: λ Σ|f_L| plus a weight times the energy z·p, for one weight of a series after the other. If it finds no
-    #: state, it starts again with the next series. Further starts of a search use only the first series,
-    #: whose weights increase slowly and lead to a lower λ. The large weights of the second series keep the
-    #: forces near the start, which helps on many rings of wedges.
+    #: Series of weights of the energy z·p (slacks times rates) in space. The alternation between mechanisms
+    #: and forces minimises λ Σ|f_L| plus a weight times this energy, for one weight of a series after the
+    #: other. If no state is found, the alternation starts again with the next series. Further starts of a
+    #: search use only the first series, whose weights increase slowly and lead to a lower λ. The large
+    #: weights of the second series keep the forces near the start, which helps on many rings of wedges.
     weight_series_in_space: tuple[tuple[float, ...], ...] = (
         (3.0, 10.0, 30.0, 1e2, 3e2, 1e3, 1e4),
         (*5 * [1e4], *2 * [1e5, 1e6]),

@@ -64,10 +64,11 @@ class IncrementalResult:
     history: LoadHistory
     carried: float = 0.0  #: largest load factor under which the blocks are in equilibrium
     not_carried: float = inf  #: smallest load factor under which the blocks collapsed
-    #: Exact state at a load factor between ``carried`` and ``not_carried``; None if none was found.
+    #: Exact state of the collapse, with a load factor between ``carried`` and ``not_carried``; None if no
+    #: state was found.
     state: Answer | None = None
-    #: Exact state in which the blocks continue to move after the collapse, with a load factor below
-    #: ``carried``; None if none was found.
+    #: Exact state in which the blocks continue to move after the collapse. Its load factor is below
+    #: ``carried``, the largest load factor in equilibrium. None if no state was found.
     state_in_motion: Answer | None = None
     #: Motion of the blocks in the collapse, under the load factor ``not_carried`` or, if the scene is
     #: unstable, under the dead load.
@@ -81,7 +82,7 @@ class IncrementalResult:
 
     @property
     def load_factor(self) -> float | None:
-        """Load factor of the exact state or, without an exact state, the largest load factor in equilibrium.
+        """Load factor of the exact state if it exists, otherwise the largest load factor in equilibrium.
 
         None if the analysis did not end in a collapse.
         """
@@ -90,7 +91,7 @@ class IncrementalResult:
         return self.carried if self.state is None else self.state.load_factor
 
     def with_state(self, state: Answer | None) -> "IncrementalResult":
-        """Return the result together with an exact state, if the state belongs to the collapse.
+        """Add an exact state to the result if the state belongs to the collapse, and return the result.
 
         A state with a load factor between ``carried`` and ``not_carried`` is the state of the collapse. In a
         state with a lower load factor the blocks continue to move after the collapse.
@@ -112,7 +113,7 @@ def _is_between(state: Answer, carried: float, not_carried: float, size: float) 
 
 
 def _excess(state: Answer, unbalanced: np.ndarray | None, most: float) -> float:
-    """Return by how much unbalanced forces may let the carried load exceed the load of an exact state.
+    """Return how far the carried load may exceed the load of an exact state because of unbalanced forces.
 
     If no joint slips, virtual work limits the excess to the work of the unbalanced forces in the motion of
     the state, in which the live load does unit work: ``unbalanced`` is divided by the norm of the live load.
@@ -137,7 +138,7 @@ class IncrementalAnalysis:
 
     @cached_property
     def preload(self) -> Equilibrium | Collapse | SlowMotion:
-        """Equilibrium under the dead load from rest; the motion of the blocks if no equilibrium is found."""
+        """Equilibrium under the dead load from rest, or a motion of the blocks if none is found."""
         return self.solver.equilibrate(self.solver.at_rest(self.problem.settled), self.problem.dead)
 
     def run(self, progress: Callable[[LoadStep], None] = lambda _: None) -> IncrementalResult:
@@ -196,7 +197,7 @@ def is_meaningful(analysis: IncrementalAnalysis, load_factor: float, d: np.ndarr
 
 
 class _LoadRaising:
-    """Search for the collapse load, which raises the live load in steps from the preload."""
+    """Search for the collapse load: raise the live load in steps, starting from the preload."""
 
     def __init__(
         self, solver: EquilibriumSolver, preload: Equilibrium, progress: Callable[[LoadStep], None]
@@ -205,7 +206,7 @@ class _LoadRaising:
         self.progress = progress
         self.reached, self.carried = preload, 0.0
         self.not_carried = self.unreached = inf
-        # Load factors under which a damped motion ended undecided since the last equilibrium.
+        # Load factors tried since the last equilibrium under which the damped motion remained undecided.
         self.slow: list[float] = []
         self.collapse: Collapse | None = None
         self.state: Answer | None = None
@@ -281,7 +282,7 @@ class _LoadRaising:
         return True
 
     def _go_on_from(self, found: Equilibrium, load_factor: float) -> None:
-        """Record an equilibrium under a larger load, from which the load history continues."""
+        """Record an equilibrium under a larger load. The load history continues from this equilibrium."""
         last = self.carried
         self.reached, self.carried, self.last_increment = found, load_factor, load_factor - last
         self.__dict__.pop("rate", None)
@@ -291,7 +292,7 @@ class _LoadRaising:
             self.state = None
 
     def _may_be_limit(self, state: Answer) -> bool:
-        """Return True if the load factor of an exact state may still be the collapse load."""
+        """Return True if the load factor of an exact state may still be the load factor of the collapse."""
         return self._is_in_bracket(state) and self.carried < self._beside(state)[1]
 
     def _is_in_bracket(self, state: Answer) -> bool:
@@ -300,13 +301,13 @@ class _LoadRaising:
 
     @property
     def _unbalanced(self) -> np.ndarray:
-        """Unbalanced forces under load factor ``carried``, divided by the live load's norm, shape (3b,)."""
+        """Unbalanced forces under the carried load factor, divided by the live load's norm, shape (3b,)."""
         forces = self.solver.unbalanced(self.reached.response, self._load(self.carried))
         return forces / self.problem.live_norm
 
     @property
     def _most_excess(self) -> float:
-        """Largest excess of ``carried`` over an exact state's λ that can be due to unbalanced forces.
+        """Largest amount by which unbalanced forces may raise the carried λ above the λ of an exact state.
 
         It is half the distance between an exact state and the load that is tested above it, so that this load
         is larger than ``carried``.
@@ -314,7 +315,7 @@ class _LoadRaising:
         return self.settings.tolerance / 4 * self._size_of(self.carried)
 
     def _size_of(self, load_factor: float) -> float:
-        """Return a load factor, but at least a positive minimum, as reference for relative differences."""
+        """Return the larger of a load factor and a positive minimum, as reference of relative differences."""
         return max(load_factor, self.settings.smallest_increment * self.unit)
 
     def _choose_increment(self) -> float:
@@ -366,7 +367,7 @@ class _LoadRaising:
         return larger - load_factor <= self.settings.tolerance * self._size_of(larger)
 
     def _beside(self, state: Answer) -> tuple[float, float]:
-        """Return two load factors close to that of an exact state: slightly below and slightly above it."""
+        """Return two load factors, slightly below and slightly above the load factor of an exact state."""
         apart = self.settings.tolerance / 2 * self._size_of(state.load_factor)
         return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
 

@@ -56,7 +56,7 @@ def solve_collapse_state(solver: EquilibriumSolver, collapse: Collapse, load_fac
 def find_collapse_state(
     solver: EquilibriumSolver, collapse: Collapse, effort: Effort | None = None
 ) -> Answer | None:
-    """Return the exact state that two optimisation programs find near a collapse; None without a state.
+    """Return an exact state near a collapse, computed by two optimisation programs, or None if this fails.
 
     The programs start from the forces at the collapse. In the plane they are solved by the simplex method, in
     space and on large scenes by an interior-point method.

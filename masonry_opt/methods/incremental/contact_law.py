@@ -66,7 +66,7 @@ def mean_force_and_compliance(
 
 @dataclass(frozen=True)
 class Response:
-    """Response of all contacts to trial forces: forces with one column per joint and per limited force."""
+    """Response of the contacts to trial forces. Force arrays have a column per joint and limited force."""
 
     #: Forces of the contacts, shape (3, m), with one column for each joint, and then one for each limited
     #: force (such as the force of a tie). The rows of a joint are n₁, n₂ and s (in space n, s and t). The
@@ -212,10 +212,9 @@ class ContactLaw:
         tangent[shear, shear] += np.where(slides, ratio * across, np.eye(2)[:, :, None])
 
     def _press(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the normal forces of the contact points without slip, by eq. (1), and their derivative.
+        """Return normal forces without slip, eq. (1), and their derivative with respect to trial forces.
 
-        The forces have shape (points, c). The derivative with respect to the trial forces has shape (points,
-        points, c).
+        The forces have shape (points, c). The derivative has shape (points, points, c).
         """
         closed = trial >= -self._touching
         forces, rates = np.maximum(trial, 0.0), np.zeros((self.points, *trial.shape))
@@ -261,8 +260,9 @@ class StrengthPolygon:
     @cached_property
     def _sides(self) -> "PolygonSides":
         """Sides of the polygon, counter-clockwise."""
-        # Each corner of the polygon is the intersection of two chords, at x = n / (f_c L). The moment at a
-        # corner is L/2 · x (1 - x), so n₁ and n₂ are (x ± x (1 - x)) / 2.
+        # Each corner of the polygon is the intersection of two chords of the strength parabola, at the
+        # relative normal force x = n / (f_c L). The moment at a corner is L/2 · x (1 - x), so n₁ and n₂ are
+        # (x ± x (1 - x)) / 2.
         slope, constant = CHORDS.slope, CHORDS.constant
         inner = (constant[1:] - constant[:-1]) / (slope[:-1] - slope[1:])
         x = np.concatenate([[0.0], inner, [1.0]])
@@ -298,16 +298,16 @@ class PolygonSides:
         self._outward = np.stack([self._along[:, 1], -self._along[:, 0]], axis=1)
 
     def distances(self, points: np.ndarray) -> np.ndarray:
-        """Return signed distances, shape (corners, l), of points, shape (2, l), from the lines of all sides.
+        """Return the signed distances of points from the lines of all sides, shape (corners, l).
 
-        Distances are positive outside the polygon.
+        The points have shape (2, l). Distances are positive outside the polygon.
         """
         of_corners = (self._outward * self._corners).sum(axis=1)
         distances: np.ndarray = self._outward @ points - of_corners[:, None]
         return distances
 
     def project(self, points: np.ndarray, distances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the points of the polygon nearest to points outside it, and their derivatives.
+        """Project outside points onto the polygon, and return the projected points and their derivatives.
 
         The points have shape (2, l). The derivatives with respect to the points outside have shape (2, 2, l).
         ``distances`` are the distances of the points from the lines of the sides.

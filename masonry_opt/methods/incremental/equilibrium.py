@@ -198,7 +198,7 @@ class EquilibriumSolver:
         return self.size(unbalanced) <= self._negligible(load)
 
     def factors(self, tangent: np.ndarray, damping: float) -> Factors:
-        """Factorise the stiffness matrix, for a tangent stiffness of the contacts and a damping coefficient.
+        """Factorise the stiffness matrix that results from a contact tangent and a damping coefficient.
 
         ``tangent`` has the shape (3, 3, m). The last factorisation is reused if the arguments are unchanged.
         """
@@ -250,7 +250,7 @@ class EquilibriumSolver:
         return self.size_of_motion(displacement) <= self.settings.rounding * float(np.abs(displacement).max())
 
     def _find_endless_motion(self, step: _Step, load: np.ndarray) -> np.ndarray | None:
-        """Return a displacement of size ``far`` along a mechanism, or None if the blocks may still stop.
+        """Return a displacement of size ``far`` along an endless mechanism, or None if the blocks may stop.
 
         Without damping, the unbalanced forces cause such a large displacement only along a mechanism.
         """
@@ -264,7 +264,7 @@ class EquilibriumSolver:
         return motion if self.size(change) <= self.settings.steady * self.size(step.unbalanced) else None
 
     def _step_in_time(self, start: _Step, load: np.ndarray, damping: float) -> tuple[_Step | None, float]:
-        """Return an implicit Euler step of eq. (2), and the fraction of its full length that was taken.
+        """Return an implicit Euler step of eq. (2), and the fraction of the full step length that was taken.
 
         Newton's method continues as long as each iteration halves the residual. If the method fails, the
         direction of the first iteration is shortened. The step is None if it would become too short.
@@ -287,7 +287,7 @@ class EquilibriumSolver:
         return self._evaluate(start.state, load, damping, step.displacement + x)
 
     def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
-        """Halve a time step until the tangent predicts its forces well. Return the step and its fraction.
+        """Halve a time step until the tangent predicts the forces well; return it and its relative length.
 
         The tangent predicts that the unbalanced forces change linearly to those that the damping balances.
         """

@@ -122,7 +122,7 @@ def _last_state(analysis: IncrementalAnalysis, result: IncrementalResult) -> Ans
 
 
 def _falling_state(analysis: IncrementalAnalysis) -> Answer | None:
-    """Return an exact collapse state under at most the dead load, or None if no state is found."""
+    """Return an exact collapse state under the dead load or a part of it, or None if no state is found."""
     problem = analysis.problem
     raised = replace(problem, dead=np.zeros_like(problem.dead), live=problem.dead, settled=None)
     result = IncrementalAnalysis(raised, analysis.solver.settings).run()
@@ -135,7 +135,7 @@ def _undecided(result: IncrementalResult) -> dict[str, Any]:
 
 
 def _with_curve(solution: Solution) -> Solution:
-    """Let a solution report its load–displacement curve if it has a load history."""
+    """Return the solution, with a report of its load–displacement curve added if it has a load history."""
     history = solution.load_history
     if history is None:
         return solution

@@ -22,11 +22,11 @@ class IncrementalSettings(Settings):
     #:
     #: The setting has three further effects:
     #:
-    #: - If an exact state is found, the load factors that are smaller and larger than its load factor by half
-    #:   of this value (relative to the load factor) are tested.
+    #: - If an exact state is found, two load factors are tested: the load factor of the state, reduced and
+    #:   increased by half of this fraction.
     #: - After a damped motion, the first load increment has this size, relative to the load factor. With each
     #:   consecutive damped motion the increment doubles, until it reaches ``smallest_increment``.
-    #: - Forces that hold a settling support are stiffer than a tie by the inverse of this value.
+    #: - Forces that hold a settling support are stiffer than a tie by the factor 1 / ``tolerance``.
     tolerance: float = 1e-3
     #: Change of the contact forces in the first trial of a load increment, relative to the size of the
     #: contact forces. The trial is at least ``smallest_increment``, and at most twice the last increment. It
@@ -36,14 +36,14 @@ class IncrementalSettings(Settings):
     increment: float = 0.1
     #: Displacement beyond which the blocks count as collapsed, relative to the elastic displacement under the
     #: mean contact force. If the load is larger than the mean contact force, the displacement is multiplied
-    #: by their ratio. With a smaller value, a long slide to a new equilibrium counts as collapse. With a
-    #: larger value, joints that are not quite parallel may jam first, and motions of large scenes in space
-    #: remain undecided.
+    #: by the ratio of the load to this force. With a smaller value, a long slide to a new equilibrium counts
+    #: as collapse. With a larger value, joints that are not quite parallel may jam first, and motions of
+    #: large scenes in space remain undecided.
     far: float = 3e3
 
-    #: Largest number of joints (in space: contacts) of scenes for which other methods also compute the
-    #: incremental load factor. On larger scenes the computation would take many minutes. Other methods always
-    #: use the default value.
+    #: Largest number of joints (in space: contacts) of scenes for which methods other than "incremental"
+    #: compute the incremental load factor in addition to their own. On larger scenes the computation would
+    #: take many minutes. The other methods always use the default value.
     most_joints: int = 3000
 
     #: Smallest load increment, relative to the load factor. The load history also ends if a range of this
@@ -63,8 +63,8 @@ class IncrementalSettings(Settings):
     #: accumulate over the load history.
     equilibrium: float = 1e-9
     #: Largest number of Newton iterations for one equilibrium, and for the slip of joints under trial forces.
-    #: If an equilibrium would need more, Newton's method fails, and the slower damped motion replaces it.
-    #: With more iterations unsuccessful solves take longer.
+    #: If an equilibrium would need more iterations, Newton's method fails, and the slower damped motion
+    #: replaces it. With more iterations unsuccessful solves take longer.
     newton_iterations: int = 20
     #: Largest number of times that a Newton step is halved if it does not reduce the residual, and that a
     #: time step of a damped motion is halved if it is too long. If more halvings would be needed, the step
@@ -79,11 +79,12 @@ class IncrementalSettings(Settings):
     #: solves, but by less than ``far``, the motion is undecided. With a smaller number more slow slides
     #: remain undecided. With a larger number slow slides take longer.
     motion_solves: int = 4000
-    #: Largest number of solves for the exact state of a collapse, each after a displacement of ``far``. With
-    #: fewer solves fewer exact states are found in space, because directions of slip may change from solve to
-    #: solve. With more solves collapses without an exact state take longer. With 0 the load history uses no
-    #: exact states. The analysis then usually ends with a range of the collapse load (code ``range`` instead
-    #: of ``collapse``), also in the plane, and its load factors differ slightly.
+    #: Largest number of solves for the exact state of a collapse. Before each solve the blocks are displaced
+    #: by ``far``. With fewer solves fewer exact states are found in space, because directions of slip may
+    #: change from solve to solve. With more solves collapses without an exact state take longer. With 0 the
+    #: load history uses no exact states. Then even a plane analysis usually ends with a range of the collapse
+    #: load (code ``range`` instead of ``collapse``), and load factors differ slightly from those of exact
+    #: states.
     exact_solves: int = zero_or_more(4)
     #: Blocks count as free to move without resistance if more than this fraction of the unbalanced forces
     #: remains even though all contacts stick. With a smaller fraction rounding errors may look like a free

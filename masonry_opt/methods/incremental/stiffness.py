@@ -26,7 +26,7 @@ class Factors(Protocol):
 
 
 class StiffnessMatrix:
-    """Stiffness matrix S = B J k Bᵀ + η B k Bᵀ of the blocks, for a contact tangent J and a damping η."""
+    """Stiffness matrix S = B J k Bᵀ + η B k Bᵀ, with contact stiffness k, contact tangent J and damping η."""
 
     def __init__(
         self, problem: Problem, law: ContactLaw, settings: IncrementalSettings | None = None

@@ -19,7 +19,7 @@ from masonry_opt.stability.diagnosis import no_optimum
 
 
 class Shortfall(StrEnum):
-    """Shortfall of a converged run of the loop: a reason to reject its answer and to try a remedy."""
+    """Reason to reject the answer of a converged run of the loop and to try a remedy."""
 
     INEXACT = "converged to no exact state"
     ROUGH = "converged to the associative answer, but only within a large tolerance"
@@ -38,7 +38,7 @@ _RemainingRemedies = dict[Failure | None, Iterator[Remedy]]
 
 
 def _accurately(last: Attempt) -> Attempt | None:
-    """Return an attempt of the loop with accurate sub-problems, or None if the failed run had them."""
+    """Return an attempt with accurate sub-problems, or None if the failed run used accurate sub-problems."""
     if last.parameters.tolerance is None:
         return None
     parameters = last.parameters.model_copy(update={"tolerance": None})
@@ -61,7 +61,7 @@ def _more_damping(last: Attempt) -> Attempt | None:
 
 
 def _cohesive_start(last: Attempt) -> Attempt | None:
-    """Return an attempt of the loop with the cohesive start (section 6.3), or None if the last one had it.
+    """Return an attempt with the cohesive start (section 6.3), or None if the failed run used this start.
 
     Dilatancy cannot lock the joints in the first sub-problem of this start.
     """
@@ -101,7 +101,7 @@ REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
 
 @dataclass(frozen=True)
 class _Ran:
-    """Run of the loop that has ended, with its parameters."""
+    """Finished run of the loop, with its parameters and its solution."""
 
     attempt: Attempt  #: parameters and solver of the run
     solution: Solution
@@ -120,7 +120,7 @@ class _Ran:
 
 
 def nonassociative(task: Task) -> Solution:
-    """Solve a problem by the paper's loop of linear programs, with the flow rule of its joints.
+    """Solve a problem with non-associative flow by the paper's loop of linear programs.
 
     If a run of the loop fails, further runs follow with the remedies that ``REMEDIES`` lists for the failure.
     The history and the reasons record each run.
@@ -162,7 +162,7 @@ def nonassociative(task: Task) -> Solution:
 
 
 def _declared(task: Task, problem: Problem, solver: Solver, tolerance: float | None) -> Driver:
-    """Return the driver of the sub-problems, compiled for a solver and a tolerance."""
+    """Compile the linear program of the sub-problems for a solver and a tolerance, and return its driver."""
     # Scale sub-problems by the load if they are solved to a large tolerance, so that their errors do not grow
     # with the size of the scene.
     of_load = tolerance is not None

@@ -39,8 +39,8 @@ _DOUBLINGS = 5
 #: Smallest relative increase of λ from one sub-problem to the next that counts as steady growth of the loop.
 _RISE = 1e-2
 
-#: Number of increases of λ in a row, each by at least the fraction ``_RISE``, after which the loop counts as
-#: divergent, if λ also exceeds ``_GROWN`` times its first value. The run then ends.
+#: Number of successive increases of λ, each by at least the fraction ``_RISE``, after which the loop counts
+#: as divergent if λ also exceeds ``_GROWN`` times its first value. The run then ends.
 _RISES = 30
 
 #: Ratio of λ to its first value above which steady growth counts as divergence of the loop.
@@ -54,12 +54,12 @@ LONGEST_PERIOD = 6
 #: larger value slowly damped oscillations count as cycles.
 _STEADY = 0.05
 
-#: Fractions of the largest rate of a mechanism above which a rate counts as nonzero. The first value is
-#: larger than the rates that solvers return in place of zero. The second value is tried if the first value
-#: leads to no exact state, which happens in some cycles.
+#: A rate counts as nonzero if it exceeds this fraction of the largest rate of the mechanism. The first
+#: fraction is larger than the rates that solvers return in place of zero. The second fraction is tried if no
+#: exact state is found with the first fraction, which happens in some cycles of the loop.
 _MOVING_RATE_SHARES = (1e-6, 1e-4)
 
-#: Key of ``result.solvers`` for the solvers that find the exact state at the end of a run of the loop.
+#: Key in ``result.solvers`` of the solvers that computed the exact state at the end of a run of the loop.
 _EXACT_END_PURPOSE = "exact end"
 
 
@@ -74,8 +74,9 @@ class Iteration:
     load_factor: float  #: λ of the sub-problem, without the correction of step 6
     #: Slope α of the shear limit, relative to μ; NaN for the first sub-problem, which has the true limit.
     alpha: float
-    change: float  #: largest change of a normal force from the previous sub-problem, in median block weights
-    violation: float  #: largest violation of the true Coulomb law, in median block weights
+    #: Largest change of a normal force from the previous sub-problem, relative to the median block weight.
+    change: float
+    violation: float  #: largest violation of Coulomb's law, relative to the median block weight
     raising: float  #: work done against the dead load (paper, Fig. 12)
     sliding: float  #: energy dissipated by sliding in the sub-problem
     #: Energy that the slips of the sub-problem would dissipate with the true shear limits: the paper's
@@ -132,8 +133,9 @@ class Run:
         self.next_try = 0
         #: True if the run may end before λ converges, as soon as an exact state is found.
         self.early = self.parameters.finish and self.parameters.tolerance is not None
-        #: True if the first load factor is reported as the associative load factor. It is not reported if
-        #: sub-problems are solved to a large tolerance, because it is then wrong by up to 0.4 %.
+        #: True if the first load factor is reported as the associative load factor. If sub-problems are
+        #: solved to a large tolerance, the first load factor is not reported, because its error is up to 0.4
+        #: %.
         self.first_is_associative = self.parameters.start == "associative" and not self.parameters.tolerance
 
     def follow(self, progress: Callable[[Iteration], None]) -> Solution:
@@ -182,7 +184,7 @@ class Run:
         return ended.ended(Status.CONVERGED, Code.FLOW_RULE_IDLE)
 
     def _ended(self, last: SubProblem, entry: Iteration) -> Solution | None:
-        """Return the solution of the run if the run ends with this sub-problem, otherwise None.
+        """Return the solution of the run if the run ends with the last sub-problem, otherwise None.
 
         A run ends in one of these cases:
 
@@ -194,8 +196,9 @@ class Run:
         parameters = self.parameters
         if last.alpha <= parameters.alpha_min:
             is_nearly_true = self.early and entry.mismatch <= _NEARLY_TRUE * abs(entry.load_factor)
-            # After a failed attempt to find an exact state, a run that may end early waits for a few
-            # sub-problems. All other runs try only when λ has converged.
+            # A run that may end early looks for an exact state before λ converges. If it finds none, it
+            # solves a few sub-problems before it looks again. All other runs look for an exact state only
+            # when λ has converged.
             may_try = last.number >= self.next_try or not self.early
             if (is_nearly_true or last.stands_still) and may_try:
                 exact = self._exact_end(last)
@@ -230,9 +233,9 @@ class Run:
         is_rough = self.parameters.tolerance is not None or problem.layout.round
         if not is_rough:
             end = accurate_end(problem, state, corrected(problem, last), solver, effort)
-        # In joints of limited strength, the contraction of a sliding joint in a sub-problem may represent
-        # crushing. If no exact state is found, the programs for sub-problems with a large tolerance are
-        # therefore tried too.
+        # In a sub-problem sliding joints contract, and in joints of limited strength this contraction may
+        # represent crushing. If no exact state is found for such joints, try the method for rough
+        # sub-problems too.
         if is_rough or (end is None and len(problem.crushing)):
             end = rough_end(problem, state, solver, effort)
         if end is None:
@@ -243,7 +246,8 @@ class Run:
         """Return the solution of a converged run, with its load factor corrected by step 6 of the paper."""
         state, ended, first = last.state, self.ending, self.load_factors[0]
         load_factor = corrected(self.problem, last)
-        # Limit λ to the associative load factor, which is an upper bound for any smaller dilatancy.
+        # Limit λ to the associative load factor, which is an upper bound of λ if the dilatancy is smaller
+        # than the friction.
         if self.first_is_associative and load_factor > first:
             ended = ended.telling(reason(Code.ABOVE_ASSOCIATIVE, by=load_factor - first))
             load_factor = first
@@ -285,7 +289,7 @@ def diverges(load_factors: Sequence[float]) -> bool:
 
 
 def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
-    """Return the number of sub-problems after which the loop repeats itself, or 0 if it does not.
+    """Return the number of sub-problems in a cycle of the loop, or 0 if the loop does not repeat itself.
 
     In a cycle the load factors repeat twice, the normal forces repeat once, and the range of λ hardly
     shrinks. ``normal`` are the normal forces of the last sub-problems, up to ``LONGEST_PERIOD`` + 1 of them.
@@ -306,7 +310,7 @@ def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
 def accurate_end(
     problem: Problem, state: State, near: float, solver: Solver, effort: Effort
 ) -> Answer | None:
-    """Return the exact state with the mechanism of an accurate sub-problem and the λ nearest to ``near``.
+    """Return the exact state with the λ nearest to ``near`` and the mechanism of an accurate sub-problem.
 
     None is returned if no forces bring the faces with nonzero rates to yield, or if forces and mechanism do
     not form one collapse state.

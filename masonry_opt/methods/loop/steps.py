@@ -20,9 +20,9 @@ _MOST_RAISES = 8
 #: Factor by which the trial cohesion of a cohesive start is multiplied each time that it is raised.
 _RAISE_FACTOR = 4
 
-#: Normal forces elsewhere in a connected component scale the small cohesion of a joint only up to this
-#: multiple of the largest force on the joint's own blocks. The limit prevents very large forces on other
-#: blocks from making the cohesion too large.
+#: The small cohesion of a joint is proportional to the largest normal force in its connected component, but
+#: to at most this multiple of the largest force on the joint's own blocks. Without the limit, very large
+#: forces on other blocks could make the cohesion too large.
 _DWARFS = 1e3
 
 
@@ -37,12 +37,12 @@ class SubProblem:
     alpha: float  #: slope α of the shear limits; NaN for the first sub-problem, whose limits have no α
     #: Small cohesion c⁰ of each joint that can slide, in the shear limits of the program, shape (k,).
     small_cohesion: np.ndarray
-    stands_still: bool  #: True if λ stands still: its relative change is below option ``tol`` (step 3)
+    stands_still: bool  #: True if λ has converged: its relative change is below option ``tol`` (step 3)
 
 
 @dataclass(frozen=True)
 class LimitUpdate:
-    """Data from which step 4 computes the shear limits of the next sub-problem."""
+    """Data from which the shear limits of the next sub-problem are computed: step 4 of the paper."""
 
     problem: Problem  #: the problem of the loop
     last: SubProblem  #: the last sub-problem that was solved
@@ -133,7 +133,7 @@ def corrected(problem: Problem, last: SubProblem) -> float:
 
 
 def _largest_nearby(problem: Problem, state: State) -> np.ndarray:
-    """Return, for each joint, the largest nearby normal force, which scales its small cohesion, shape (c,).
+    """Return the largest normal force near each joint, shape (c,). The small cohesion is proportional to it.
 
     The force is the largest normal force in the joint's connected component, but at most ``_DWARFS`` times
     the largest force on the joint's own blocks. The cohesion is then small for each joint.

@@ -118,7 +118,7 @@ class Group:
 
     @cached_property
     def _points(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the contact points on the group's planes: the index of the plane, and the coordinates.
+        """Return, for each contact point on the group's planes, the plane's index and the coordinates.
 
         The index refers to ``members``. A point that is on several planes is repeated.
         """
@@ -179,7 +179,7 @@ def _moved_groups(drawn: DrawnContacts, planes: ContactPlanes, groups: list[Grou
     direction = np.stack([group.direction for group in groups])[owner]
     height = dots(drawn.point[points], direction[number])
     mean = np.bincount(number, height) / np.bincount(number)
-    # Sort the planes of a group by their distance from the origin. A new run of planes begins where two
+    # Sort the planes of a group by their distance from the origin. A new common plane begins where two
     # neighbouring distances differ by more than the tolerance.
     order = np.lexsort((mean, owner))
     begins = (np.diff(owner[order]) != 0) | (np.diff(mean[order]) > drawn.tolerance)
@@ -235,7 +235,7 @@ def _parallel_planes(
 
 
 class _Links:
-    """Search for the joints that are linked to a plane.
+    """Search for the joints that are connected to a plane through parallel or perpendicular joints.
 
     A joint is *linked* to a plane if blocks and joints connect it to the joint of the plane, and if all these
     joints are parallel or perpendicular to the plane.
@@ -249,10 +249,10 @@ class _Links:
         self._accuracies = accuracy.tolist()
 
     def linked_to(self, joint: int, direction: np.ndarray, accuracy: float) -> np.ndarray:
-        """Return the indices of the joints that are linked to a plane (see the class), in ascending order.
+        """Return the indices of the joints that parallel or perpendicular joints connect to a plane.
 
-        The plane belongs to the joint with index ``joint``, which is one of the returned joints. The plane
-        has the given direction (unit normal) and accuracy.
+        The indices are in ascending order. The plane belongs to the joint with index ``joint``, which is one
+        of the returned joints. The plane has the given direction (unit normal) and accuracy.
         """
         joints = self._one_by_one(joint, direction, accuracy)
         if joints is not None:
@@ -262,7 +262,7 @@ class _Links:
         return _component_of(joint, np.flatnonzero(passes), self._drawn.ends)
 
     def _one_by_one(self, joint: int, direction: np.ndarray, accuracy: float) -> np.ndarray | None:
-        """Return the joints that a search from block to block finds, or None if it finds too many joints."""
+        """Search from block to block; return the joints found, or None if there are too many joints."""
         joints = [joint]
         seen = {joint}
         visited: set[int] = set()
@@ -335,9 +335,10 @@ def _component_of(joint: int, joints: np.ndarray, ends: np.ndarray) -> np.ndarra
 
 
 def _square_pairs(groups: list[Group], planes: ContactPlanes) -> list[list[int]]:
-    """Return, for each group of planes, the groups that are square to it within the drawing's accuracy.
+    """Return, for each group of planes, the groups that are perpendicular to the planes of this group.
 
-    Two groups are compared if they have planes of a common joint.
+    Two groups are compared if they have planes of a common joint. Deviations within the drawing's accuracy
+    are allowed.
     """
     of_plane = np.full(len(planes.direction), -1)
     for number, group in enumerate(groups):

@@ -112,7 +112,7 @@ def test_many_wedges_of_scattered_angles_are_compared_with_errors_of_a_survey(nu
     values = {"pairs": [("A", "B")] * number, "angle": 0.007, "tolerance": 0.01, "scatter": scatter}
     sentence = nearly_parallel(values)
     assert "if the joints should be parallel, set 'tolerance' to 0.01" in sentence
-    assert ("the angles scatter as errors of a survey do" in sentence) == survey
+    assert ("the angles scatter like errors of a survey" in sentence) == survey
 
 
 ARCH = mo.Arch(span=10, rise=0.665, thickness=0.5, voussoirs=60, unit_weight=20, live_per_weight=(1, 0))
