@@ -158,7 +158,7 @@ class SolidGenerator(AnyGenerator):
     unit_weight: NonNegative
 
     def blocks(self) -> list[Solid]:
-        """Return the generated blocks, each with its weight and a live load proportional to it."""
+        """Return the generated blocks, each with its weight and a live load in proportion to the weight."""
         raise NotImplementedError
 
     def _stone(self, name: str, *parts: Shape, **weight: Any) -> Solid:

@@ -42,8 +42,8 @@ _CHORD_ALLOWANCE = 0.05
 #: some joints remain wedge-shaped. A larger ratio aligns more joints than necessary.
 TOLERANCE_OVER_ERROR = 3.0
 
-#: Largest distance of a corner from the straight line between its neighbours at which the corner is removed,
-#: relative to the tolerance.
+#: Largest distance, relative to the tolerance, of a corner from the line between the previous and the next
+#: corner at which the corner is removed.
 STRAIGHT = 0.1
 
 
@@ -121,7 +121,7 @@ class Extents(ABC):
 
     @abstractmethod
     def away(self, block: int, point: np.ndarray) -> float:
-        """Return how far away a point is from a block, 0 if the point lies inside."""
+        """Return the distance of a point from a block, which is 0 if the point is inside the block."""
 
     @abstractmethod
     def nearest(self, block: int) -> tuple[int, float]:
@@ -145,7 +145,7 @@ class Extents(ABC):
 
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the bounding box of each block: smallest and largest coordinates, (blocks, dim) each."""
+        """Return the smallest and the largest coordinates of each block, shape (blocks, dim) each."""
         points, block = self.corners
         return bounds(block, points, len(self.size))
 
@@ -191,7 +191,7 @@ class Geometry(Extents):
         return shapely.distance(hulls, shapely.points(points))
 
     def away(self, block: int, point: np.ndarray) -> float:
-        """Return how far away a point is from a block, 0 if the point lies inside."""
+        """Return the distance of a point from a block, which is 0 if the point is inside the block."""
         return float(shapely.distance(self.polygons[block], shapely.Point(point)))
 
     def nearest(self, block: int) -> tuple[int, float]:
@@ -248,7 +248,7 @@ def geometry(scene: Scene) -> Geometry:
     corners, owner = np.concatenate(corners_of), np.repeat(np.arange(len(blocks)), list(map(len, corners_of)))
     origin, tolerance = frame_of(scene, corners, owner)
     outlines = shapely.polygons(shapely.linearrings(corners - origin, indices=owner))
-    # Replace the outlines of blocks that have several parts or holes.
+    # A block with several parts or holes has several rings: replace its outline by a polygon of all rings.
     for index, block in enumerate(blocks):
         if len(block.rings) > 1 or block.holes:
             outlines[index] = _built_up(scene, block, index, origin, tolerance)
@@ -278,7 +278,7 @@ def geometry(scene: Scene) -> Geometry:
 def _built_up(
     scene: Scene, block: Block, index: int, origin: np.ndarray, tolerance: float
 ) -> shapely.Geometry:
-    """Build up a block of several parts or with holes; return its polygon or multipolygon."""
+    """Return the polygon or multipolygon of a block that has several parts or holes."""
 
     def ring(points: list[tuple[float, float]], what: str) -> shapely.Polygon:
         polygon = shapely.Polygon(np.array(points) - origin)
@@ -368,11 +368,12 @@ class Profile:
     """
 
     x: np.ndarray  #: abscissae of both ends of each piece, shape (pieces, 2)
-    y: np.ndarray  #: heights of the edge at both ends of each piece, shape (pieces, 2); NaN without an edge
+    #: Heights of the edge at both ends of each piece, shape (pieces, 2); NaN if there is no edge.
+    y: np.ndarray
     line: np.ndarray  #: heights of the line at the ends of each piece, shape (pieces, 2)
     #: Index of the edge to which each piece belongs, shape (pieces,); -1 if there is no edge.
     edge: np.ndarray
-    #: Index of the block to which the edge of each piece belongs, shape (pieces,); -1 without an edge.
+    #: Index of the block to which the edge of each piece belongs, shape (pieces,); -1 if there is no edge.
     block: np.ndarray
 
     @property

@@ -221,7 +221,7 @@ def certified(
 
 
 class Existence(StrEnum):
-    """Statements about the existence of a load factor λ ≥ 0 if the flow rule has the joints' dilatancy."""
+    """Statements about the existence of a load factor λ ≥ 0 under the flow rule with the joints' dilatancy."""
 
     NO_MECHANISM = "no load factor exists: the live load does no positive work in any mechanism"
     #: In every mechanism, the joints that move cannot all be at yield at the same time.

@@ -155,7 +155,7 @@ class _Gltf:
         buffer = self._buffer(view["buffer"])
         if min(start, count) < 0 or stride < row or start + stride * (count - 1) + row > len(buffer):
             raise ValueError(
-                "the file is not valid glTF: it ends before its last corner; export the blocks again"
+                "the file is not valid glTF: it is cut off, so corners are missing; export the blocks again"
             )
         numbers = np.ndarray((count, columns), kind, buffer, start, (stride, kind.itemsize)).astype(float)
         if accessor.get("normalized"):

@@ -186,7 +186,7 @@ def _leg(
     """
 
     def face(at: float | None) -> list[tuple[float, float, float]]:
-        """Return the corners of a cross-section: at a position along the barrel, or at the groin (None)."""
+        """Return the corners of the cross-section at a position along the barrel, or at the groin if None."""
         places = [(x, x if at is None else at, z) for x, z in section]
         turned = places if along == "y" else [(v, u, z) for u, v, z in places]
         return [(signs[0] * x, signs[1] * y, z) for x, y, z in turned]

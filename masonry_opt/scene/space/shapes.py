@@ -231,7 +231,7 @@ class Shapes(Extents):
         return thickness
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Iterate over pairs of parts that overlap: index of the pair of blocks, and their common region."""
+        """Iterate over pairs of parts that overlap: index of the pair of blocks, and common region of the parts."""
         count = np.bincount(self.parts.block, minlength=len(self.size))
         first = np.cumsum(count) - count
         i, j = pairs.T
