@@ -25,8 +25,8 @@ RELATIVE_TOLERANCE = 1e-6
 #: of the drawing. With a larger value, warnings name more gaps.
 NEAR_MISS = 1e-2
 
-#: Largest gap between two blocks, relative to the contact tolerance, that is probably an error of the
-#: drawing. With a larger value, warnings name more gaps.
+#: A gap of up to this multiple of the contact tolerance is probably an error of the drawing, even if the gap
+#: is wider than ``NEAR_MISS`` allows. With a larger value, warnings name more gaps.
 _NEAR_TOLERANCES = 3
 
 #: Largest gap, relative to the width of the smaller block, that may be undrawn mortar. With a larger value,
@@ -42,8 +42,8 @@ _CHORD_ALLOWANCE = 0.05
 #: some joints remain wedge-shaped. A larger ratio aligns more joints than necessary.
 TOLERANCE_OVER_ERROR = 3.0
 
-#: Largest distance, relative to the tolerance, of a corner from the line between the previous and the next
-#: corner at which the corner is removed.
+#: A corner is removed if its distance from the line between the previous and the next corner is at most this
+#: value, relative to the tolerance.
 STRAIGHT = 0.1
 
 
@@ -125,7 +125,7 @@ class Extents(ABC):
 
     @abstractmethod
     def nearest(self, block: int) -> tuple[int, float]:
-        """Return the index of the block nearest to a given block, and their distance."""
+        """Return the index of the block nearest to a given block, and the distance of the two blocks."""
 
     @abstractmethod
     def thickness(self) -> np.ndarray:
@@ -195,7 +195,7 @@ class Geometry(Extents):
         return float(shapely.distance(self.polygons[block], shapely.Point(point)))
 
     def nearest(self, block: int) -> tuple[int, float]:
-        """Return the index of the block nearest to a given block, and their distance."""
+        """Return the index of the block nearest to a given block, and the distance of the two blocks."""
         distance = shapely.distance(self.polygons[block], self.polygons)
         distance[block] = np.inf
         return int(distance.argmin()), float(distance.min())
@@ -257,7 +257,7 @@ def geometry(scene: Scene) -> Geometry:
     default = RELATIVE_TOLERANCE * float(np.hypot.reduce(np.ptp(corners, axis=0)))
     refuse_too_thin(scene, np.arange(len(blocks)), thickness, (STRAIGHT * 2 * tolerance, default))
     flat = shapely.area(hulls) <= STRAIGHT * tolerance * shapely.length(hulls)
-    # An outline that is completely covered by holes raises another error below.
+    # Exclude outlines that are completely covered by holes: they raise another error below.
     flat &= ~shapely.is_empty(outlines)
     raise_for(np.flatnonzero(flat), scene, "{} has no area: its corners are on one line or coincide")
     # Normalise each outline to begin at its lowest leftmost corner, because the simplification never removes

@@ -130,7 +130,7 @@ def steps_round(ring: Sequence[int]) -> Iterator[tuple[int, int]]:
 def combine(
     first1: np.ndarray, count1: np.ndarray, first2: np.ndarray, count2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """For each two corresponding ranges, return all pairs of an integer of the first and one of the second.
+    """Pair each integer of a range with each integer of the corresponding range in a second list.
 
     Each integer of a range in the first list is paired with each integer of the range at the same position in
     the second list. A range is given by its first integer and its length. The results are, for each pair, the

@@ -126,8 +126,8 @@ FEASIBLE = 1e-11
 #: weights could stop the mechanism.
 DEPARTS = 1e-6
 
-#: Magnitude of a slip, a shear or a violation of the associative flow rule below which it counts as a
-#: rounding error.
+#: A slip, a shear or a violation of the associative flow rule below this magnitude counts as a rounding
+#: error.
 ROUNDING = 1e-11
 
 #: Largest accepted error of the margin of stability under dead load. The unit is the work of a median block

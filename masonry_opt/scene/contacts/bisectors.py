@@ -21,7 +21,10 @@ _MOST_OVERLAP = 0.01
 
 
 class Sectors(NamedTuple):
-    """Angular sectors that blocks occupy around points, counter-clockwise, in radians."""
+    """Angular sectors that blocks occupy around points.
+
+    Each sector extends counter-clockwise from ``first`` to ``last``. Directions are angles in radians.
+    """
 
     first: np.ndarray  #: direction of the side at which each sector begins, shape (points,)
     last: np.ndarray  #: direction of the side at which each sector ends, shape (points,)

@@ -10,7 +10,7 @@ from masonry_opt.scene.rows import combine, following, lengths
 
 @dataclass(frozen=True)
 class DrawnContacts:
-    """Joints and contact points before alignment, with their uncertainty in the drawing."""
+    """Joints and contact points as drawn, before alignment, and the accuracy of the drawing."""
 
     ends: np.ndarray  #: indices of the two blocks of each joint, shape (joints, 2)
     normal: np.ndarray  #: unit normal of each joint, shape (joints, 2) or (joints, 3)
@@ -31,7 +31,7 @@ class DrawnContacts:
         return Lists.of(blocks, joints, int(blocks.max(initial=-1)) + 1)
 
     def planes(self) -> "ContactPlanes":
-        """Return the planes of all joints, then the planes perpendicular to the joints at their ends.
+        """Return the planes of all joints, then the planes that are perpendicular to each joint at its ends.
 
         In space, the perpendicular planes contain the sides of the joints.
         """

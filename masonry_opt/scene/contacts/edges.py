@@ -54,8 +54,8 @@ class FacingEdges(sides.Facing):
         """
         start, end = ends
         extent = np.hypot(*(end - start).T)
-        # Edges run counter-clockwise around their block, so the inside of the first block is to the left of
-        # its edge.
+        # Edges run counter-clockwise around their block, so the normal into the first block points to the
+        # left of the edge.
         normal = -_tangent((end - start) / extent[:, None])
         return cls(pair, most, extent, (start + end) / 2, normal, accuracy, *lean, start, end)
 
@@ -120,7 +120,7 @@ class FacingEdges(sides.Facing):
         return _tangent(self.normal), number, np.full(len(number), 2), points
 
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the shared segment with the given index, shape (points,)."""
+        """Return the distance of each point from the segment with the index ``number``, shape (points,)."""
         return to_line(points, self.start[number], self.end[number])
 
 
@@ -182,7 +182,7 @@ def _join_parts(parts: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
-    """Return the touching segments without segments at which a block may touch only with a corner.
+    """Leave out the touching segments at which one block may touch the other only with a corner.
 
     A block may touch only with a corner if the two edges are not parallel, and if the segment is short
     relative to the distance between the edges; see :data:`~.sides.LEAN`. Very short segments of parallel
@@ -194,7 +194,7 @@ def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
-    """Build simplified chains of consecutive segments; each chain belongs to one pair of blocks.
+    """Join consecutive segments of one pair of blocks to chains, and simplify each chain.
 
     Two segments are consecutive if the second segment begins within two tolerances of the end of the first
     segment. For curved edges across a gap, the tolerance is at least a tenth of the gap.
@@ -294,11 +294,11 @@ class PlaneCorners(sides.BlockCorners):
         return Sectors(*(np.arctan2(side[:, 1], side[:, 0]) for side in self._sides(corner)))
 
     def _accuracy_of(self, corner: np.ndarray) -> np.ndarray:
-        """Return how uncertain the direction of the longer side at each corner is, in radians."""
+        """Return the uncertainty of the direction of the longer side at each corner, in radians."""
         return np.minimum(*(_accuracy(side, self.shapes.tolerance) for side in self._sides(corner)))
 
     def _on_edges(self, pairs: np.ndarray, sign: float) -> Touches:
-        """Return the contacts of corners of each pair's first block on edges of the second block.
+        """Return the contacts at which a corner of each pair's first block is on an edge of the second block.
 
         ``sign`` is the sign of the contacts' normals relative to the inward normals of the edges.
         """

@@ -96,7 +96,7 @@ class FacingFaces(sides.Facing):
         return tangent, polygon, count, frame.up(flat[rotated], polygon[ring])
 
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the polygon with the given index, shape (points,)."""
+        """Return the distance of each point from the polygon with the index ``number``, shape (points,)."""
         flat = shapely.points(self.frame.down(points, number))
         return np.hypot(shapely.distance(flat, self.polygon[number]), self.frame.above(points, number))
 
@@ -228,8 +228,8 @@ class SolidCorners(sides.BlockCorners):
     #: Sum of two unit vectors for each edge, shape (edges, 3). Both vectors are perpendicular to the edge,
     #: and each points into one of the two faces at the edge.
     inwards: np.ndarray
-    #: Unit vectors ``first`` and ``last``, shape (edges, 3): perpendicular to each edge, and pointing into
-    #: one of its two faces each. The block occupies the sector from ``first`` to ``last``, counted
+    #: Two unit vectors for each edge, shape (edges, 3) each: ``first`` points into one face at the edge, and
+    #: ``last`` into the second face. The block occupies the sector from ``first`` to ``last``, counted
     #: right-handed about the direction of the edge.
     first: np.ndarray
     last: np.ndarray
@@ -320,7 +320,7 @@ class SolidCorners(sides.BlockCorners):
 
 
 def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:
-    """Return the contacts of edges of each pair's first block that lie in faces of the second block.
+    """Return the contacts at which an edge of each pair's first block lies in a face of the second block.
 
     ``sign`` is 1 if the normals of these faces point into the first block of the contact, and -1 otherwise.
     """
@@ -367,7 +367,7 @@ def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touc
 
 
 def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:
-    """Return the contacts of corners of each pair's first block on faces of the second block.
+    """Return the contacts at which a corner of each pair's first block is on a face of the second block.
 
     ``sign`` is 1 if the normals of these faces point into the first block of the contact, and -1 otherwise.
     """

@@ -14,8 +14,8 @@ from masonry_opt.scene.geometry import (
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tolerance_advice import set_contact_tolerance, set_tolerance
 
-#: Ratio of the recommended ``tolerance`` to the median difference between the widths of both ends of a gap.
-#: If the coordinates of all corners have independent errors of at most e, the median is about 0.8 e. The
+#: Ratio of the recommended ``tolerance`` to the median difference between the widths at the two ends of a
+#: gap. If the coordinates of all corners have independent errors of at most e, the median is about 0.8 e. The
 #: tolerance is then about ``TOLERANCE_OVER_ERROR`` times e. A larger ratio aligns more joints than necessary.
 _TOLERANCE_OVER_DIFFERENCE = 4.0
 
@@ -87,7 +87,7 @@ def closing(scene: Scene, shapes: Extents, pairs: np.ndarray, apart: Facing) -> 
 
 
 def aligning_tolerance(facing: Facing) -> float:
-    """Return the tolerance that aligns sides whose angle is an error of the drawing; 0 if there are none.
+    """Return the tolerance that aligns sides with angles due to errors of the drawing; 0 without errors.
 
     The median of the errors is decisive, because a drawing also contains sides of wedges.
     """

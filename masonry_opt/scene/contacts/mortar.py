@@ -21,12 +21,12 @@ from masonry_opt.scene.rows import linked
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tolerance_advice import set_tolerance
 
-#: Largest mean width of a gap, relative to the median gap, that counts as mortar of the same masonry. With a
-#: larger value, the recommended option also closes narrow openings.
+#: Largest mean width of a gap that counts as mortar of the same masonry, relative to the median width of the
+#: gaps. With a larger value, the recommended option also closes narrow openings.
 _WIDEST_OF_MORTAR = 2.0
 
-#: Largest error of a corner, relative to the width of a gap, at which the sides of the gap count as parallel.
-#: With a larger value, gaps that are only due to inaccurate coordinates count as intended.
+#: The sides of a gap count as parallel if moving a corner by at most this fraction of the gap's width makes
+#: them parallel. With a larger value, gaps that are only due to inaccurate coordinates count as intended.
 _PARALLEL_ERROR = 0.1
 
 #: Smallest thickness of a block, relative to ``tolerance``. A thinner block raises an error. With a smaller
@@ -34,7 +34,8 @@ _PARALLEL_ERROR = 0.1
 _THINNEST = 2.0
 
 #: Amount by which a gap may exceed ``contact_tolerance`` because of rounding errors, relative to
-#: ``contact_tolerance``. With a smaller value, warnings name gaps that are exactly as wide as this option.
+#: ``contact_tolerance``. With a smaller value, warnings name gaps whose width is exactly
+#: ``contact_tolerance``.
 _ROUNDING = 1e-6
 
 #: Gaps of a survey count as intended if the widths at the two ends of a gap differ, in the median, by at most
@@ -268,7 +269,7 @@ def bridged_by_tolerance(
     """
     if not has_large_tolerance(scene, shapes):
         return {}, 0.0
-    # Option ``contact_tolerance`` closes gaps up to this width, whatever the value of ``tolerance`` is.
+    # Width up to which ``contact_tolerance`` closes gaps. Such gaps do not need a large ``tolerance``.
     closed = (1 + _ROUNDING) * (scene.contact_tolerance or 0.0)
     wide = joined.where(
         joined.most > np.maximum(NEAR_MISS * shapes.width[pairs[joined.pair]].min(axis=1), closed)
@@ -282,7 +283,7 @@ def bridged_by_tolerance(
 
 
 def _are_parallel(gaps: Facing) -> bool:
-    """Return True if both sides of all gaps are parallel, apart from small errors."""
+    """Return True if the two sides of each gap are parallel, apart from small errors."""
     return bool((gaps.angle * gaps.shorter <= _PARALLEL_ERROR * gaps.most).all())
 
 

@@ -177,7 +177,7 @@ class Facing(Rows, ABC):
 
     @abstractmethod
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the segment or polygon with the given index.
+        """Return the distance of each point from the segment or polygon with the index ``number``.
 
         The shape is (points,).
         """
@@ -269,7 +269,10 @@ class BlockCorners(ABC):
 
     @abstractmethod
     def bisected(self, meetings: "Meetings") -> Touches:
-        """Return the contacts at coinciding corners (in space: edges), with normals from :mod:`~.bisectors`."""
+        """Return the contacts at coinciding corners (in space: coinciding edges).
+
+        Their normals are computed in :mod:`~.bisectors`.
+        """
 
     def touches(self, pairs: np.ndarray, asked: np.ndarray, shared: Facing) -> Touches:
         """Return the contacts at corners and edges, except near shared sides and near other contacts.

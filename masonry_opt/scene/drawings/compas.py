@@ -182,7 +182,7 @@ def _axes(unit: np.ndarray) -> np.ndarray:
         )
     across = np.cross(unit, (0.0, 0.0, 1.0))
     across /= np.linalg.norm(across)
-    # View the solids from the side on which x increases to the right (or y, if the view is along x).
+    # View the solids so that x increases to the right (or y, if the view is along x).
     if across[0] < -1e-9 or (abs(across[0]) <= 1e-9 and across[1] < 0):
         across = -across
     return np.array([across + 0.0, [0.0, 0.0, 1.0]])

@@ -142,11 +142,11 @@ class DxfScene(NamedTuple):
     """Scene of a DXF drawing, with a report on the layers that were read."""
 
     scene: Scene
-    #: Report with one line of text for the layers that were read, one for the unread layers and the reasons,
-    #: and one for the outlines that are holes.
+    #: Lines of text about the layers that were read, the unread layers with the reasons, and the outlines
+    #: that are holes.
     layers: list[str]
     unit: str  #: name of the scene's unit of length, such as "millimetres"; empty if the drawing has no unit
-    metres: float | None  #: length of this unit in metres; None if the drawing has no unit
+    metres: float | None  #: length of the scene's unit in metres; None if the drawing has no unit
 
 
 def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:

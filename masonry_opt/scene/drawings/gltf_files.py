@@ -189,7 +189,7 @@ def _triangles_of(order: np.ndarray, mode: int) -> np.ndarray:
     if mode == _FAN:
         return np.column_stack([np.full(len(order) - 2, order[0]), order[1:-1], order[2:]])
     strip = np.column_stack([order[:-2], order[1:-1], order[2:]])
-    # Every second triangle of a strip has the opposite orientation.
+    # Every second triangle of a strip has the opposite orientation: exchange two of its corners.
     strip[1::2] = strip[1::2, [1, 0, 2]]
     return strip
 

@@ -10,8 +10,8 @@ import shapely
 from masonry_opt.scene.rows import linked, spaces, steps_round, turned
 from masonry_opt.scene.space.faces import place
 
-#: Largest distance of a face's corners from the plane of a side at which the face is merged with this side,
-#: relative to the tolerance. A larger value merges more faces of a bent surface.
+#: A face is merged with a side if the distance of its corners from the plane of the side is at most this
+#: value, relative to the tolerance. A larger value merges more faces of a bent surface.
 _TRIANGLE_REACH = 4.0
 
 #: Largest distance of a corner from the planes of its sides, relative to the tolerance, that counts as an
@@ -218,7 +218,7 @@ def refuse_holes(mesh: Mesh, tolerance: float) -> None:
 
 
 def _nearby_edges(ends: np.ndarray, tolerance: float) -> Iterator[np.ndarray]:
-    """Find, for each edge, the indices of the other edges whose bounding boxes are near.
+    """Find, for each edge, the indices of the other edges with bounding boxes near the edge's box.
 
     ``ends`` has shape (edges, 2, 3). The boxes are projected along the axis in which the mesh is least deep,
     and stored in a search tree, so that few candidates remain.
@@ -315,7 +315,7 @@ def _through_inside(
 
 
 def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:
-    """Return the faces after corners that are nearer to each other than the tolerance have been joined.
+    """Join corners that are nearer to each other than the tolerance, and return the resulting faces.
 
     Faces with fewer than three corners are left out.
     """
@@ -458,9 +458,9 @@ def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side 
     Faces cannot be merged if they are not in one plane, if they have no outline, or if their outline touches
     itself.
     """
-    # The outline has the edges that faces traverse in one direction only: two merged faces traverse their
-    # common edge in opposite directions. If a notched polygon was divided into a fan of triangles, the
-    # triangles outside the polygon have the opposite orientation, so their edges cancel too.
+    # Two merged faces traverse their common edge in opposite directions, so this edge is not on the outline.
+    # If a notched polygon was divided into a fan of triangles, the triangles outside the polygon have the
+    # opposite orientation, which removes their edges too.
     edges = {side for face in faces for side in steps_round(face)}
     outline = [(tail, tip) for tail, tip in edges if (tip, tail) not in edges]
     following = dict(outline)

@@ -95,7 +95,7 @@ def outlines_with_holes(
         equal = members[label]
         depth[label] = sum(len(kept[other]) for other in around[label])
         # Keep two of several equal outlines inside a block: a hole and the block that fills it. Elsewhere,
-        # keep one outline.
+        # keep a single outline.
         needed = equal[:2] if depth[label] % 2 else [min(equal, key=lambda number: not supports[number])]
         kept[label] = needed
         copies += [(number, needed[0]) for number in equal if number not in needed]
@@ -147,7 +147,7 @@ def _has_area(curve: Curve, tolerance: float) -> bool:
 
 
 def _is_collapsed(curve: Curve, tolerance: OutlineTolerance) -> bool:
-    """Return True if a closed curve encloses an area as drawn, but no area without details."""
+    """Return True if a closed curve encloses an area as drawn, but not once small details are removed."""
     return not _has_area(curve, tolerance.length) and _has_area(curve, tolerance.rounding)
 
 

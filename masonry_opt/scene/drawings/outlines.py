@@ -32,8 +32,8 @@ SAGITTA = 1e-4
 #: outlines or to the default tolerance of a scene, whichever is smaller.
 _GRID_SHARE = 0.01
 
-#: Largest distance, in grid steps, of a cell's corner from the line between the previous and the next corner
-#: at which the corner is removed.
+#: A corner of a cell is removed if its distance from the line between the previous and the next corner is at
+#: most this many grid steps.
 _STRAIGHT_STEPS = 10.0
 
 #: DXF entities that are read as outlines or as parts of outlines.

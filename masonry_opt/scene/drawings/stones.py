@@ -49,7 +49,7 @@ class Drawing(Record):
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Self:
-        """Create the record from a reader's arguments; omit arguments that are None or unknown."""
+        """Create the record from the arguments of a read function, without None and unknown arguments."""
         return cls(**{key: given[key] for key in cls.model_fields if given.get(key) is not None})
 
 
@@ -79,7 +79,7 @@ def block_name(text: str) -> str:
 
 @contextmanager
 def naming(what: str) -> Iterator[None]:
-    """Convert a ValueError to a CaseError that names the wrong thing, ``what``, in each line of its message.
+    """Convert a ValueError to a CaseError, each line of which begins with ``what``, such as a block's name.
 
     ``what`` replaces the words "the block" at the beginning of a line, as in "block 'A' is not closed".
     """
@@ -250,7 +250,7 @@ def _refuse_large_tolerance(wrong: Sequence[Mesh], drawing: SolidDrawing, defaul
 
 
 def _least_width(mesh: Mesh) -> float:
-    """Return the smallest distance between two planes parallel to a face that enclose the mesh."""
+    """Return the smallest distance between two planes that are parallel to a face and enclose the mesh."""
     vectors = np.array([area_vector(mesh.points[face]) for face in mesh.faces])
     sizes = np.linalg.norm(vectors, axis=1)
     normals = vectors[sizes > 0] / sizes[sizes > 0, None]

@@ -99,10 +99,10 @@ class WallStretch(NamedTuple):
     along: int  #: direction of this piece of wall: 0 for x, 1 for y
     line: float  #: y of the axis if this piece of wall is along x, and x if it is along y
     #: Coordinate along the axis at which this piece of wall begins, less than ``end``. At a corner of two
-    #: walls, it begins at the outer face of the other wall.
+    #: walls, this piece begins at the outer face of the other wall.
     start: float
-    #: Coordinate along the axis at which this piece of wall ends. At a corner of two walls, it ends at the
-    #: outer face of the other wall.
+    #: Coordinate along the axis at which this piece of wall ends. At a corner of two walls, this piece ends
+    #: at the outer face of the other wall.
     end: float
     thickness: float  #: thickness of the wall
     courses: int  #: number of courses of the wall
@@ -222,7 +222,7 @@ class Plan(SolidGenerator):
                 )
 
     def _wrong_openings(self, stretches: list[WallStretch]) -> Iterator[str]:
-        """Generate an error message for each opening that does not fit its wall or overlaps another opening."""
+        """Generate an error message for each opening that is not in its wall or overlaps another opening."""
         valid = {(stretch.wall.name, hole.number) for stretch in stretches for hole in stretch.holes}
         for wall in self.walls:
             top = wall.courses or self.courses

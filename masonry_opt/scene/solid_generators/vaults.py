@@ -258,8 +258,8 @@ class Dome(SolidGenerator):
             step = (math.pi / 2 - first) / (self.rings + 0.5)
         else:
             step = (math.acos(self.oculus / self._inner) - first) / self.rings
-        # Angles of the bed joints above the horizontal plane. Each bed joint runs from the inner to the outer
-        # sphere.
+        # Angles in radians between the bed joints and the horizontal plane. Each bed joint runs from the
+        # inner to the outer sphere.
         angles = [first + step * number for number in range(self.rings + 1)]
         radii = self._inner, self._inner + self.thickness
         beds = [[polar(radius, angle) for radius in radii] for angle in angles]
