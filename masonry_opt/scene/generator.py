@@ -100,7 +100,7 @@ class Generator(AnyGenerator):
     def _mistakes(self) -> Iterator[str]:
         yield from super()._mistakes()
         if any(self.live) and any(self.live_per_weight):
-            yield "'live' is the old name of 'live_per_weight': remove 'live'"
+            yield "'live' is the old name of 'live_per_weight', and both are set: remove 'live'"
 
     def blocks(self, thickness: float | None = None) -> list[Block]:
         """Return the generated blocks, with weights and live loads.
@@ -158,7 +158,7 @@ class SolidGenerator(AnyGenerator):
     unit_weight: NonNegative
 
     def blocks(self) -> list[Solid]:
-        """Return the generated blocks, each with its weight and a live load proportional to it."""
+        """Return the generated blocks, each with its weight and a live load in proportion to the weight."""
         raise NotImplementedError
 
     def _stone(self, name: str, *parts: Shape, **weight: Any) -> Solid:

@@ -25,8 +25,8 @@ RELATIVE_TOLERANCE = 1e-6
 #: of the drawing. With a larger value, warnings name more gaps.
 NEAR_MISS = 1e-2
 
-#: Largest gap between two blocks, relative to the contact tolerance, that is probably an error of the
-#: drawing. With a larger value, warnings name more gaps.
+#: A gap of up to this multiple of the contact tolerance is probably an error of the drawing, even if the gap
+#: is wider than ``NEAR_MISS`` allows. With a larger value, warnings name more gaps.
 _NEAR_TOLERANCES = 3
 
 #: Largest gap, relative to the width of the smaller block, that may be undrawn mortar. With a larger value,
@@ -42,8 +42,8 @@ _CHORD_ALLOWANCE = 0.05
 #: some joints remain wedge-shaped. A larger ratio aligns more joints than necessary.
 TOLERANCE_OVER_ERROR = 3.0
 
-#: Largest distance of a corner from the straight line between its neighbours at which the corner is removed,
-#: relative to the tolerance.
+#: A corner is removed if its distance from the line between the previous and the next corner is at most this
+#: value, relative to the tolerance.
 STRAIGHT = 0.1
 
 
@@ -121,11 +121,11 @@ class Extents(ABC):
 
     @abstractmethod
     def away(self, block: int, point: np.ndarray) -> float:
-        """Return how far away a point is from a block, 0 if the point lies inside."""
+        """Return the distance of a point from a block, which is 0 if the point is inside the block."""
 
     @abstractmethod
     def nearest(self, block: int) -> tuple[int, float]:
-        """Return the index of the block nearest to a given block, and their distance."""
+        """Return the index of the block nearest to a given block, and the distance of the two blocks."""
 
     @abstractmethod
     def thickness(self) -> np.ndarray:
@@ -145,7 +145,7 @@ class Extents(ABC):
 
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the bounding box of each block: smallest and largest coordinates, (blocks, dim) each."""
+        """Return the smallest and the largest coordinates of each block, shape (blocks, dim) each."""
         points, block = self.corners
         return bounds(block, points, len(self.size))
 
@@ -191,11 +191,11 @@ class Geometry(Extents):
         return shapely.distance(hulls, shapely.points(points))
 
     def away(self, block: int, point: np.ndarray) -> float:
-        """Return how far away a point is from a block, 0 if the point lies inside."""
+        """Return the distance of a point from a block, which is 0 if the point is inside the block."""
         return float(shapely.distance(self.polygons[block], shapely.Point(point)))
 
     def nearest(self, block: int) -> tuple[int, float]:
-        """Return the index of the block nearest to a given block, and their distance."""
+        """Return the index of the block nearest to a given block, and the distance of the two blocks."""
         distance = shapely.distance(self.polygons[block], self.polygons)
         distance[block] = np.inf
         return int(distance.argmin()), float(distance.min())
@@ -248,7 +248,7 @@ def geometry(scene: Scene) -> Geometry:
     corners, owner = np.concatenate(corners_of), np.repeat(np.arange(len(blocks)), list(map(len, corners_of)))
     origin, tolerance = frame_of(scene, corners, owner)
     outlines = shapely.polygons(shapely.linearrings(corners - origin, indices=owner))
-    # Replace the outlines of blocks that have several parts or holes.
+    # A block with several parts or holes has several rings: replace its outline by a polygon of all rings.
     for index, block in enumerate(blocks):
         if len(block.rings) > 1 or block.holes:
             outlines[index] = _built_up(scene, block, index, origin, tolerance)
@@ -257,7 +257,7 @@ def geometry(scene: Scene) -> Geometry:
     default = RELATIVE_TOLERANCE * float(np.hypot.reduce(np.ptp(corners, axis=0)))
     refuse_too_thin(scene, np.arange(len(blocks)), thickness, (STRAIGHT * 2 * tolerance, default))
     flat = shapely.area(hulls) <= STRAIGHT * tolerance * shapely.length(hulls)
-    # An outline that is completely covered by holes raises another error below.
+    # Exclude outlines that are completely covered by holes: they raise another error below.
     flat &= ~shapely.is_empty(outlines)
     raise_for(np.flatnonzero(flat), scene, "{} has no area: its corners are on one line or coincide")
     # Normalise each outline to begin at its lowest leftmost corner, because the simplification never removes
@@ -278,7 +278,7 @@ def geometry(scene: Scene) -> Geometry:
 def _built_up(
     scene: Scene, block: Block, index: int, origin: np.ndarray, tolerance: float
 ) -> shapely.Geometry:
-    """Build up a block of several parts or with holes; return its polygon or multipolygon."""
+    """Return the polygon or multipolygon of a block that has several parts or holes."""
 
     def ring(points: list[tuple[float, float]], what: str) -> shapely.Polygon:
         polygon = shapely.Polygon(np.array(points) - origin)
@@ -368,11 +368,12 @@ class Profile:
     """
 
     x: np.ndarray  #: abscissae of both ends of each piece, shape (pieces, 2)
-    y: np.ndarray  #: heights of the edge at both ends of each piece, shape (pieces, 2); NaN without an edge
+    #: Heights of the edge at both ends of each piece, shape (pieces, 2); NaN if there is no edge.
+    y: np.ndarray
     line: np.ndarray  #: heights of the line at the ends of each piece, shape (pieces, 2)
     #: Index of the edge to which each piece belongs, shape (pieces,); -1 if there is no edge.
     edge: np.ndarray
-    #: Index of the block to which the edge of each piece belongs, shape (pieces,); -1 without an edge.
+    #: Index of the block to which the edge of each piece belongs, shape (pieces,); -1 if there is no edge.
     block: np.ndarray
 
     @property

@@ -52,7 +52,9 @@ class _InDegrees(Record):
                 continue
             if keys.get(tangent) is not None:
                 raise ValueError(f"give '{tangent}' or '{angle}', not both")
-            keys[tangent] = 0.0  # valid placeholder: if the angle is invalid, only the angle is reported
+            # Placeholder, so that an error message about a wrong angle does not also report a missing
+            # tangent.
+            keys[tangent] = 0.0
             if type(degrees) in (int, float) and 0 <= degrees < 90:
                 keys[tangent] = math.tan(math.radians(keys.pop(angle)))
         return keys

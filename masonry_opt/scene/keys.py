@@ -55,7 +55,8 @@ class SceneKeys(Record):
     def model_post_init(self, _: Any) -> None:
         """Set gravity to vertically downwards if the scene does not specify gravity."""
         if "gravity" not in self.model_fields_set:
-            # The record is immutable: an ordinary assignment would raise an error.
+            # Write to ``__dict__``, because the record is immutable and an ordinary assignment would raise an
+            # error.
             self.__dict__["gravity"] = (*[0.0] * (self.dimension - 1), -1.0)
 
     @property

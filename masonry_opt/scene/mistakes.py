@@ -87,7 +87,7 @@ def wrong_values(
 
 
 def _without_misspelt(mistakes: Sequence[Any]) -> list[Any]:
-    """Return mistakes without those missing keys for which the same table has a similar unknown key.
+    """Return the mistakes; leave out each missing key whose table has an unknown key with a similar name.
 
     The message about the unknown key suggests the missing key.
     """
@@ -160,7 +160,8 @@ def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, An
     alias = field.alias if field else None
     nested = _held(field, item["loc"]) if field else None
     if nested and len(loc) > 1 and isinstance(loc[1], int) and (in_file or alias):
-        # In a case file, a generator may be one table instead of a list of tables.
+        # In a case file, a generator may be a single table instead of a list of tables. The message then has
+        # no entry number.
         is_list = not in_file or isinstance(values.get(key), list)
         where = [_entry(alias or key, loc[1], values.get(key)) if is_list else f"[{key}]"]
         loc = loc[2:]

@@ -259,7 +259,7 @@ class Fill(Record):
                 yield "the 'line' of 'backing' rises above the 'road': lower it, or end it below the road"
 
     def _angle_advice(self) -> str:
-        """Return the end of a sentence on the friction angle if it looks like a tangent, otherwise ""."""
+        """Return advice to use degrees if the friction angle looks like a tangent, otherwise ""."""
         angle = self.friction_angle
         if angle is None or angle >= SMALL_FRICTION_ANGLE:
             return ""

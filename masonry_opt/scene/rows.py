@@ -46,7 +46,7 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
 
 
 def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    """Return, for each owner, the sum of its rows of ``values``, shape (count, columns).
+    """Return the sum of the rows of ``values`` that belong to each owner, shape (count, columns).
 
     ``values`` has shape (rows, columns). ``owner`` has, for each row, the index of the owner to which the row
     belongs, less than ``count``.
@@ -55,7 +55,7 @@ def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
 
 
 def bounds(owner: np.ndarray, values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return, for each owner, minima and maxima of its rows of ``values``, shape (count, columns) each.
+    """Return minima and maxima of the rows of ``values`` of each owner, shape (count, columns) each.
 
     ``values`` has shape (rows, columns). ``owner`` has, for each row, the index of the owner to which the row
     belongs, in ascending order. Each owner has at least one row.
@@ -130,7 +130,7 @@ def steps_round(ring: Sequence[int]) -> Iterator[tuple[int, int]]:
 def combine(
     first1: np.ndarray, count1: np.ndarray, first2: np.ndarray, count2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return all pairs of integers from corresponding ranges of two lists of ranges.
+    """Pair each integer of a range with each integer of the corresponding range in a second list.
 
     Each integer of a range in the first list is paired with each integer of the range at the same position in
     the second list. A range is given by its first integer and its length. The results are, for each pair, the
@@ -144,10 +144,9 @@ def combine(
 
 
 def chunks(sizes: np.ndarray) -> Iterator[slice]:
-    """Return successive slices of the array ``sizes``, whose entries are numbers of combinations.
+    """Divide the array ``sizes`` into slices whose entries sum to at most about ``_CHUNK_SIZE``.
 
-    The numbers of combinations in a slice sum to at most about ``_CHUNK_SIZE``, so the combinations of one
-    slice fit into memory.
+    The entries of ``sizes`` are numbers of combinations, so the combinations of one slice fit into memory.
     """
     ends = np.flatnonzero(np.diff(np.cumsum(sizes) // _CHUNK_SIZE)) + 1
     return starmap(slice, pairwise([0, *ends.tolist(), len(sizes)]))

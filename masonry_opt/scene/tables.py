@@ -179,7 +179,7 @@ def _number(text: str) -> float:
 
 
 def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Convert the key–value pairs of a JSON object to a dictionary, if no key is repeated.
+    """Convert the key–value pairs of a JSON object to a dictionary, and refuse repeated keys.
 
     Raises ValueError if a key occurs twice, because the parser would silently use its last value.
     """

@@ -2,7 +2,7 @@
 
 #: Gravitational acceleration in metres per s².
 GRAVITY = 9.81
-#: Gravitational acceleration in other units of length per s².
+#: Gravitational acceleration for each unit of length, in this unit per s².
 GRAVITY_BY_UNIT = {"metres": GRAVITY, "centimetres": 100 * GRAVITY, "millimetres": 1000 * GRAVITY}
 #: Smallest plausible size of a scene, in metres. Models in laboratories are larger. With a larger value,
 #: warnings name small models.
@@ -10,9 +10,9 @@ SMALLEST_SCENE = 0.1
 #: Largest plausible size of a scene, in metres. Aqueducts are smaller. With a smaller value, warnings name
 #: long bridges.
 LARGEST_SCENE = 1000.0
-#: Largest plausible median of the smaller side of the blocks of a wall, in metres. Larger stones are rare.
-#: With a smaller value, warnings name walls of large stones.
+#: Largest plausible size of the blocks of a wall, in metres: the median of their smaller sides. Larger stones
+#: are rare. With a smaller value, warnings name walls of large stones.
 LARGEST_SMALLER_SIDE = 2.0
-#: Least number of movable blocks with which the blocks count as single stones. In scenes with fewer blocks, a
-#: block may be a whole wall. With a smaller value, warnings name scenes of a few walls.
+#: Smallest number of movable blocks with which each block of a scene counts as a single stone. In a scene
+#: with fewer blocks, a block may be a whole wall. With a smaller value, warnings name scenes of a few walls.
 FEWEST_STONES = 10

@@ -44,7 +44,7 @@ class Limits:
     #: is less than ``SMALLEST``, ``SMALLEST`` is the divisor.
     complementarity: float
     #: Largest accepted work of the unbalanced forces, divided by |λ| times the work of the live load. If |λ|
-    #: is less than ``SMALLEST``, ``SMALLEST`` replaces it.
+    #: is less than ``SMALLEST``, ``SMALLEST`` is used instead of |λ|.
     work: float
     block: float  #: limit of a block's unbalanced force, relative to the largest force on the block
     #: Limit of the violation of a yield condition in a joint, under the exact friction law. The violation is
@@ -89,8 +89,8 @@ AGREEMENT = 1e-7
 DUALITY = 1e-6
 
 #: Largest violation of complementarity at which the loop of linear programs accepts the forces and the
-#: mechanism as one state. The violation is Σ|z p| (slacks times rates), divided by |λ|. If it is larger, the
-#: loop is repeated with other options. The answer must also satisfy ``LIMITS``.
+#: mechanism as one state. The violation is Σ|z p| (slacks times rates), divided by |λ|. If the violation is
+#: larger, the loop is repeated with other options. The answer must also satisfy ``LIMITS``.
 MOST_ENERGY = 1e-3
 
 #: Largest residual of a sub-problem's state at which the loop accepts the sub-problem's load factor as
@@ -100,7 +100,7 @@ BORNE_OUT = 1e-3
 #: Largest residual of a condition in a proof that no load factor exists, or that every multiple of the live
 #: load can be carried. Residuals of forces are relative to the sum of the live loads, residuals of motions to
 #: the energy that the motion gains. With this value, a proof that no load factor exists does not exclude
-#: states whose forces or motions are at least about 1e8 times as large as those of the loads.
+#: extreme states, whose forces or motions are at least about 1e8 times as large as those due to the loads.
 PROOF = 1e-8
 
 #: Largest relative difference between λ and its lower bound at which λ counts as proven to be the least load
@@ -120,21 +120,22 @@ BEYOND_LIMITS = 1e-6
 #: feasible solution is a certified bound.
 FEASIBLE = 1e-11
 
-#: A mechanism proves a scene unstable only if it violates the associative flow rule by at most this fraction
-#: of its power. The power is computed with forces in median block weights. With this value, only joint forces
-#: whose sum exceeds a million median block weights could stop the mechanism.
+#: A mechanism proves a scene unstable only if its violation of the associative flow rule is at most this
+#: fraction of its power. The power is the rate of work of the dead load less that of the cohesion, with
+#: forces in median block weights. With this value, only joint forces whose sum exceeds a million median block
+#: weights could stop the mechanism.
 DEPARTS = 1e-6
 
-#: Magnitude of a slip, a shear or a violation of the associative flow rule below which it counts as a
-#: rounding error.
+#: A slip, a shear or a violation of the associative flow rule below this magnitude counts as a rounding
+#: error.
 ROUNDING = 1e-11
 
 #: Largest accepted error of the margin of stability under dead load. The unit is the work of a median block
 #: weight over a unit of length.
 MARGIN_ENERGY = 1e-4
 
-#: Smallest value of |λ| by which differences and residuals are divided. If |λ| is smaller, this value
-#: replaces it.
+#: Smallest value of |λ| by which differences and residuals are divided. A smaller |λ| is replaced by this
+#: value.
 SMALLEST = 1e-2
 
 

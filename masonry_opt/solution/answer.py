@@ -221,10 +221,10 @@ def certified(
 
 
 class Existence(StrEnum):
-    """Statements about the existence of a load factor λ ≥ 0 if the flow rule has the joints' dilatancy."""
+    """Statements on whether a load factor λ ≥ 0 exists under the flow rule with the joints' dilatancy."""
 
     NO_MECHANISM = "no load factor exists: the live load does no positive work in any mechanism"
-    #: In every mechanism, the joints that move cannot all be at yield at the same time.
+    #: The proof is that, in every mechanism, the joints that move cannot all be at yield at the same time.
     NO_STATE = "no load factor exists: no mechanism is compatible with a state of equilibrium"
     UNBOUNDED = "undecided: every multiple of the live load can be carried, but a mechanism exists"
     UNDECIDED = (

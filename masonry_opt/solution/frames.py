@@ -137,7 +137,7 @@ def curve_frame(assembly: Assembly, history: LoadHistory) -> "pd.DataFrame":
 
 
 def _known(assembly: Assembly, solution: Solution) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the known joint forces, joint motions and block velocities of a solution, otherwise NaN.
+    """Return joint forces, joint motions and block velocities of a solution; unknown values are NaN.
 
     The shapes are (3c + t,), (3c + t,) and (3b,).
     """
@@ -231,7 +231,8 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
     # Forces below this value count as rounding errors. Smaller limits of forces are replaced by this value.
     rounding = IDLE * (np.abs(n).max(initial=0.0) or 1.0)
     limit = ShearLimits.true(problem).at(n[problem.sliding])
-    # Largest moment of a joint, expressed as the difference of the normal forces at its two ends.
+    # Compute the largest moment of each joint, expressed as the difference of the normal forces at its two
+    # ends.
     largest = n.copy()
     largest[problem.crushing] = parabola(n[problem.crushing], problem.crushing_force)
     used = m / np.maximum(largest, rounding)
@@ -243,9 +244,9 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
 
 
 def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataFrame":
-    """Return a table with one row for each limited force, such as a tie force, with one of the given roles.
+    """Return a table of the limited forces that have one of the given roles, such as tie forces.
 
-    Unknown values are NaN.
+    The table has one row for each force. Unknown values are NaN.
     """
     problem = assembly.problem
     has_role = [force.role in roles for force in assembly.limited]

@@ -15,13 +15,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-#: Largest angle in radians that counts as an error of the drawing. Two sectors may overlap by this angle, and
-#: two sides count as one line if the angle between them is smaller.
+#: Largest angle in radians that counts as an error of the drawing. Sectors that overlap by a larger angle
+#: have no contact. Two sides with a smaller angle between them count as one line.
 _MOST_OVERLAP = 0.01
 
 
 class Sectors(NamedTuple):
-    """Angular sectors that blocks occupy around points, counter-clockwise, in radians."""
+    """Angular sectors that blocks occupy around points.
+
+    Each sector extends counter-clockwise from ``first`` to ``last``. Directions are angles in radians.
+    """
 
     first: np.ndarray  #: direction of the side at which each sector begins, shape (points,)
     last: np.ndarray  #: direction of the side at which each sector ends, shape (points,)
@@ -36,9 +39,9 @@ def contact_normals(one: Sectors, other: Sectors) -> tuple[np.ndarray, np.ndarra
     widths = _turn(one.first, one.last), _turn(other.first, other.last)
     after_one, after_other = _turn(one.last, other.first), _turn(other.last, one.first)
     fits = np.abs(after_one + after_other + sum(widths) - 2 * np.pi) <= _MOST_OVERLAP
-    # A line that separates the blocks may have any direction from `least` to `most`, measured from the last
-    # side of `one`. One half of the line is in the empty sector after `one`, and the other half is in the
-    # empty sector after `other`.
+    # A line through the point that separates the two blocks may have any direction from `least` to `most`,
+    # measured from the last side of the sector `one`. The line passes through both empty sectors between the
+    # blocks.
     shift = after_one + widths[1] - np.pi
     least, most = np.maximum(shift, 0.0), np.minimum(after_one, shift + after_other)
     in_line = np.minimum(np.abs(shift), np.abs(after_one - shift - after_other)) <= _MOST_OVERLAP

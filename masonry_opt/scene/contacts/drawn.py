@@ -10,7 +10,7 @@ from masonry_opt.scene.rows import combine, following, lengths
 
 @dataclass(frozen=True)
 class DrawnContacts:
-    """Joints and contact points before alignment, with their uncertainty in the drawing."""
+    """Joints and contact points as drawn, before alignment, and the accuracy of the drawing."""
 
     ends: np.ndarray  #: indices of the two blocks of each joint, shape (joints, 2)
     normal: np.ndarray  #: unit normal of each joint, shape (joints, 2) or (joints, 3)
@@ -31,7 +31,7 @@ class DrawnContacts:
         return Lists.of(blocks, joints, int(blocks.max(initial=-1)) + 1)
 
     def planes(self) -> "ContactPlanes":
-        """Return the planes of all joints, then the planes perpendicular to the joints at their ends.
+        """Return the planes of all joints, then the planes that are perpendicular to each joint at its ends.
 
         In space, the perpendicular planes contain the sides of the joints.
         """
@@ -44,7 +44,8 @@ class DrawnContacts:
             other_end = following(np.bincount(self.ring))
             across = np.cross(own, self.point[other_end] - self.point)
             length = lengths(across)
-            # A contact at a single point has no sides, so the uncertainty of their direction is infinite.
+            # The side of a contact at a single point has no length, so the uncertainty of its direction is
+            # infinite.
             accuracy = np.divide(self.tolerance, length, out=np.full(len(length), np.inf), where=length > 0)
             across = across / np.where(length > 0, length, 1.0)[:, None]
         sides = np.flatnonzero(np.isfinite(accuracy))
@@ -68,8 +69,8 @@ class ContactPlanes:
     #: Uncertainty of each normal's direction in the drawing, in radians, shape (planes,).
     accuracy: np.ndarray
     joint: np.ndarray  #: index of the joint to which each plane belongs, shape (planes,)
-    plane: np.ndarray  #: index of the plane in each entry of the table, shape (entries,)
-    point: np.ndarray  #: index of the contact point in each entry of the table, shape (entries,)
+    plane: np.ndarray  #: index of the plane for each entry of the table, shape (entries,)
+    point: np.ndarray  #: index of the contact point for each entry of the table, shape (entries,)
 
     @cached_property
     def by_plane(self) -> "Lists":
@@ -86,13 +87,13 @@ class ContactPlanes:
 class Lists:
     """Several lists of indices, stored one after another in one array."""
 
-    item: np.ndarray  #: entries of all lists, one list after another
+    item: np.ndarray  #: indices in all lists, one list after another, shape (sum of ``count``,)
     first: np.ndarray  #: index in ``item`` at which each list begins, shape (lists,)
     count: np.ndarray  #: length of each list, shape (lists,)
 
     @classmethod
     def of(cls, owner: np.ndarray, item: np.ndarray, lists: int) -> "Lists":
-        """Return one list for each owner, with the items that belong to the owner.
+        """Group items by their owners, such as points by planes, and return one list of items for each owner.
 
         ``owner`` has the index of the owner of each item, from 0 to ``lists - 1``.
         """
@@ -100,7 +101,7 @@ class Lists:
         return cls(item[np.argsort(owner, kind="stable")], np.cumsum(count) - count, count)
 
     def where(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the list number and the value of each item in the chosen lists, as two arrays.
+        """Return the items of the chosen lists as two arrays: the list number and the value of each item.
 
         A list number is the index in ``chosen`` of the list that contains the item.
         """

@@ -54,8 +54,8 @@ class FacingEdges(sides.Facing):
         """
         start, end = ends
         extent = np.hypot(*(end - start).T)
-        # Edges run counter-clockwise around their block, so the inside of the first block is to the left of
-        # its edge.
+        # Edges run counter-clockwise around their block, so the normal into the first block points to the
+        # left of the edge.
         normal = -_tangent((end - start) / extent[:, None])
         return cls(pair, most, extent, (start + end) / 2, normal, accuracy, *lean, start, end)
 
@@ -72,16 +72,16 @@ class FacingEdges(sides.Facing):
         faces_other = (one * other).sum(axis=1) > 0
         pair, i, j, along = pair[faces_other], i[faces_other], j[faces_other], (one + other)[faces_other]
         along /= np.hypot(*along.T)[:, None]
-        # ``lines`` has the ends of both edges, each edge in the direction of the bisector. At each end of the
-        # shared segment, one of the two edges ends. The abscissae x of the edges' ends are measured along the
-        # bisector.
+        # ``lines`` has the ends of both edges, ordered along the bisector. ``x`` has the coordinates of these
+        # ends along the bisector. Each end of the shared segment is opposite to an end of one of the two
+        # edges.
         lines = np.array([[tail[i], tip[i]], [tip[j], tail[j]]])
         x = ((lines - tail[i]) * along).sum(axis=-1)
         x_ends = np.array([np.maximum(*x[:, 0]), np.minimum(*x[:, 1])])
         is_of_first = x[0] == x_ends
         corner = np.where(is_of_first[..., None], *lines)
         # Find the point opposite to each corner: interpolate the opposite edge, from start to stop, at the
-        # corner's abscissa.
+        # corner's coordinate along the bisector.
         start, stop = (np.where(is_of_first[..., None], lines[1, end], lines[0, end]) for end in (0, 1))
         x_start, x_stop = (np.where(is_of_first, x[1, end], x[0, end]) for end in (0, 1))
         across = start + ((x_ends - x_start) / (x_stop - x_start))[..., None] * (stop - start) - corner
@@ -120,7 +120,7 @@ class FacingEdges(sides.Facing):
         return _tangent(self.normal), number, np.full(len(number), 2), points
 
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the shared segment with the given index, shape (points,)."""
+        """Return the distance of each point from the segment with the index ``number``, shape (points,)."""
         return to_line(points, self.start[number], self.end[number])
 
 
@@ -182,10 +182,11 @@ def _join_parts(parts: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
-    """Return the touching segments, except segments that may be only a corner of one of the two blocks.
+    """Leave out the touching segments at which one block may touch the other only with a corner.
 
-    A segment may be a corner if its edges are not parallel, and if it is short relative to the distance
-    between its edges; see :data:`~.sides.LEAN`. Very short segments of parallel edges are left out too.
+    A block may touch only with a corner if the two edges are not parallel, and if the segment is short
+    relative to the distance between the edges; see :data:`~.sides.LEAN`. Very short segments of parallel
+    edges are left out too.
     """
     is_long = touching.most <= LEAN * touching.extent
     is_parallel = touching.angle <= LEAN
@@ -193,7 +194,7 @@ def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
-    """Build simplified chains of consecutive segments; each chain belongs to one pair of blocks.
+    """Join consecutive segments of one pair of blocks to chains, and simplify each chain.
 
     Two segments are consecutive if the second segment begins within two tolerances of the end of the first
     segment. For curved edges across a gap, the tolerance is at least a tenth of the gap.
@@ -246,9 +247,10 @@ class PlaneCorners(sides.BlockCorners):
         self.edges = Items(block, np.minimum(self.point, self.tip), np.maximum(self.point, self.tip))
 
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
-        """Return the contacts between corners and edges of each pair of blocks, in two tables.
+        """Return two tables of contacts between the corners of one block and the edges of another block.
 
-        In the first table, the corners belong to the first block of each pair.
+        In the first table, the corners belong to the first block of each pair; in the second table, to the
+        second block.
         """
         return [self._on_edges(pairs, -1.0), self._on_edges(pairs[:, ::-1], 1.0)]
 
@@ -280,7 +282,8 @@ class PlaneCorners(sides.BlockCorners):
         before = corner - 1
         is_before = (self.tip[before] == self.point[corner]).all(axis=1) & (block[before] == block[corner])
         for row in np.flatnonzero(~is_before):
-            # For the first corner of an outline, the previous edge is the last edge of the outline.
+            # The edge before the first corner of an outline is the last edge of the outline. Find it as the
+            # edge that ends at this corner.
             of_block = np.flatnonzero(block == block[corner[row]])
             ends_here = (self.tip[of_block] == self.point[corner[row]]).all(axis=1)
             before[row] = of_block[ends_here][0]
@@ -291,11 +294,11 @@ class PlaneCorners(sides.BlockCorners):
         return Sectors(*(np.arctan2(side[:, 1], side[:, 0]) for side in self._sides(corner)))
 
     def _accuracy_of(self, corner: np.ndarray) -> np.ndarray:
-        """Return how uncertain the direction of the longer side at each corner is, in radians."""
+        """Return the uncertainty of the direction of the longer side at each corner, in radians."""
         return np.minimum(*(_accuracy(side, self.shapes.tolerance) for side in self._sides(corner)))
 
     def _on_edges(self, pairs: np.ndarray, sign: float) -> Touches:
-        """Return the contacts of corners of each pair's first block on edges of the second block.
+        """Return the contacts at which a corner of each pair's first block is on an edge of the second block.
 
         ``sign`` is the sign of the contacts' normals relative to the inward normals of the edges.
         """

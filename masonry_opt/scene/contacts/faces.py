@@ -23,9 +23,9 @@ NARROWEST = 10
 #: can share a polygon. A smaller value also accepts faces at a larger angle.
 _FACING = 0.94
 
-#: Smallest difference between the vectors ``SolidCorners.inwards`` of two crossing edges, measured along
-#: their common normal, at which the edges form a contact. With a smaller difference, the faces at both edges
-#: lie nearly in one plane, and the blocks do not touch from opposite sides.
+#: Smallest difference between the vectors ``SolidCorners.inwards`` of two crossing edges, measured along the
+#: common normal of the edges. With a smaller difference, the faces at both edges lie nearly in one plane, so
+#: the blocks do not touch from opposite sides, and the edges form no contact.
 _FLAT = 1e-3
 
 #: Sine of the largest angle between two faces that counts as a rounding error.
@@ -39,8 +39,9 @@ class FacingFaces(sides.Facing):
     A shared polygon is the part of the bisecting plane of two faces onto which both faces project.
     """
 
-    #: Bisecting planes of the two faces. The normal of a plane points out of the first block. The first axis
-    #: of a plane is as parallel as possible to the first axis of the first block's face.
+    #: Bisecting plane of the two faces of each polygon. The normal of the plane points out of the first
+    #: block. The first axis of the plane is as parallel as possible to the first axis of the first block's
+    #: face.
     frame: Frames
     polygon: np.ndarray  #: shared polygons, connected, without corners on straight sides, shape (n,)
 
@@ -87,14 +88,15 @@ class FacingFaces(sides.Facing):
         best = best[np.unique(polygon[ring[as_long[best]]], return_index=True)[1]]
         frame, along, chosen = self.frame, direction[best], as_long[best]
         tangent = along[:, :1] * frame.u + along[:, 1:] * frame.v
-        # Shift the corners of each outer ring cyclically, so that the ring begins with the chosen side.
+        # Shift the corners of each outer ring cyclically, so that the ring begins with the side to which the
+        # tangent is parallel.
         begin, first = np.zeros_like(count), (np.cumsum(count) - count)[ring]
         begin[ring[chosen]] = chosen - first[chosen]
         rotated = first + (np.arange(len(ring)) - first + begin[ring]) % count[ring]
         return tangent, polygon, count, frame.up(flat[rotated], polygon[ring])
 
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the polygon with the given index, shape (points,)."""
+        """Return the distance of each point from the polygon with the index ``number``, shape (points,)."""
         flat = shapely.points(self.frame.down(points, number))
         return np.hypot(shapely.distance(flat, self.polygon[number]), self.frame.above(points, number))
 
@@ -223,10 +225,12 @@ class SolidCorners(sides.BlockCorners):
     apart = NARROWEST
     outer: OuterFaces  #: outer faces of all blocks
     direction: np.ndarray  #: unit vector along each edge, shape (edges, 3)
-    #: Sum of the unit vectors that are perpendicular to the edge and point into its faces, shape (edges, 3).
+    #: Sum of two unit vectors for each edge, shape (edges, 3). Both vectors are perpendicular to the edge,
+    #: and each points into one of the two faces at the edge.
     inwards: np.ndarray
-    #: Vectors into both faces of each edge, shape (edges, 3) each. The block occupies the sector that begins
-    #: at ``first``, turns about the direction of the edge (right-handed), and ends at ``last``.
+    #: Two unit vectors for each edge, shape (edges, 3) each: ``first`` points into one face at the edge, and
+    #: ``last`` into the second face. The block occupies the sector from ``first`` to ``last``, counted
+    #: right-handed about the direction of the edge.
     first: np.ndarray
     last: np.ndarray
     edges: Items  #: edges with the indices of their blocks
@@ -249,8 +253,8 @@ class SolidCorners(sides.BlockCorners):
         along = unit(tip - tail)
         inwards = np.cross(outer.frame.normal[face], along)
         self.inwards = sums(number, inwards, len(edge))
-        # The boundary of one face at an edge runs in the direction of the edge. The boundary of the other
-        # face runs in the opposite direction.
+        # An edge is a side of two faces. The boundary of one of these faces runs in the direction of the
+        # edge, and the boundary of the second face runs in the opposite direction.
         runs_along = dots(along, self.direction[number]) > 0
         self.last = sums(number[runs_along], inwards[runs_along], len(edge))
         self.first = sums(number[~runs_along], inwards[~runs_along], len(edge))
@@ -262,7 +266,7 @@ class SolidCorners(sides.BlockCorners):
         self.faces = Items(outer.block, *outer.boxes)
 
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
-        """Return the contacts of edges that lie in faces, of corners on faces, and of edges that cross."""
+        """Return three tables of contacts: edges that lie in faces, corners on faces, and crossing edges."""
         back = pairs[:, ::-1]
         edges = _edges_in_faces(self, pairs, 1).then(_edges_in_faces(self, back, -1))
         corners = _corners_on_faces(self, pairs, 1).then(_corners_on_faces(self, back, -1))
@@ -307,7 +311,7 @@ class SolidCorners(sides.BlockCorners):
         return Touches(meetings.pair, meetings.start, meetings.end, normal, along[row], accuracy[row])
 
     def _both_ways(self, edge: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-        """Return the vectors ``first`` and ``last`` of edges, and these vectors after the edges are reversed.
+        """Return ``(first, last)`` of edges, and ``(first, last)`` of the edges in reversed direction.
 
         If the direction of an edge is reversed, ``first`` and ``last`` exchange their values.
         """
@@ -316,7 +320,7 @@ class SolidCorners(sides.BlockCorners):
 
 
 def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:
-    """Return the contacts of edges of each pair's first block that lie in faces of the second block.
+    """Return the contacts at which an edge of each pair's first block lies in a face of the second block.
 
     ``sign`` is 1 if the normals of these faces point into the first block of the contact, and -1 otherwise.
     """
@@ -363,7 +367,7 @@ def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touc
 
 
 def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:
-    """Return the contacts of corners of each pair's first block on faces of the second block.
+    """Return the contacts at which a corner of each pair's first block is on a face of the second block.
 
     ``sign`` is 1 if the normals of these faces point into the first block of the contact, and -1 otherwise.
     """

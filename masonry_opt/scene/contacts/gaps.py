@@ -14,21 +14,21 @@ from masonry_opt.scene.geometry import (
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tolerance_advice import set_contact_tolerance, set_tolerance
 
-#: Ratio of the recommended ``tolerance`` to the median difference between the widths of both ends of a gap.
-#: If the coordinates of all corners have independent errors of at most e, the median is about 0.8 e. The
+#: Ratio of the recommended ``tolerance`` to the median difference between the widths at the two ends of a
+#: gap. If the coordinates of all corners have independent errors of at most e, the median is about 0.8 e. The
 #: tolerance is then about ``TOLERANCE_OVER_ERROR`` times e. A larger ratio aligns more joints than necessary.
 _TOLERANCE_OVER_DIFFERENCE = 4.0
 
-#: Option of a scene that closes gaps: ``tolerance`` corrects errors of a drawing and aligns its joints;
+#: Scene option that closes gaps: ``tolerance`` corrects errors of a drawing and aligns its joints;
 #: ``contact_tolerance`` bridges intended gaps, such as undrawn mortar.
 ClosingOption = Literal["tolerance", "contact_tolerance"]
 
 
 class Closing(NamedTuple):
-    """Option of a scene that closes small gaps, with the smallest value that is sufficient."""
+    """Scene option that closes small gaps, and the smallest value with which it closes all of them."""
 
     option: ClosingOption = "tolerance"
-    tolerance: float = 0.0  #: smallest value of the option that closes all gaps; 0 without gaps
+    tolerance: float = 0.0  #: smallest value of the option that is sufficient; 0 if there are no gaps
 
     @property
     def advice(self) -> str:
@@ -73,7 +73,7 @@ def near_misses(
 
 
 def closing(scene: Scene, shapes: Extents, pairs: np.ndarray, apart: Facing) -> Closing:
-    """Return the option of the scene that closes all given gaps.
+    """Return the scene option that closes all given gaps, with its smallest sufficient value.
 
     Gaps that are wide relative to a block, and gaps of a scene with a contact tolerance, are closed by the
     contact tolerance. ``pairs`` lists the blocks of each pair.
@@ -87,7 +87,7 @@ def closing(scene: Scene, shapes: Extents, pairs: np.ndarray, apart: Facing) -> 
 
 
 def aligning_tolerance(facing: Facing) -> float:
-    """Return a tolerance that aligns sides whose angle is an error of the drawing, or 0 without such sides.
+    """Return the tolerance that aligns sides with angles due to errors of the drawing; 0 without errors.
 
     The median of the errors is decisive, because a drawing also contains sides of wedges.
     """

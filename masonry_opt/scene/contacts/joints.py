@@ -56,9 +56,9 @@ class Joints:
     #: Unit normal of each joint, from the second into the first block, shape (joints, 2) or (joints, 3).
     normal: np.ndarray
     #: Unit vector perpendicular to each joint's normal, shape (joints, 2) or (joints, 3). In the plane the
-    #: vector is the normal rotated clockwise by 90°. In space the vector is parallel to the longest side of a
-    #: polygon, or to the edge that touches. At a single point the vector is parallel to a side of the face,
-    #: or to one of the two crossing edges.
+    #: vector is the normal rotated clockwise by 90°. In space the vector is parallel to the longest side of
+    #: the joint's polygon, or to the touching edge. For a contact at a single point, the vector is parallel
+    #: to a side of the touched face, or to one of the two crossing edges.
     tangent: np.ndarray
     #: Uncertainty of each normal's direction in the drawing, in radians, shape (joints,).
     accuracy: np.ndarray
@@ -88,21 +88,22 @@ class Joints:
     strength: np.ndarray
     fixed_pairs: int  #: number of pairs of blocks that touch but have no joint because both are fixed
     gaps: Gaps  #: small gaps between blocks, with the largest width of each gap
-    closing: Closing  #: option of the scene that turns all small gaps into joints
+    closing: Closing  #: scene option, with its value, that turns all small gaps into joints
     #: Gaps between blocks that have no joint only because the option ``tolerance`` of the scene is too large,
     #: with the largest width of each gap.
     lost: Gaps
-    #: Gaps as wide as a mortar joint that the option ``tolerance`` of the scene turns into joints, with the
-    #: largest width of each gap.
+    #: Gaps that are as wide as a mortar joint, but count as joints because of the scene's option
+    #: ``tolerance``, with the largest width of each gap.
     bridged: Gaps
     #: Value of ``tolerance`` that aligns the sides of the gaps in ``bridged``; 0 if the sides are parallel.
     aligning: float
-    #: Both ends of each segment in the middle of a small gap, shape (segments, 2, 2) or (segments, 2, 3). In
-    #: space the segments are the sides of polygons.
+    #: Segments in the middle of small gaps, each given by its two ends, shape (segments, 2, 2) or (segments,
+    #: 2, 3). In space the segments are the sides of polygons.
     facing: np.ndarray
-    #: Pairs of blocks (indices) that touch without a contact normal and therefore have no joint. Two corners
-    #: of such blocks touch, in space also a corner and an edge, or two edges. A pair is left out if both
-    #: blocks have joints at the point of contact, or if the pair has a small gap or a lost joint.
+    #: Pairs of blocks (indices) that touch without a contact normal and therefore have no joint. In the
+    #: plane, a corner of one block touches a corner of the other block; in space, also a corner may touch an
+    #: edge, or an edge an edge. A pair is left out if both blocks have joints at the point of contact, or if
+    #: the pair has a small gap or a lost joint.
     without_normal: list[tuple[int, int]]
     #: Points at which blocks touch without a contact normal, shape (points, 2) or (points, 3).
     meets: np.ndarray
@@ -123,7 +124,7 @@ class Joints:
 
     @property
     def parts(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the joints of the optimisation problem and their contact points.
+        """Return the joints as the optimisation problem counts them, and the contact points of each joint.
 
         In the plane, the joints of the problem are the joints of the scene, with contact points at both ends.
         In space, each contact point is a joint of the problem.
@@ -140,7 +141,7 @@ class Joints:
         return self.joint, np.arange(len(self.joint))[None]
 
     def most(self, values: np.ndarray) -> np.ndarray:
-        """Return the largest value among the contact points of each joint, shape (joints,)."""
+        """Return the largest of the values at the contact points of each joint, shape (joints,)."""
         return np.maximum.reduceat(values, self.first_point)
 
     @property
@@ -415,7 +416,7 @@ def refuse_floating(
 
 
 def _nearest_block(scene: Scene, shapes: Extents, block: int, bridge: Bridge | None) -> str:
-    """Return the part of a message about the gap between an isolated block and its neighbour.
+    """Return the part of a message that describes the gap between an isolated block and its neighbour.
 
     The neighbour is a block that the isolated block faces, or else the nearest block.
     """

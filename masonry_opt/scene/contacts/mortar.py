@@ -21,29 +21,30 @@ from masonry_opt.scene.rows import linked
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tolerance_advice import set_tolerance
 
-#: Largest mean width of a gap, relative to the median gap, that counts as mortar of the same masonry. With a
-#: larger value, the recommended option also closes narrow openings.
+#: Largest mean width of a gap that counts as mortar of the same masonry, relative to the median width of the
+#: gaps. With a larger value, the recommended option also closes narrow openings.
 _WIDEST_OF_MORTAR = 2.0
 
-#: Largest error of a corner, relative to the width of a gap, at which the sides of the gap count as parallel.
-#: With a larger value, gaps that are only due to inaccurate coordinates count as intended.
+#: The sides of a gap count as parallel if moving a corner by at most this fraction of the gap's width makes
+#: them parallel. With a larger value, gaps that are only due to inaccurate coordinates count as intended.
 _PARALLEL_ERROR = 0.1
 
-#: Smallest thickness of a block, relative to ``tolerance``. A thinner block raises an error. With too small a
-#: value, both sides of a block may merge into one line or plane.
+#: Smallest thickness of a block, relative to ``tolerance``. A thinner block raises an error. With a smaller
+#: value, opposite sides of a thin block may merge into one line or plane.
 _THINNEST = 2.0
 
 #: Amount by which a gap may exceed ``contact_tolerance`` because of rounding errors, relative to
-#: ``contact_tolerance``. With a smaller value, warnings name gaps that are exactly as wide as this option.
+#: ``contact_tolerance``. With a smaller value, warnings name gaps whose width is exactly
+#: ``contact_tolerance``.
 _ROUNDING = 1e-6
 
-#: Largest median difference between the widths of both ends of a gap, relative to the median mean width, at
-#: which gaps of a survey count as intended. With a larger value, gaps that are only due to inaccurate
+#: Gaps of a survey count as intended if the widths at the two ends of a gap differ, in the median, by at most
+#: this fraction of the median width of the gaps. With a larger value, gaps that are only due to inaccurate
 #: coordinates count as intended.
 _SURVEY_ERROR = 0.5
 
-#: Gaps of a survey count as mortar if at least this fraction of its joints cross gaps as wide as mortar.
-#: With a smaller value, a few inaccurate corners count as mortar.
+#: Gaps of a survey count as mortar if at least this fraction of all joints cross gaps as wide as mortar. With
+#: a smaller value, a few inaccurate corners count as mortar.
 _SURVEY_FRACTION = 0.5
 
 
@@ -51,16 +52,16 @@ _SURVEY_FRACTION = 0.5
 class Bridge:
     """Value of ``contact_tolerance`` or ``tolerance`` that connects floating blocks to supports."""
 
-    closing: Closing  #: option of the scene that closes the gaps, with its smallest sufficient value
+    closing: Closing  #: scene option that closes the gaps, with its smallest sufficient value
     gap: float  #: width of the widest gap that ``closing`` closes; 0 if the blocks touch
-    widest: tuple[int, int]  #: indices of the blocks on both sides of the widest gap
+    widest: tuple[int, int]  #: indices of the two blocks at the widest gap
     joints: int  #: number of joints that ``closing`` adds
     blocks: int  #: number of floating blocks that ``closing`` connects to supports
     remaining: np.ndarray  #: indices of the blocks that remain without support
-    #: For each block, the index of the block that it faces, and the width of the gap.
+    #: For each block at a gap, the index of the block across the gap, and the width of the gap.
     neighbour: dict[int, tuple[int, float]]
-    #: True if the scene's ``tolerance`` is as large as a mortar joint. The advice is then to remove it, and
-    #: to set ``contact_tolerance`` in its place.
+    #: True if the scene's ``tolerance`` is as large as a mortar joint. The advice is then to remove
+    #: ``tolerance``, and to set ``contact_tolerance`` instead.
     replaces_tolerance: bool
     aligning: float  #: value of ``tolerance`` that aligns the sides of the gaps; 0 if the sides are parallel
 
@@ -105,7 +106,7 @@ def find_bridge(
     supported: np.ndarray,
     near: Closing,
 ) -> Bridge | None:
-    """Return the smallest value of an option that connects floating blocks to supports.
+    """Find the smallest value of a scene option at which floating blocks become connected to supports.
 
     The option is ``contact_tolerance`` or ``tolerance``. Its value is the width of the widest gap that must
     be closed, or of a wider gap that is mortar of the same masonry. None is returned if no value connects a
@@ -176,7 +177,7 @@ def _gaps_to_close(
     *,
     contact_tolerance: float | None = None,
 ) -> tuple[np.ndarray, Facing]:
-    """Return near pairs of blocks, and the pairs of sides that could be joined.
+    """Return pairs of neighbouring blocks, and the pairs of their sides that an option could join.
 
     A larger ``contact_tolerance`` or ``tolerance`` could join the sides. The sides touch, or the gap between
     them is as narrow as mortar, and they have no joint yet. ``joined`` has the two blocks of each joint. The
@@ -189,7 +190,7 @@ def _gaps_to_close(
 
 
 def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, near: Closing) -> Closing:
-    """Return the option of the scene that closes the given gaps, and the value of the option.
+    """Return the scene option that closes the given gaps, with its value.
 
     Several gaps with parallel sides count as intended gaps, which ``contact_tolerance`` closes. If the option
     ``tolerance`` closes both the given gaps and the small gaps of the scene (``near``), its value suffices
@@ -204,7 +205,7 @@ def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, ne
 
 
 def is_drawn_apart(scene: Scene, shapes: Extents) -> bool:
-    """Return True if blocks are drawn apart.
+    """Return True if the options of the scene show that blocks are drawn with gaps between them.
 
     The scene then has a ``contact_tolerance``, or a large ``tolerance``.
     """
@@ -268,7 +269,7 @@ def bridged_by_tolerance(
     """
     if not has_large_tolerance(scene, shapes):
         return {}, 0.0
-    # Option ``contact_tolerance`` closes gaps up to this width, whatever the value of ``tolerance`` is.
+    # Width up to which ``contact_tolerance`` closes gaps. Such gaps do not need a large ``tolerance``.
     closed = (1 + _ROUNDING) * (scene.contact_tolerance or 0.0)
     wide = joined.where(
         joined.most > np.maximum(NEAR_MISS * shapes.width[pairs[joined.pair]].min(axis=1), closed)
@@ -282,12 +283,15 @@ def bridged_by_tolerance(
 
 
 def _are_parallel(gaps: Facing) -> bool:
-    """Return True if both sides of all gaps are parallel, apart from small errors."""
+    """Return True if the two sides of each gap are parallel, apart from small errors."""
     return bool((gaps.angle * gaps.shorter <= _PARALLEL_ERROR * gaps.most).all())
 
 
 def _are_surveyed(wide: Facing, joints: int) -> bool:
-    """Return True if ``wide`` gaps are the mortar of a survey with the given number of joints."""
+    """Return True if the ``wide`` gaps are probably the mortar joints of a surveyed wall.
+
+    ``joints`` is the number of all joints along sides.
+    """
     if len(wide.pair) < _SURVEY_FRACTION * joints:
         return False
     difference = float(np.median(wide.angle * wide.width))
@@ -319,7 +323,7 @@ def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
 
 
 def _facing_across_mortar(scene: Scene, shapes: Extents) -> tuple[np.ndarray, Facing]:
-    """Return near pairs of blocks, and the pairs of sides that touch or have a gap as narrow as mortar.
+    """Return pairs of neighbouring blocks, and their sides that touch or have a gap as narrow as mortar.
 
     The sides are computed with the default value of ``tolerance``, because a large ``tolerance`` would hide
     some of the sides.
@@ -327,7 +331,8 @@ def _facing_across_mortar(scene: Scene, shapes: Extents) -> tuple[np.ndarray, Fa
     fine = replace(shapes, tolerance=_fine_tolerance(scene, shapes))
     movable_width = shapes.width[~scene.fixed]
     thickest = MORTAR * np.where(scene.fixed, movable_width.max(), shapes.width)
-    # The widest end of a wedge-shaped gap may be twice as wide as its middle.
+    # Search within twice the thickness of mortar, because a wedge-shaped gap may be twice as wide at one end
+    # as in the middle.
     pairs = near_pairs(scene, fine, 2 * thickest)
     pairs = pairs[~scene.fixed[pairs].all(axis=1)]
     most = thickest[pairs].min(axis=1, initial=np.inf)

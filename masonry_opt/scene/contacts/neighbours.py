@@ -23,7 +23,7 @@ CONTACT_FUNCTIONS: dict[
 
 #: Number of pairs of neighbouring blocks that a scene may have, in addition to ``_MOST_PAIRS_PER_BLOCK`` for
 #: each block. More pairs raise an error. With a larger value, a scene of coincident blocks needs more time
-#: and memory before it raises the error.
+#: and memory before the error is raised.
 _MOST_PAIRS = 1_000_000
 
 #: Number of pairs of neighbouring blocks that a scene may have for each block, in addition to

@@ -177,7 +177,7 @@ class Facing(Rows, ABC):
 
     @abstractmethod
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Return the distance of each point from the segment or polygon with the given index.
+        """Return the distance of each point from the segment or polygon with the index ``number``.
 
         The shape is (points,).
         """
@@ -195,8 +195,8 @@ class Touches(Rows):
     #: Unit normal of each contact, pointing into the first block, shape (touches, 2) or (touches, 3).
     normal: np.ndarray
     #: Unit vector perpendicular to each contact's normal, shape (touches, 2) or (touches, 3). In the plane
-    #: the vector is the normal rotated clockwise by 90°. In space the vector is parallel to the edge, or to a
-    #: side of the face.
+    #: the vector is the normal rotated clockwise by 90°. In space the vector is parallel to the touching
+    #: edge, or, for a corner on a face, to the first axis of the face.
     along: np.ndarray
     #: Uncertainty of each normal's direction in the drawing, in radians, shape (touches,).
     accuracy: np.ndarray
@@ -269,7 +269,10 @@ class BlockCorners(ABC):
 
     @abstractmethod
     def bisected(self, meetings: "Meetings") -> Touches:
-        """Return the contacts where corners or edges coincide, with normals from :mod:`~.bisectors`."""
+        """Return the contacts at coinciding corners (in space: coinciding edges).
+
+        Their normals are computed in :mod:`~.bisectors`.
+        """
 
     def touches(self, pairs: np.ndarray, asked: np.ndarray, shared: Facing) -> Touches:
         """Return the contacts at corners and edges, except near shared sides and near other contacts.
@@ -311,7 +314,7 @@ class BlockCorners(ABC):
     def touches_at_corners(
         self, pairs: np.ndarray, asked: np.ndarray, found: tuple[Facing, Touches]
     ) -> Touches:
-        """Return the contacts of corners on corners (in space, of edges along edges).
+        """Return the contacts at coinciding corners of two blocks (in space: along coinciding edges).
 
         A contact is left out if its pair has a joint near it, or if both blocks share a side with other
         blocks at that place, such as a point where four bricks meet. See :meth:`without_normal` for the

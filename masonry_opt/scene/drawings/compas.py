@@ -35,8 +35,8 @@ _DrawnBlock = tuple[object, Any, bool, Any]
 
 #: Unit vectors of the axes by their names.
 _UNIT_VECTORS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-#: Keys of tables with the content of a COMPAS object. A table without any of these keys only wraps the
-#: content, at the key "data" (in old files "value").
+#: Keys of tables with the content of a COMPAS object. A table without any of these keys is a wrapper: the
+#: content is the value of its key "data" (in old files "value").
 _CONTENT = ("node", "graph", "elements", "assembly", "blocks", "model", "vertex", "vertices", "points")
 
 
@@ -122,7 +122,7 @@ def read_compas(  # noqa: PLR0913 - options of the public API are keywords
 
 
 def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
-    """Project the solids as seen along the given direction, or by default along the only possible direction.
+    """Project the solids along the given direction; by default, along the only possible direction.
 
     Raises ValueError if the solids are not prisms along the direction, or if several directions are possible.
     """
@@ -182,7 +182,7 @@ def _axes(unit: np.ndarray) -> np.ndarray:
         )
     across = np.cross(unit, (0.0, 0.0, 1.0))
     across /= np.linalg.norm(across)
-    # View the solids from the side on which x increases to the right (or y, if the view is along x).
+    # View the solids so that x increases to the right (or y, if the view is along x).
     if across[0] < -1e-9 or (abs(across[0]) <= 1e-9 and across[1] < 0):
         across = -across
     return np.array([across + 0.0, [0.0, 0.0, 1.0]])
@@ -264,8 +264,8 @@ def _end(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarra
             )
     if len(ends) != 2 - mesh.flat:
         raise ValueError(
-            "the block is not a prism: in the direction of projection it has a step, no end "
-            "face, or an end face in several parts"
+            "the block is not a prism in the direction of projection: it has a step, lacks an end face, "
+            "or has an end face in several parts"
         )
     if not all(end.is_valid for end in ends):
         raise ValueError("the block has a face that crosses itself: list the corners of the face in order")
@@ -310,7 +310,7 @@ def _text(key: object) -> str:
 
 
 def _content(value: Any) -> Any:
-    """Return the content of a COMPAS object, without the tables that wrap it."""
+    """Return the content of a COMPAS object, without the tables in which the content is wrapped."""
     while isinstance(value, dict) and not any(key in value for key in _CONTENT):
         inner = value.get("data", value.get("value"))
         if inner is None:

@@ -243,7 +243,7 @@ def _clipped(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> li
 
 
 def _part(cell: list[np.ndarray], surface: np.ndarray, tolerance: float) -> list[MeshSolid]:
-    """Return a list with the convex polyhedron that fills a cell, or an empty list.
+    """Return the convex polyhedron that fills a cell, as a list with one entry, or an empty list.
 
     The list is empty if the cell is outside the block or thinner than two tolerances. Raises ValueError if
     the cell is inside a surface that crosses itself.

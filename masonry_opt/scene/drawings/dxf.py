@@ -142,11 +142,11 @@ class DxfScene(NamedTuple):
     """Scene of a DXF drawing, with a report on the layers that were read."""
 
     scene: Scene
-    #: lines of text that list the layers that were read, the layers that were not read, with reasons, and the
-    #: outlines that are holes
+    #: Lines of text about the layers that were read, the unread layers with the reasons, and the outlines
+    #: that are holes.
     layers: list[str]
     unit: str  #: name of the scene's unit of length, such as "millimetres"; empty if the drawing has no unit
-    metres: float | None  #: length of this unit in metres; None if the drawing has no unit
+    metres: float | None  #: length of the scene's unit in metres; None if the drawing has no unit
 
 
 def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
@@ -196,7 +196,7 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
 
 
 def _scale(document: Any) -> float:
-    """Return the scale of the drawing, its unit in metres. Raises ValueError if it has no unit."""
+    """Return the length of the drawing's unit in metres. Raises ValueError if the drawing has no unit."""
     scale = outlines.metres(document)
     if scale is None:
         raise ValueError(
@@ -208,7 +208,7 @@ def _scale(document: Any) -> float:
 def _outlines(
     curves: list[Curve], diagonal: float, drawing: DxfDrawing, defects: Defects
 ) -> tuple[list[Outline], list[tuple[Curve, Curve]]]:
-    """Return the outlines of the blocks, and pairs of an omitted copy and its original outline.
+    """Return the outlines of the blocks, and each omitted copy of an outline with its original.
 
     Defects of the drawing are added to ``defects``.
     """
@@ -294,8 +294,10 @@ def _unit_warning(document: Any, extent: np.ndarray, side: float | None, to_metr
     effect = "lengths were not scaled, and the unit weight refers to the lengths of the drawing"
     if to_metres:
         effect = f"lengths were multiplied by {unit:g}"
-    in_unit = f"the drawing is in {_unit_name(document)} ($INSUNITS)"
-    return f"{in_unit}, so {finding}: correct the unit in the drawing if it is wrong; {effect}"
+    in_unit = f"{_unit_name(document)} ($INSUNITS)"
+    return (
+        f"the drawing is in {in_unit}, so {finding}: correct the unit in the drawing if it is wrong; {effect}"
+    )
 
 
 def _layers(document: Any) -> dict[str, tuple[str, int]]:
@@ -342,7 +344,7 @@ def _use_of_layers(document: Any, drawing: DxfDrawing) -> list[str]:
 
 
 def _holes(found: Sequence[Outline], scene: Scene) -> list[str]:
-    """Return a line of text that lists the outlines that are holes, or an empty list without holes."""
+    """Return a list with one line of text about the holes, or an empty list if there are no holes."""
     holes = [
         f"{hole.where} in block '{block.name}'"
         for shape, block in zip(found, scene.blocks, strict=True)

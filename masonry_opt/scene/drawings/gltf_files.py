@@ -155,7 +155,7 @@ class _Gltf:
         buffer = self._buffer(view["buffer"])
         if min(start, count) < 0 or stride < row or start + stride * (count - 1) + row > len(buffer):
             raise ValueError(
-                "the file is not valid glTF: it ends before its last corner; export the blocks again"
+                "the file is not valid glTF: it is cut off, so corners are missing; export the blocks again"
             )
         numbers = np.ndarray((count, columns), kind, buffer, start, (stride, kind.itemsize)).astype(float)
         if accessor.get("normalized"):
@@ -189,7 +189,7 @@ def _triangles_of(order: np.ndarray, mode: int) -> np.ndarray:
     if mode == _FAN:
         return np.column_stack([np.full(len(order) - 2, order[0]), order[1:-1], order[2:]])
     strip = np.column_stack([order[:-2], order[1:-1], order[2:]])
-    # Every second triangle of a strip has the opposite orientation.
+    # Every second triangle of a strip has the opposite orientation: exchange two of its corners.
     strip[1::2] = strip[1::2, [1, 0, 2]]
     return strip
 

@@ -157,7 +157,7 @@ def _meshes_as_blocks(path: Path, drawing: MeshDrawing) -> list[Mesh]:
 
 
 def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
-    """Return the meshes of a file in the axes of the scene, without marking supports.
+    """Return the meshes of a file in the axes of the scene. No mesh is marked as a support yet.
 
     Raises ValueError if the file cannot be read.
     """

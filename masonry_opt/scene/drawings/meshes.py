@@ -10,8 +10,8 @@ import shapely
 from masonry_opt.scene.rows import linked, spaces, steps_round, turned
 from masonry_opt.scene.space.faces import place
 
-#: Largest distance of a face's corners from the plane of a side at which the face is merged with this side,
-#: relative to the tolerance. A larger value merges more faces of a bent surface.
+#: A face is merged with a side if the distance of its corners from the plane of the side is at most this
+#: value, relative to the tolerance. A larger value merges more faces of a bent surface.
 _TRIANGLE_REACH = 4.0
 
 #: Largest distance of a corner from the planes of its sides, relative to the tolerance, that counts as an
@@ -19,8 +19,8 @@ _TRIANGLE_REACH = 4.0
 _NOISE = 4.0
 
 #: A least-squares problem moves each corner onto the planes of its sides. Singular values below this fraction
-#: of the largest one count as zero. With a smaller value, corners between nearly parallel planes move
-#: farther.
+#: of the largest singular value count as zero. With a smaller value, corners between nearly parallel planes
+#: move farther.
 _LEAST_NORMAL_SPREAD = 0.02
 
 #: Cosine of the largest angle between faces that may be merged into one plane side. Faces at a larger angle
@@ -30,7 +30,7 @@ _PARALLEL_COSINE = 0.9
 #: Angle between two faces at a common edge, in radians, below which the faces count as coincident.
 _COINCIDENT_ANGLE = 1e-4
 
-FEWEST_SIDES = 4  #: Smallest number of sides of a solid: those of a tetrahedron.
+FEWEST_SIDES = 4  #: Smallest number of sides of a solid, as for a tetrahedron.
 
 Edge = tuple[int, int]
 
@@ -83,7 +83,7 @@ class MeshSolid:
     @property
     def volume(self) -> float:
         """Return the volume of the solid, whose sides must form a closed surface."""
-        # Add up the volumes of the pyramids over all sides, whose common apex is a point of the first side.
+        # Add up the volumes of pyramids with the sides as bases and a point of the first side as apex.
         middle = self.sides[0].base
         return sum(side.area * float((side.base - middle) @ side.normal) for side in self.sides) / 3
 
@@ -186,7 +186,7 @@ def flattened(mesh: Mesh, tolerance: float) -> MeshSolid | None:
         points[corner] -= move
     solid = MeshSolid(points, [_ringed(points, side.rings) for side in coarse.sides])
     is_flat = all(_is_flat(points, side, tolerance) for side in solid.sides)
-    # A large tolerance merges opposite faces, until no volume remains.
+    # Check the volume, because a large tolerance may merge opposite faces so that no volume remains.
     is_solid = len(solid.sides) >= FEWEST_SIDES and 2 * solid.volume > tolerance * solid.area
     return solid if is_flat and is_solid else None
 
@@ -218,7 +218,7 @@ def refuse_holes(mesh: Mesh, tolerance: float) -> None:
 
 
 def _nearby_edges(ends: np.ndarray, tolerance: float) -> Iterator[np.ndarray]:
-    """Find, for each edge, the indices of the other edges whose bounding boxes are near.
+    """Find, for each edge, the indices of the other edges with bounding boxes near the edge's box.
 
     ``ends`` has shape (edges, 2, 3). The boxes are projected along the axis in which the mesh is least deep,
     and stored in a search tree, so that few candidates remain.
@@ -228,8 +228,8 @@ def _nearby_edges(ends: np.ndarray, tolerance: float) -> Iterator[np.ndarray]:
     low, high = ends.min(axis=1), ends.max(axis=1)
     widest = np.argsort(np.ptp(ends.reshape(-1, 3), axis=0))[-2:]
     tree = shapely.STRtree(shapely.box(*low[:, widest].T, *high[:, widest].T))
-    # Search within twice the tolerance because of rounding in the search tree. The caller tests the
-    # candidates.
+    # Search within twice the tolerance because of rounding in the search tree. The caller then compares the
+    # exact distances with the tolerance.
     reach = 2 * tolerance
     grown = shapely.box(*(low[:, widest] - reach).T, *(high[:, widest] + reach).T)
     for number, box in enumerate(grown):
@@ -295,7 +295,7 @@ def used(name: str, points: np.ndarray, faces: list[list[int]], layers: str = ""
 def _through_inside(
     points: np.ndarray, edge: Edge, having: list[int], faces: list[list[int]]
 ) -> Iterator[list[int]]:
-    """Find pairs of faces that bound one block at an edge that more than two faces share.
+    """At an edge of more than two faces, find the pairs of faces that belong to the same block.
 
     Faces are compared by their angle about the edge. Each face that traverses the edge forwards is paired
     with the face of the next smaller angle that traverses it backwards.
@@ -315,7 +315,7 @@ def _through_inside(
 
 
 def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:
-    """Return the faces after corners that are nearer to each other than the tolerance have been joined.
+    """Join corners that are nearer to each other than the tolerance, and return the resulting faces.
 
     Faces with fewer than three corners are left out.
     """
@@ -418,7 +418,7 @@ class _Surface:
     single: list[Side]  #: one side for each face, before faces are merged
 
     def coplanar(self, seed: int, candidates: Collection[int], reach: float, tolerance: float) -> set[int]:
-        """Return the connected set of faces that contains the face ``seed`` and lies in its plane.
+        """Return the connected set of faces that contains the face ``seed`` and is in the plane of this face.
 
         The corners of the faces are at most ``reach`` away from the plane. Faces that are narrower than the
         tolerance may have any normal.
@@ -458,9 +458,9 @@ def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side 
     Faces cannot be merged if they are not in one plane, if they have no outline, or if their outline touches
     itself.
     """
-    # Two merged faces traverse their common edge in opposite directions, so the edge cancels. If a notched
-    # polygon was divided into a fan of triangles, some triangles are outside the polygon. Such triangles have
-    # the opposite orientation, so their edges cancel too.
+    # Two merged faces traverse their common edge in opposite directions, so this edge is not on the outline.
+    # If a notched polygon was divided into a fan of triangles, the triangles outside the polygon have the
+    # opposite orientation, which removes their edges too.
     edges = {side for face in faces for side in steps_round(face)}
     outline = [(tail, tip) for tail, tip in edges if (tip, tail) not in edges]
     following = dict(outline)

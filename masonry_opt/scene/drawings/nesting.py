@@ -19,12 +19,12 @@ from masonry_opt.scene.tolerance_advice import lower_tolerance
 #: larger value, a hole that almost fills a block would count as a copy of the block's outline.
 _EQUAL_AREA_TOLERANCE = 1e-9
 
-#: Ratio of the bounds of a tolerance at which its bisection ends. With a larger value, messages advise
-#: smaller tolerances than necessary.
+#: The bisection for a tolerance ends when the ratio of its upper to its lower bound is below this value. With
+#: a larger value, messages advise smaller tolerances than necessary.
 _LIMIT_PRECISION = 1.01
 
-#: Smallest number of outlines inside an outline that can be a frame around the drawing. With the value 1, a
-#: block with one hole would count as a frame.
+#: An outline can be a frame around the drawing if it contains at least this many other outlines. With the
+#: value 1, a block with one hole would count as a frame.
 _FEWEST_IN_FRAME = 2
 
 
@@ -33,7 +33,7 @@ class OutlineTolerance(NamedTuple):
 
     option: str  #: option that sets the length: "tolerance" or "outline_tolerance"
     length: float  #: length below which details of outlines are ignored
-    rounding: float  #: rounding error of the drawing, which is the default of the length
+    rounding: float  #: rounding error of the drawing: the value of ``length`` if no option is set
 
 
 class Nesting(NamedTuple):
@@ -65,7 +65,8 @@ def outlines_with_holes(
         for curve, collapses in zip(outlines, is_collapsed, strict=True)
     ]
     if any(is_collapsed):
-        # Stop here: without the collapsed outlines, other outlines would count as blocks instead of holes.
+        # Stop if outlines have collapsed: without the collapsed outlines, other outlines would count as
+        # blocks instead of holes.
         _add_collapsed(list(compress(outlines, is_collapsed)), outlines, tolerance, defects)
         return Nesting([], [])
     is_shape = [polygon is not None for _, polygon in drawn]
@@ -94,7 +95,7 @@ def outlines_with_holes(
         equal = members[label]
         depth[label] = sum(len(kept[other]) for other in around[label])
         # Keep two of several equal outlines inside a block: a hole and the block that fills it. Elsewhere,
-        # keep one outline.
+        # keep a single outline.
         needed = equal[:2] if depth[label] % 2 else [min(equal, key=lambda number: not supports[number])]
         kept[label] = needed
         copies += [(number, needed[0]) for number in equal if number not in needed]
@@ -141,17 +142,17 @@ def _without_details(curve: Curve, tolerance: float) -> shapely.Polygon:
 
 
 def _has_area(curve: Curve, tolerance: float) -> bool:
-    """Return True if the polygon of a closed curve has an area, apart from details within a tolerance."""
+    """Return True if a closed curve still encloses an area after details within the tolerance are removed."""
     return bool(_without_details(curve, tolerance).convex_hull.area > tolerance**2)
 
 
 def _is_collapsed(curve: Curve, tolerance: OutlineTolerance) -> bool:
-    """Return True if a closed curve has an area as drawn, but none within the given tolerance."""
+    """Return True if a closed curve encloses an area as drawn, but not once small details are removed."""
     return not _has_area(curve, tolerance.length) and _has_area(curve, tolerance.rounding)
 
 
 def _largest_tolerance(curve: Curve, tolerance: OutlineTolerance) -> float:
-    """Return, by bisection, the largest tolerance within which a collapsed curve has an area."""
+    """Find by bisection the largest tolerance with which a collapsed curve still encloses an area."""
     low, high = tolerance.rounding, tolerance.length
     while high > _LIMIT_PRECISION * low:
         middle = (low * high) ** 0.5
@@ -162,9 +163,9 @@ def _largest_tolerance(curve: Curve, tolerance: OutlineTolerance) -> float:
 def _add_collapsed(
     collapsed: Sequence[Curve], outlines: Sequence[Curve], tolerance: OutlineTolerance, defects: Defects
 ) -> None:
-    """Add a defect for each outline that has an area as drawn, but none within the given tolerance.
+    """Add a defect for each outline that encloses no area after details within the tolerance are removed.
 
-    All of these defects have one remedy: a tolerance within which all outlines have an area.
+    All of these defects have one remedy: a smaller tolerance, with which all outlines enclose an area.
     """
     limit = min(_largest_tolerance(curve, tolerance) for curve in collapsed)
     widths = (least_width(shapely.Polygon(curve.points)) for curve in outlines if len(curve.points) > 2)

@@ -32,8 +32,8 @@ SAGITTA = 1e-4
 #: outlines or to the default tolerance of a scene, whichever is smaller.
 _GRID_SHARE = 0.01
 
-#: Largest distance of a corner of a cell from the line through its two neighbours at which the corner is
-#: removed, in grid steps.
+#: A corner of a cell is removed if its distance from the line between the previous and the next corner is at
+#: most this many grid steps.
 _STRAIGHT_STEPS = 10.0
 
 #: DXF entities that are read as outlines or as parts of outlines.
@@ -257,7 +257,7 @@ def _points(entity: Any, sagitta: float) -> list[Any]:
                 points += part_points[-2::-1] if is_reversed else part_points[1:]
             return points[:-1] if entity.is_closed else points
         case "SPLINE" if not entity.construction_tool().is_clamped:
-            # Do not read the spline, because ezdxf would continue it beyond its ends.
+            # Refuse periodic splines, because ezdxf would continue them beyond their ends.
             raise ValueError("the curve is a periodic spline")
         case _:
             found = entity.flattening(sagitta)

@@ -49,7 +49,7 @@ class Drawing(Record):
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Self:
-        """Create the record from a reader's arguments; omit arguments that are None or unknown."""
+        """Create the record from the arguments of a read function, without None and unknown arguments."""
         return cls(**{key: given[key] for key in cls.model_fields if given.get(key) is not None})
 
 
@@ -79,7 +79,7 @@ def block_name(text: str) -> str:
 
 @contextmanager
 def naming(what: str) -> Iterator[None]:
-    """Convert a ValueError to a CaseError, and begin each line of the message with ``what``.
+    """Convert a ValueError to a CaseError, each line of which begins with ``what``, such as a block's name.
 
     ``what`` replaces the words "the block" at the beginning of a line, as in "block 'A' is not closed".
     """
@@ -213,7 +213,7 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
 def _solids(
     meshes: Sequence[Mesh], drawing: SolidDrawing, tolerance: float, middle: np.ndarray
 ) -> tuple[list[Solid], dict[int, str]]:
-    """Return the solids of meshes, and the mistakes of wrong meshes by the index of the mesh.
+    """Return the solids of valid meshes, and a dict from the index of each invalid mesh to its mistake.
 
     ``middle`` is the middle of the movable blocks. The slab of a support lies on the side away from it.
     """
@@ -231,10 +231,10 @@ def _solids(
 
 
 def _refuse_large_tolerance(wrong: Sequence[Mesh], drawing: SolidDrawing, default: float) -> None:
-    """Raise ValueError if the ``wrong`` meshes are solids within a smaller tolerance than the drawing's.
+    """Raise ValueError if the ``wrong`` meshes would be valid with a smaller tolerance.
 
-    The tolerance is halved until no mesh is wrong, or until it is smaller than the ``default``. The message
-    names the thinnest wrong mesh and a sufficient upper limit of the tolerance.
+    The tolerance of the drawing is halved until no mesh is wrong, or until it is smaller than the
+    ``default``. The message names the thinnest wrong mesh and a sufficient upper limit of the tolerance.
     """
     given = drawing.tolerance
     if given is None or any(mesh.flat for mesh in wrong):
@@ -250,7 +250,7 @@ def _refuse_large_tolerance(wrong: Sequence[Mesh], drawing: SolidDrawing, defaul
 
 
 def _least_width(mesh: Mesh) -> float:
-    """Return the smallest distance between two planes parallel to a face that enclose the mesh."""
+    """Return the smallest distance between two planes that are parallel to a face and enclose the mesh."""
     vectors = np.array([area_vector(mesh.points[face]) for face in mesh.faces])
     sizes = np.linalg.norm(vectors, axis=1)
     normals = vectors[sizes > 0] / sizes[sizes > 0, None]

@@ -72,7 +72,7 @@ class WallCrossing(NamedTuple):
     leaves: int  #: number of leaves of the other wall
     courses: int  #: number of courses of the other wall
     #: Two flags, for even courses (counted from 0) and for odd courses. A flag is True if this wall passes
-    #: through the other wall, and False if the other wall interrupts it.
+    #: through the other wall, and False if the other wall interrupts this wall.
     passes: tuple[bool, bool]
 
     @property
@@ -99,10 +99,10 @@ class WallStretch(NamedTuple):
     along: int  #: direction of this piece of wall: 0 for x, 1 for y
     line: float  #: y of the axis if this piece of wall is along x, and x if it is along y
     #: Coordinate along the axis at which this piece of wall begins, less than ``end``. At a corner of two
-    #: walls, it begins at the outer face of the other wall.
+    #: walls, this piece begins at the outer face of the other wall.
     start: float
-    #: Coordinate along the axis at which this piece of wall ends. At a corner of two walls, it ends at the
-    #: outer face of the other wall.
+    #: Coordinate along the axis at which this piece of wall ends. At a corner of two walls, this piece ends
+    #: at the outer face of the other wall.
     end: float
     thickness: float  #: thickness of the wall
     courses: int  #: number of courses of the wall
@@ -222,7 +222,7 @@ class Plan(SolidGenerator):
                 )
 
     def _wrong_openings(self, stretches: list[WallStretch]) -> Iterator[str]:
-        """Generate an error message for each opening that does not fit its wall or overlaps another."""
+        """Generate an error message for each opening that is not in its wall or overlaps another opening."""
         valid = {(stretch.wall.name, hole.number) for stretch in stretches for hole in stretch.holes}
         for wall in self.walls:
             top = wall.courses or self.courses
@@ -263,7 +263,7 @@ class Plan(SolidGenerator):
 
     @property
     def _nothing(self) -> float:
-        """Return the largest length that counts as nothing, because rounding may cause it."""
+        """Return the largest length that counts as zero, because rounding errors may be as large."""
         return _ZERO_LENGTH_TOLERANCE * self.block[0]
 
     @property

@@ -186,7 +186,7 @@ def _leg(
     """
 
     def face(at: float | None) -> list[tuple[float, float, float]]:
-        """Return the corners of a cross-section: at a position along the barrel, or at the groin (None)."""
+        """Return the corners of the cross-section at a position along the barrel, or at the groin if None."""
         places = [(x, x if at is None else at, z) for x, z in section]
         turned = places if along == "y" else [(v, u, z) for u, v, z in places]
         return [(signs[0] * x, signs[1] * y, z) for x, y, z in turned]
@@ -258,8 +258,8 @@ class Dome(SolidGenerator):
             step = (math.pi / 2 - first) / (self.rings + 0.5)
         else:
             step = (math.acos(self.oculus / self._inner) - first) / self.rings
-        # Angles of the bed joints above the horizontal plane. Each bed joint runs from the inner to the outer
-        # sphere.
+        # Angles in radians between the bed joints and the horizontal plane. Each bed joint runs from the
+        # inner to the outer sphere.
         angles = [first + step * number for number in range(self.rings + 1)]
         radii = self._inner, self._inner + self.thickness
         beds = [[polar(radius, angle) for radius in radii] for angle in angles]

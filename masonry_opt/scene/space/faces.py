@@ -109,7 +109,8 @@ class Surfaces:
             others = f"{more} other faces have" if more else "no other face has"
             why = f"{{}} has an edge from {start} to {end} that {others}: each edge must belong to two faces"
             self.refuse(int(self.face[wrong[0]]), why)
-        # Find the two corners at which each edge begins: one corner in each of its two faces.
+        # Each edge is a side of two faces. Find the corner of each of the two faces at which this side
+        # begins.
         corners_of_edge = np.argsort(edge, kind="stable").reshape(-1, 2)
         one, other = self.face[corners_of_edge].T
         same_direction = tail[corners_of_edge[:, 0]] == tail[corners_of_edge[:, 1]]
@@ -317,7 +318,7 @@ def _leading_faces(
 def _height_of_part(
     surfaces: Surfaces, face: np.ndarray, leader: np.ndarray, geometry: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
-    """Return how far the part that has each face extends beyond the face's candidate plane, shape (faces,).
+    """Return how far each face's part extends beyond the plane that the face may share, shape (faces,).
 
     A narrow face may lie in a plane that its part crosses elsewhere. With this plane as the plane of the
     face, the part would not be convex.

@@ -231,7 +231,7 @@ class Shapes(Extents):
         return thickness
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Iterate over pairs of parts that overlap: index of the pair of blocks, and their common region."""
+        """Iterate over overlapping pairs of parts: index of the pair of blocks, and region of the overlap."""
         count = np.bincount(self.parts.block, minlength=len(self.size))
         first = np.cumsum(count) - count
         i, j = pairs.T
@@ -241,9 +241,10 @@ class Shapes(Extents):
 
 
 def _distance_from_hull(points: np.ndarray) -> float:
-    """Return the distance of the origin from the convex hull of points, shape (points, 3).
+    """Return the distance of the origin from the convex hull of the given points.
 
-    Nonnegative least squares finds the convex combination of the points that is nearest to the origin.
+    The points have shape (points, 3). Nonnegative least squares finds the convex combination of the points
+    that is nearest to the origin.
     """
     # Importing scipy.optimize takes a fifth of a second, and few scenes reach this function.
     from scipy.optimize import nnls
