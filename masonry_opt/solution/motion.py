@@ -43,8 +43,8 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
     """
     assert solution.d is not None
     problem, joints = assembly.problem.by(solution.found.forms), assembly.joints
-    # If a scene is unstable under its dead load, it has no load factor, and its mechanism has associative
-    # flow.
+    # A scene that is unstable under its dead load has no load factor. The flow rule of its mechanism is
+    # associative, so the slope is the friction coefficient.
     own = problem.friction if solution.load_factor is None else problem.dilatancy
     slope = own if solution.found.slope is None else solution.found.slope
     explained = np.zeros(problem.joints)
@@ -165,7 +165,7 @@ def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 
 def weightless(problem: Problem, load_factor: float, d: np.ndarray) -> bool:
-    """Return True if λ is negative and the blocks that move are weightless, with zero net load.
+    """Return True if λ is negative and the mechanism moves only blocks whose net load is zero.
 
     The mechanism ``d`` consists of block velocities, shape (3b,). A live load parallel to a block's weight
     cancels the weight at some negative load factor. Then the block can move regardless of its joints, so the

@@ -27,8 +27,9 @@ SEPARATES = MOVES
 #: strength counts as crushing.
 CRUSHES = MOVES
 
-#: A limited force (such as the force of a tie) counts as yielding above this fraction of its upper limit. In
-#: addition, its end points must move apart (in a prop, together) in the mechanism.
+#: A limited force (such as the force of a tie) counts as yielding if it exceeds this fraction of its upper
+#: limit, and if its end points move apart in the mechanism. The end points of a prop must move together
+#: instead.
 AT_HIGHEST = 1 - MOVES
 
 #: Power of the loads, in median block weights, below which the loads do not drive the mechanism. Solvers
@@ -55,7 +56,7 @@ LOWER = 1e-8
 #: Magnitude below which a load factor counts as zero.
 ZERO = 1e-6
 
-#: Number of starts below which a message says that agreement of their load factors is weak evidence.
+#: If the number of starts is smaller, a message says that agreement of their load factors is weak evidence.
 FEW_STARTS = 8
 
 #: Ratio of the live load's work to the dead load's work above which a message states that the mechanism moves

@@ -43,7 +43,7 @@ _COLUMNS_TO_RECOMPILE = 3000
 
 
 class CvxpyEngine:
-    """Program that is declared in CVXPY, and the solver for it.
+    """Optimisation program that is declared in CVXPY, with its solver.
 
     ``effort`` records the solver under ``purpose``. If ``repeats`` is True, the program is solved several
     times with different parameters, and is compiled only once if it is not too large.
@@ -60,7 +60,7 @@ class CvxpyEngine:
         self._purpose = purpose
 
     def restart(self, effort: Effort) -> None:
-        """Record the time and the iterations of all later solves in the given ``effort``.
+        """Record the time and the iterations of all later solves in the record ``effort``.
 
         Each solve is independent of earlier solves.
         """
