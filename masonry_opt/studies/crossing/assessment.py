@@ -106,7 +106,7 @@ def _upper_bounds(answer: CrossingLoadFactors) -> dict[str, float]:
 
 
 def _solved_by_chords(answer: CrossingLoadFactors) -> list[tuple[Result, float]]:
-    """Return those results at the worst position that use crushing chords, with their load factors."""
+    """Return those results at the worst position that use chords for crushing, with their load factors."""
     results = [result for result in (answer.worst, answer.default) if result is not None]
     return [
         (result, result.load_factor)
@@ -116,7 +116,7 @@ def _solved_by_chords(answer: CrossingLoadFactors) -> list[tuple[Result, float]]
 
 
 def _by_chords(answer: CrossingLoadFactors) -> dict[str, float]:
-    """Return the load factors at the worst position that were computed with crushing chords, by name.
+    """Return the load factors at the worst position that were computed with chords for crushing, by name.
 
     They are load factors of the answer and of the default method. They are no upper bounds of the load factor
     with the crushing parabola.

@@ -376,7 +376,7 @@ def _other_methods(session: Session, result: Result, worst: search.PassageTrials
 
 
 def _solved_by_parabola(scene: Scene) -> tuple[float | None, str]:
-    """Return the associative load factor by the crushing parabola, or None; and the reason for None."""
+    """Return the associative load factor by the crushing parabola, and the reason if it is None."""
     result, reason = _solved_by("static", scene)
     if result is None:
         return None, reason
@@ -388,7 +388,7 @@ def _solved_by_parabola(scene: Scene) -> tuple[float | None, str]:
 
 
 def _solved_by(method: str, scene: Scene) -> tuple[Result | None, str]:
-    """Return the result of a method, or None; and the reason for None.
+    """Return the result of a method, and the reason if the result is None.
 
     The time limit of the crossing applies to this solve too.
     """

@@ -90,7 +90,7 @@ class CrossingLoadFactors:
 
     @property
     def axle_loads(self) -> list[float]:
-        """Load at λ = 1 of each axle in the group with the worst position, beginning with the first axle.
+        """Load of each axle at λ = 1 in the governing group of axles, beginning with the first axle.
 
         The loads include the factor of the group and the factor of the load case. They act on the effective
         width, of which the scene carries a fraction.
@@ -114,7 +114,7 @@ class CrossingLoadFactors:
 
     @property
     def uniform_loads(self) -> list[float]:
-        """Uniform loads per unit length at λ = 1, of the group of axles with the worst position.
+        """Uniform loads per unit length at λ = 1 in the governing group of axles.
 
         The loads include the factor of the group and the factor of the load case.
         """

@@ -115,7 +115,7 @@ def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterato
 
 @dataclass(frozen=True)
 class Screen:
-    """Quick test that excludes states of other runs before a certificate, which would fail, is computed.
+    """Quick test that excludes those states of other runs whose certificates would fail.
 
     A sample of 1000 runs has 500,000 pairs of a state and a run, and a certificate takes about a millisecond.
     The quick test checks necessary conditions of the certificate for all states at once.
