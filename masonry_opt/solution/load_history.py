@@ -26,7 +26,8 @@ class LoadStep:
     #: In space, a contact is open if it has no normal force.
     open: np.ndarray
     d: np.ndarray  #: block displacements, zero at equilibrium under the dead load, shape (3b,)
-    #: Forces of the c contacts and the t limited forces, in the problem's order, shape (3c + t,).
+    #: Forces of the c contacts and of the t ties and other forces with limits, in the problem's order, shape
+    #: (3c + t,).
     forces: np.ndarray
 
     __repr__ = brief

@@ -19,13 +19,13 @@ class JointMotion:
 
     #: True if a joint slips while its sides touch and are not crushed, shape (joints,).
     slides: np.ndarray
-    #: True if a joint opens by rotation about one edge (in space, about the points that still touch), shape
-    #: (joints,).
+    #: True if a joint opens by rotation about one of its edges, shape (joints,). In space, the rotation is
+    #: about the points that still touch.
     hinges: np.ndarray
-    #: Point about which the joint hinges: one of its ends; in space, the mean of the points that still touch.
-    #: The shape is (joints, 2), in space (joints, 3).
+    #: Point about which each joint hinges. In the plane, the point is one end of the joint, shape (joints,
+    #: 2). In space, it is the mean of the points that still touch, shape (joints, 3).
     hinge: np.ndarray
-    #: True if a joint opens along its whole length, or at all its points, shape (joints,).
+    #: True if a joint opens along its whole length (in space, at all its contact points), shape (joints,).
     separates: np.ndarray
     #: True if a joint of limited strength closes at an edge, so that stone is crushed, shape (joints,).
     crushes: np.ndarray
@@ -85,10 +85,10 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
 
 
 def joints_that_move(assembly: Assembly, steps: Sequence[LoadStep]) -> tuple[np.ndarray, np.ndarray]:
-    """Return which joints slide and which joints are open after each load step, shape (steps, joints).
+    """Return two masks: joints that slide and joints that are open after each load step.
 
-    An entry is True if the joint slides, or is open, at the end of the load step. In space, one sliding or
-    open contact of the joint is enough.
+    Both masks have the shape (steps, joints). An entry is True if the joint slides, or is open, at the end of
+    the load step. In space, one sliding or open contact of the joint is enough.
     """
     sliding = np.stack([assembly.most_of_joints(step.sliding) for step in steps])
     are_open = np.stack([assembly.most_of_joints(step.open) for step in steps])

@@ -152,7 +152,7 @@ class Outcome:
 
     @property
     def time_limit_reached(self) -> bool:
-        """True if the time limit ended the analysis; the load factor, if any, is the lowest found by then."""
+        """True if the time limit ended the analysis. λ is then the lowest that was found, if any."""
         return self.solution.has(Code.TIME_LIMIT)
 
     @property
@@ -167,7 +167,7 @@ class Outcome:
 
     @property
     def q(self) -> np.ndarray | None:
-        """Joint forces, one entry for each column of the matrix B, in the problem's units; None if unknown.
+        """Joint forces in the problem's units, one for each column of the matrix B; None if unknown.
 
         :func:`~masonry_opt.certify` explains their order.
         """
@@ -175,7 +175,7 @@ class Outcome:
 
     @property
     def d(self) -> np.ndarray | None:
-        """Block velocities, one entry for each row of B, in the problem's units; None if unknown."""
+        """Block velocities in the problem's units, one for each row of the matrix B; None if unknown."""
         return self.solution.d
 
     @property

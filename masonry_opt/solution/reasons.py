@@ -224,7 +224,7 @@ class Code(StrEnum):
     # bound is valid only for states within the assumed limits of rates and forces. The values are those of
     # OUT_OF_TIME.
     OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"
-    # The time limit was reached before an exact state was found, so there is no upper bound. Value:
+    # The time limit was reached before an exact state was found, so no upper bound of λ is known. Value:
     # ``time_limit``, in seconds.
     NO_EXACT_STATE = "no exact state"
 

@@ -46,7 +46,7 @@ _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], .
 )
 
 #: Distance of a group of blocks from all other blocks above which a warning says that the group is far away.
-#: The distance is relative to the size of the group, or to the size of all other blocks if they are larger.
+#: The distance is relative to the size of the group or of all other blocks, whichever is larger.
 _FAR_DISTANCE_RATIO = 10.0
 
 #: Ratio of two unit weights, or of a force to a weight, above which a warning says that their units differ.
@@ -179,7 +179,7 @@ def _small_gaps(assembly: Assembly, of_wedges: tuple[Reason, ...]) -> list[Reaso
 
 
 def _gaps_of(assembly: Assembly, code: Code, gaps: Gaps, **values: float) -> list[Reason]:
-    """Return a warning that names the pairs of blocks at gaps, with the widest gap first.
+    """Return a warning with a given code that names the pairs of blocks at given gaps, widest gap first.
 
     The list is empty if there are no gaps. ``code`` is the code of the warning, and ``values`` are further
     values of the warning.

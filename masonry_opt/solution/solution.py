@@ -33,7 +33,7 @@ class Solution:
     """Outcome of a method: status, answer and reasons, in the dimensionless units of the problem."""
 
     status: Status  #: status in which the analysis ended
-    kind: Kind  #: kind of answer, which determines the limits of its residuals
+    kind: Kind  #: kind of the answer; the limits of the residuals depend on the kind
     reasons: tuple[Reason, ...] = ()  #: reasons for the status, as codes
     #: Answer, if the status is usable; otherwise the forces and velocities that are known.
     found: FinalState = field(default_factory=FinalState)
@@ -191,7 +191,7 @@ class Solution:
         )
 
     def telling(self, *more: Reason) -> Self:
-        """Return a copy of the solution with further reasons appended."""
+        """Return a copy of the solution with additional reasons at the end of its reasons."""
         return replace(self, reasons=(*self.reasons, *more))
 
     def telling_first(self, why: Reason) -> Self:

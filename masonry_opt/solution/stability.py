@@ -126,7 +126,7 @@ def worst_joint(assembly: Assembly, q: np.ndarray) -> WorstJoint | None:
 
 
 def _least_normal_forces(assembly: Assembly, total: np.ndarray) -> np.ndarray:
-    """Return, for each joint, the normal force above which it counts as pressed, shape (joints,).
+    """Return the normal force above which each joint counts as pressed, shape (joints,).
 
     ``total`` are the normal forces of the joints.
     """

@@ -5,9 +5,10 @@ The limits that decide if an answer is accepted are in :mod:`~masonry_opt.soluti
 
 from masonry_opt.solution.acceptance import SMALLEST
 
-#: Speed of a block's fastest corner below which the block counts as at rest, relative to the fastest corner
-#: of the scene. Answers of the loop contain 1.0e-3 for a block at rest (``closed_forms/pulled_stone``). The
-#: slowest block that moves according to a hand calculation has 5e-3 (``closed_forms/two_leaves``).
+#: Speed of a block's fastest corner below which the block counts as at rest, relative to the speed of the
+#: fastest corner of the scene. Answers of the loop contain 1.0e-3 for a block at rest
+#: (``closed_forms/pulled_stone``). The slowest block that moves according to a hand calculation has 5e-3
+#: (``closed_forms/two_leaves``).
 MOVES = 2e-3
 
 #: Slip of a joint, relative to the speed of the fastest corner, above which the joint counts as sliding.

@@ -106,7 +106,8 @@ class CvxpyEngine:
         stats = program.solver_stats
         seconds = elapsed if stats.solve_time is None else float(stats.solve_time)
         effort.add("solve", seconds)
-        # The time outside the solver, in which CVXPY passes on the matrices, counts as compilation.
+        # The time outside the solver, in which CVXPY passes the matrices to the solver, counts as
+        # compilation.
         effort.add("compile", max(elapsed - seconds, 0.0))
         effort.iterations += iterations_of(raw["info"]) if is_highs else int(stats.num_iters or 0)
         verdict = _CVXPY_VERDICTS.get(program.status, Verdict.FAILED)

@@ -67,7 +67,7 @@ _TO_BLAME = 1e-9
 #: most frequent face.
 _OF_LATE = 200
 
-#: Value of a face (yield condition) in branch and cut whose rate is not yet decided to be zero or nonzero.
+#: Value of a face (yield condition) in branch and cut: its rate is not yet decided to be zero or nonzero.
 _OPEN = -1
 
 #: Value of a face (yield condition) in branch and cut: its rate is zero.
@@ -169,7 +169,7 @@ class Cuts:
         return None
 
     def _follows(self, choice: np.ndarray) -> bool:
-        """Set the values of those open (undecided) faces of a choice that follow from the cuts.
+        """Decide those open faces of a choice whose values are implied by the cuts.
 
         According to the cuts, the rate of such a face must be zero, or must be nonzero. The result is False
         if a cut contradicts the choice.
@@ -286,8 +286,8 @@ def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
         order = np.argsort(-n, kind="stable")
         stressed = tuple(order[n[order] > LISTED_JOINT_SHARE * n.max()].tolist())
         certificate = replace(certificate, clamped=stressed)
-    # In space, cuts refer to polygons inside the friction cones, whose sides are the faces. Such cuts prove
-    # nothing about the cones, so branch and cut is skipped.
+    # In space, the faces of a cut are sides of polygons inside the friction cones. Such cuts prove nothing
+    # about the cones, so branch and cut is skipped.
     has_cones = problem.by_cone.by_friction.conic
     if not of_mechanism or dilatancy_falls or has_cones or problem.joints > _CUTS_UP_TO:
         return certificate

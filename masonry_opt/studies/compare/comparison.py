@@ -244,7 +244,7 @@ class _JournalRuns:
         return bool(by_time or by_memory)
 
     def bounds(self, scene: CaseScene) -> dict[str, float] | None:
-        """Return the certified bounds of a scene. If they cannot be computed, add a note and return None."""
+        """Return the certified bounds of a scene. If the computation fails, add a note and return None."""
         key, limits = f"certified bounds · {scene.content}", self.limits
         recorded = self.journal.find(key)
         if recorded is not None:

@@ -30,7 +30,7 @@ from masonry_opt.studies.runner import FINISHED
 from masonry_opt.studies.writing import in_words, notebook_html
 
 #: Kinds of answers that can be exact collapse states. The paper's loop of linear programs is excluded,
-#: because sliding joints may contract in its answers.
+#: because sliding joints may contract in the answers of the loop.
 _EXACT_KINDS = (Kind.NEARLY_COMPLEMENTARY, Kind.RELAXED, Kind.EXACT)
 
 ASSOCIATIVE = "associative"  #: Value of column "question" for load factors with associative flow.
@@ -56,7 +56,7 @@ VERDICTS = (
 
 JUDGED = ("question", "verdict", "reason", "error", "below")  #: Columns of the verdict on a run.
 #: Relative gaps to the best exact Coulomb state count as zero if they are smaller than this value. Charts
-#: draw them at this value.
+#: draw such gaps at this value.
 GAP_FLOOR = SAME
 
 _PAIR_COLUMNS = ["method", "model", "solver", "tolerance"]  #: Columns that identify a ``Pair``.
@@ -82,7 +82,7 @@ _SUMMARY = [
     *("bound", "ended", "status", "kind", "message"),
 ]
 
-#: Columns of the table of success rates, without the method, model and solver of a row.
+#: Columns of the table of success rates, in addition to the columns method, model and solver.
 SUCCESS = ["tolerance", "success", *VERDICTS, "time", "largest error", "peak_memory"]
 #: Headings of those table columns whose heading is not the column's name.
 HEADINGS = {
@@ -225,7 +225,7 @@ def judge(row: dict[str, Any], bounds: CertifiedBounds | None, best: BestKnown |
 
 
 def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, bool]) -> tuple[str, str]:
-    """Return the verdict on a run and its reason as text. A certified answer has the reason ""."""
+    """Return the verdict on a run, and the reason for the verdict as text ("" if the answer is certified)."""
     load_factor, claim = row["load_factor"], claim_of(row)
     end = row["status"] if row["ended"] == FINISHED else row["ended"]
     statement = f"{end}: {row['message']}" if row["message"] else str(end)

@@ -23,8 +23,7 @@ _RUNS = [
     *("scene", "pair", "load_factor", "tolerance", "verdict", "error", "time", "reason"),
     *("iterations", "lp_solves", "peak_memory", "blocks", "joints", *CERTIFICATE_RESIDUALS),
 ]
-#: Letters by which charts mark runs without a certified answer, by the verdict on the run or by the limit
-#: that it exceeded.
+#: Letters by which charts mark runs without a certified answer. The keys are verdicts and exceeded limits.
 _ENDING_LETTERS = {
     TIME_LIMIT: "T",
     MEMORY_LIMIT: "M",

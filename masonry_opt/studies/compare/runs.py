@@ -91,7 +91,7 @@ def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tu
 
 
 def checked(scene: CaseScene) -> CaseScene:
-    """Return a scene of a comparison with warnings about its probable mistakes.
+    """Return a copy of a scene of a comparison with warnings about probable mistakes in the scene.
 
     Raises CaseError if no method can solve the scene, for example if moving axles are the only live load.
     """

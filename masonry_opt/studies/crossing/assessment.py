@@ -12,7 +12,8 @@ from masonry_opt.result import Result
 from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.crossing.load_factors import CrossingLoadFactors
 
-#: Unit in the text on the loads at collapse. A report replaces it if the user names the unit of force.
+#: Words for the unit in the text on the loads at collapse. A report replaces these words if the user names
+#: the unit of force.
 FORCE_UNIT = "in the force unit of the case"
 
 

@@ -281,7 +281,7 @@ def _worst_result(
 
 
 def _time_is_over(scene: Scene, stop: TimeLimitReached, known: str) -> TimeLimitError:
-    """Return the error for a crossing that the time limit ended, with the text ``known`` on its results."""
+    """Return the error for a crossing at the time limit; ``known`` is a text on the results so far."""
     return TimeLimitError(f"{scene.origin}: the {stop} ended the crossing: {known}; raise the time limit")
 
 
@@ -381,7 +381,7 @@ def _solved_by_parabola(scene: Scene) -> tuple[float | None, str]:
     if result is None:
         return None, reason
     if result.crushing == "chords":
-        return None, "method 'static' solved the scene with crushing chords"
+        return None, "method 'static' solved the scene with chords for crushing"
     if result.solution.carries_any_load:
         return None, "any load is carried"
     return result.load_factor, "" if result.load_factor is not None else str(result.status)

@@ -210,7 +210,7 @@ class CrossingLoadFactors:
 
     @property
     def by_case(self) -> dict[str, float | None]:
-        """Least load factor of each load case with axles, by its name.
+        """Least load factor of each load case with axles, by name of the load case.
 
         It is None if no position has a load factor.
         """

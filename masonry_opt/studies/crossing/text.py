@@ -105,7 +105,7 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
 
 
 def _certainty(answer: CrossingLoadFactors) -> str:
-    """Return a text on the certainty of λ at the worst position, or "" without a load factor.
+    """Return a text on the certainty of λ at the worst position, or "" if there is no load factor.
 
     If nothing is proven along the road, the text says that it applies to the worst position only.
     """

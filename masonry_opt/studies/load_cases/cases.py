@@ -297,7 +297,7 @@ class Directions(Cases):
                 continue
             look = {"marker": ".", "linewidth": 1.4} if is_own else {"linewidth": 0.9}
             sense = "against" if ratio < 0 else "along"
-            vertical = f"; vertical force {abs(ratio):g} times horizontal, {sense} gravity" if ratio else ""
+            vertical = f"; vertical force {abs(ratio):g} × horizontal force, {sense} gravity" if ratio else ""
             closed = pd.concat([rows, rows.head(1)])
             angle = np.radians(closed["direction"].astype(float))
             axes.plot(angle, closed[column], color=colour, label=f"{label}{vertical}", **look)
@@ -374,7 +374,7 @@ def directions(
     progress: Progress = lambda _: None,
     **options: Any,
 ) -> Directions:
-    """Solve a scene for earthquakes from all sides, instead of its own live loads.
+    """Solve a scene for earthquakes from all sides. They replace the live loads of the scene.
 
     Parameters
     ----------

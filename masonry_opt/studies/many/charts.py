@@ -40,8 +40,8 @@ _LOOKS = {
 _DARK = "#333333"  #: Colour of lines, and of marks of runs without a mechanism.
 _CROSS = "M-.8-.8L.8.8M.8-.8L-.8.8"  #: Mark of a run without a load factor, as an SVG path.
 _UP = "triangle-up"  #: Mark of a value above the axis.
-#: Largest number of values of the second parameter of a sweep for which a chart has lines of λ; otherwise it
-#: has points.
+#: Largest number of values of the second parameter of a sweep for which a chart draws a line of λ for each
+#: value. With more values, the chart draws points.
 _MOST_DRAWN_LINES = 7
 #: Largest number of values beyond the axis that a chart writes as numbers. If there are more values, the
 #: chart writes only the greatest value.
@@ -80,7 +80,8 @@ def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[NamedChart]:
     map. For more numbers there is a chart of λ against each number.
     """
     named_charts = [against(frame, names, name) for name in (names if len(names) > 2 else names[:1])]
-    # A heat map cannot show infinite values of a parameter, such as unlimited friction, so it is omitted.
+    # A heat map cannot show infinite values of a parameter, such as unlimited friction. If there are such
+    # values, no heat map is drawn.
     finite = np.isfinite(frame[list(names)].to_numpy(float)).all()
     if len(names) == 2 and finite and frame["load_factor"].notna().any():
         named_charts.append(heat_map(frame, names[0], names[1]))

@@ -42,7 +42,7 @@ from masonry_opt.studies.writing import StudyAnswer
 
 #: Printed texts for load factors that are infinite.
 _INFINITE_FACTOR_TEXTS = {FALLS: "none (unstable under dead load)", UNLIMITED: "any"}
-#: Columns of a table of trials that are copied from attributes of a trial, and their types.
+#: Types of those columns of a table of trials that are copied from attributes of a trial.
 _TRIAL_COLUMNS = {"value": "float64", "holds": "bool", "number": "float64"}
 _VALUE_DIGITS = 9  #: Least number of significant digits with which the ends of an interval are printed.
 _NUMBER_DIGITS = 6  #: Least number of significant digits with which load factors are printed.
@@ -299,7 +299,9 @@ class _Search:
             # Check the arguments first, so that an error about a misspelt argument suggests the correct name.
             prepare(method, function=least, **options)
             named = ", ".join(options) or f"method '{method}'"
-            raise OptionError(f"{named}: add 'load', such as load=1, because without 'load' it has no effect")
+            raise OptionError(
+                f"{named}: add 'load', such as load=1, because no method is used without 'load'"
+            )
         self.session = prepare(method, function=least, keeps=True, **({"incremental": False} | options))
         if not callable(make):
             raise OptionError(
@@ -391,7 +393,7 @@ class _Search:
         return number, result.certificate, answer
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
-        """Narrow the interval by Brent's method; return its ends: a trial that holds and a trial that fails.
+        """Narrow the interval by Brent's method, and return the trials at its ends: one holds, one fails.
 
         The distance of the ends is then below the tolerance times the larger of ``least_size`` and the value.
         """
@@ -402,8 +404,8 @@ class _Search:
             """Return the excess of a trial's number over the required number; it is finite and not zero."""
             trial = self.trials.get(value) or self.at(value)
             ends[trial.holds] = trial
-            # Brent's method needs finite values. It would stop at a value of zero, and only one end of the
-            # interval would then be known.
+            # Brent's method needs finite values. At a value of zero the method would stop, and only one end
+            # of the interval would then be known.
             distance = float(np.clip(abs(trial.number - self.required), LOWER * size, size))
             return distance if trial.holds else -distance
 

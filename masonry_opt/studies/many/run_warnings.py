@@ -94,7 +94,10 @@ def differing_values(run: Point, other: Point) -> str:
 def _largest_fall(
     frame: pd.DataFrame, name: str, others: Sequence[str], method: str
 ) -> dict[str, Any] | None:
-    """Return a warning about the largest decrease of λ with an increase of a parameter, or None."""
+    """Return a warning about the largest decrease of λ with an increase of a parameter.
+
+    The result is None if λ never decreases.
+    """
     # If the time limit ended a crossing, λ may be too large, so the run of this crossing is ignored.
     known = frame[frame["status"] != str(Status.TIME_LIMIT)].dropna(subset="load_factor")
     known = known.sort_values([*others, name], kind="stable")

@@ -181,7 +181,7 @@ class Sample(StudyAnswer):
             "fell under dead load alone": self.falling,
             "carried any load": self.unlimited,
             "undecided (the confidence limits include collapse and no collapse)": self.undecided,
-            "without an incremental λ (its confidence limits include both outcomes)": missing.sum(),
+            "without an incremental λ (the confidence limits include both outcomes)": missing.sum(),
             "refused, left out": self.refused,
         }
         shares = [f"{count} ({count / self.runs:.1%}) {kind}" for kind, count in without.items() if count]

@@ -53,7 +53,7 @@ class SceneAnswer(NamedTuple):
 
     @property
     def load_factor_name(self) -> str:
-        """Name of the load factor of the scene or of the crossing; "" without a load factor."""
+        """Name of the load factor of the scene or of the crossing; "" if there is no load factor."""
         if self.result.load_factor is None:
             return ""
         return own_name(self.result) if self.crossing is None else self.crossing.load_factor_name

@@ -48,11 +48,11 @@ from masonry_opt.studies.settle.answer import KIND_NAMES, Settlement
 from masonry_opt.studies.writing import frame_table, render, table, versions
 
 Answer = Result | Crossing | Cases | Settlement | Capacity  #: Answers that a report can contain.
-#: Largest number of blocks of a scene for which its drawing shows their names. Drawings of scenes with more
-#: blocks have no names.
+#: Largest number of blocks of a scene whose drawing shows the names of the blocks. Drawings of scenes with
+#: more blocks have no names.
 _MOST_NAMED_BLOCKS = 60
 _SCALE_BAR_HEIGHT = 0.08  #: Height of the strip for the scale bar, relative to the width of the drawing.
-_MOST_ROWS = 150  #: Largest number of rows that a report prints of a table; all other rows are left out.
+_MOST_ROWS = 150  #: A report prints at most this many rows of a table, and leaves out all other rows.
 #: Largest number of lines of a printed case file. A report omits a case file that has more lines.
 _MOST_CASE_FILE_LINES = 600
 #: Records of a scene that a report prints in tables, such as loads and ties. The keys are the headings of the
