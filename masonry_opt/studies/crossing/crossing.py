@@ -481,7 +481,7 @@ def _groups(scene: Scene, axles: _AxlesArgument) -> list[Axles]:
         )
     if not all(isinstance(group, Axles) for group in groups):
         raise OptionError(
-            "axles must be an Axles, a list of Axles, or the name of a group of axles of the scene"
+            "axles must be one mo.Axles, a list of mo.Axles, or the name of a group of axles of the scene"
         )
     return groups
 
