@@ -78,7 +78,7 @@ class Driver:
     def again_for(self, problem: Problem, effort: Effort) -> "Driver":
         """Adapt this driver to the shear limits of another problem, and return the driver.
 
-        All other data of the problem must equal the data of the driver's own problem.
+        The problem may differ from the driver's own problem only in friction, cohesion and dilatancy.
         """
         self.effort = effort
         self._engine.restart(effort)
