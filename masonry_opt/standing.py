@@ -42,11 +42,11 @@ class DeadLoadCheck:
 
     @property
     def _follows_load_history(self) -> bool:
-        """True if the analysis computes a load history: it raises the live load until the scene collapses."""
+        """True if the analysis computes a load history, from zero live load to collapse."""
         return self.how.adds_incremental or self.how.chosen.name == INCREMENTAL_METHOD
 
     def fall(self) -> Solution | None:
-        """Return a solution that states why the scene is unstable under its dead load; None if it is stable.
+        """Return a solution with the reason why the scene is unstable; None if the scene is stable.
 
         If the solver cannot decide whether the scene is stable, the solution states why.
         """
@@ -70,7 +70,7 @@ class DeadLoadCheck:
                 return self._stable(forces, True, own_effort)
         fallen, by_program = self._decide_by_program(own_effort)
         if by_program is None:
-            assert fallen is not None, "without forces, the check must return a solution with the reason"
+            assert fallen is not None, "a check without forces must return a solution with the reason"
             return fallen
         with self.effort.measure("dead_load"):
             forces = None if is_small else self._forces_at_rest(own_effort)
@@ -124,7 +124,7 @@ class DeadLoadCheck:
                 return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **error.values), None
         if falling is None:
             return None, forces
-        self.effort.begins("finding the falling blocks, and whether more friction or strength supports them")
+        self.effort.begins("search for the falling blocks, and effect of more friction or strength")
         with self.effort.measure("dead_load"):
             falling = diagnosis.as_it_falls(assembly, falling, Effort())
             falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))
@@ -161,7 +161,7 @@ class DeadLoadCheck:
         return self._follows_load_history and is_small and not problem.dilatancy_depends_on_stress
 
     def _forces_at_rest(self, effort: Effort) -> np.ndarray | None:
-        """Return elastic contact forces under the dead load, shape (3c + t,), or None if not found."""
+        """Return elastic contact forces, shape (3c + t,), under the dead load; None if they are not found."""
         problem = self.assembly.problem
         if not self._is_history_possible(problem):
             return None

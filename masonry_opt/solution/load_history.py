@@ -17,16 +17,17 @@ class LoadStep:
 
     iteration: int  #: number of the step, counted from 1; the first step is under the dead load alone
     load_factor: float  #: load factor λ at the end of the increment
-    #: Displacement of the live load: its work divided by Σ|f_L|. The unit is the distance by which an elastic
-    #: joint of mean length closes under the mean contact force of the dead load.
+    #: Displacement of the live load: the work of the live load divided by Σ|f_L|. The unit of displacement is
+    #: the closing of an elastic joint of mean length under the mean contact force of the dead load.
     displacement: float
     is_jump: bool  #: True if the step is a jump: the blocks came to rest after a damped motion
     sliding: np.ndarray  #: True for contacts that are pressed and at their friction limit, shape (c,)
-    #: Mask of open contacts, shape (c,). In space, contacts without normal force are open; in the plane,
-    #: joints that are open at one end or both.
+    #: True for open contacts, shape (c,). In the plane, a joint is open if at least one of its ends is open.
+    #: In space, a contact is open if it has no normal force.
     open: np.ndarray
-    d: np.ndarray  #: displacements of the blocks from equilibrium under the dead load, shape (3b,)
-    #: Forces of the c contacts and the t limited forces, in the problem's order, shape (3c + t,).
+    d: np.ndarray  #: block displacements, zero at equilibrium under the dead load, shape (3b,)
+    #: Forces of the c contacts and of the t ties and other forces with limits, in the problem's order, shape
+    #: (3c + t,).
     forces: np.ndarray
 
     __repr__ = brief
@@ -58,7 +59,7 @@ class LoadHistory:
 
     @property
     def jumps(self) -> int:
-        """Number of jumps, which are steps that end after a damped motion of the blocks."""
+        """Number of jumps. A jump is a load step that ends after a damped motion of the blocks."""
         return sum(step.is_jump for step in self.steps)
 
     def state_at(self, load_factor: float) -> tuple[np.ndarray, np.ndarray]:
@@ -74,8 +75,8 @@ class LoadHistory:
         """
         if not 0 <= load_factor <= self.steps[-1].load_factor:
             raise ValueError(
-                f"the load history has load factors from 0 to {self.steps[-1].load_factor:.6g}, "
-                f"but not {load_factor:.6g}"
+                f"the load history does not contain the load factor {load_factor:.6g}: "
+                f"choose a load factor from 0 to {self.steps[-1].load_factor:.6g}"
             )
         after = int(np.searchsorted(self.load_factors, load_factor))
         if self.load_factors[after] == load_factor:

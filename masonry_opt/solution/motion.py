@@ -19,13 +19,13 @@ class JointMotion:
 
     #: True if a joint slips while its sides touch and are not crushed, shape (joints,).
     slides: np.ndarray
-    #: True if a joint opens by rotation about one edge (in space, about the points that still touch), shape
-    #: (joints,).
+    #: True if a joint opens by rotation about one of its edges, shape (joints,). In space, the rotation is
+    #: about the points that still touch.
     hinges: np.ndarray
-    #: Point about which the joint hinges: one of its ends; in space, the mean of the points that still touch.
-    #: The shape is (joints, 2), in space (joints, 3).
+    #: Point about which each joint hinges. In the plane, the point is one end of the joint, shape (joints,
+    #: 2). In space, it is the mean of the points that still touch, shape (joints, 3).
     hinge: np.ndarray
-    #: True if a joint opens along its whole length, or at all its points, shape (joints,).
+    #: True if a joint opens along its whole length (in space, at all its contact points), shape (joints,).
     separates: np.ndarray
     #: True if a joint of limited strength closes at an edge, so that stone is crushed, shape (joints,).
     crushes: np.ndarray
@@ -43,8 +43,8 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
     """
     assert solution.d is not None
     problem, joints = assembly.problem.by(solution.found.forms), assembly.joints
-    # If a scene is unstable under its dead load, it has no load factor, and its mechanism has associative
-    # flow.
+    # A scene that is unstable under its dead load has no load factor. The flow rule of its mechanism is
+    # associative, so the slope is the friction coefficient.
     own = problem.friction if solution.load_factor is None else problem.dilatancy
     slope = own if solution.found.slope is None else solution.found.slope
     explained = np.zeros(problem.joints)
@@ -85,10 +85,10 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
 
 
 def joints_that_move(assembly: Assembly, steps: Sequence[LoadStep]) -> tuple[np.ndarray, np.ndarray]:
-    """Return which joints slide and which joints are open after each load step, shape (steps, joints).
+    """Return two masks: joints that slide and joints that are open after each load step.
 
-    An entry is True if the joint slides, or is open, at the end of the load step. In space, one sliding or
-    open contact of the joint is enough.
+    Both masks have the shape (steps, joints). An entry is True if the joint slides, or is open, at the end of
+    the load step. In space, one sliding or open contact of the joint is enough.
     """
     sliding = np.stack([assembly.most_of_joints(step.sliding) for step in steps])
     are_open = np.stack([assembly.most_of_joints(step.open) for step in steps])
@@ -165,7 +165,7 @@ def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 
 def weightless(problem: Problem, load_factor: float, d: np.ndarray) -> bool:
-    """Return True if λ is negative and the blocks that move are weightless, with zero net load.
+    """Return True if λ is negative and the mechanism moves only blocks whose net load is zero.
 
     The mechanism ``d`` consists of block velocities, shape (3b,). A live load parallel to a block's weight
     cancels the weight at some negative load factor. Then the block can move regardless of its joints, so the

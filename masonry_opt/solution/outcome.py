@@ -42,8 +42,8 @@ class Size:
     joints: int  #: number of joints (c in the plane)
     #: Number of rows of the linear program, as passed to the solver; None if there is no linear program.
     rows: int | None
-    columns: int | None  #: number of columns of the linear program; None if there is no linear program
-    nonzeros: int | None  #: number of nonzero coefficients of the linear program; None if there is none
+    columns: int | None  #: number of columns of the linear program; None if there is no program
+    nonzeros: int | None  #: number of nonzero coefficients of the linear program; None if there is no program
     left_out: tuple[str, ...] = ()  #: parts of the scene that the model leaves out, each with the reason
     contacts: int | None = None  #: number c of contact points of a scene in space; None in the plane
 
@@ -152,12 +152,12 @@ class Outcome:
 
     @property
     def time_limit_reached(self) -> bool:
-        """True if the time limit ended the analysis; the load factor, if any, is the lowest found by then."""
+        """True if the time limit ended the analysis. λ is then the lowest that was found, if any."""
         return self.solution.has(Code.TIME_LIMIT)
 
     @property
     def kind(self) -> Kind:
-        """Kind of answer, which determines the limits of its residuals."""
+        """Kind of the answer; the limits of the residuals depend on the kind."""
         return self.solution.kind
 
     @property
@@ -167,7 +167,7 @@ class Outcome:
 
     @property
     def q(self) -> np.ndarray | None:
-        """Joint forces, one entry for each column of the matrix B, in the problem's units; None if unknown.
+        """Joint forces in the problem's units, one for each column of the matrix B; None if unknown.
 
         :func:`~masonry_opt.certify` explains their order.
         """
@@ -175,7 +175,7 @@ class Outcome:
 
     @property
     def d(self) -> np.ndarray | None:
-        """Block velocities, one entry for each row of B, in the problem's units; None if unknown."""
+        """Block velocities in the problem's units, one for each row of the matrix B; None if unknown."""
         return self.solution.d
 
     @property
@@ -310,7 +310,7 @@ class Outcome:
 
     @cached_property
     def pressures(self) -> "pd.DataFrame":
-        """Table with one row for each block face on which a fill presses; it has the columns of ``ties``.
+        """Table with one row for each block face under pressure of a fill; columns are as in ``ties``.
 
         ``first`` is the block of the face. ``force`` is horizontal and directed into the face. It is at least
         ``lowest``, the active pressure, and at most ``highest``, the mobilised share of the passive pressure.
@@ -376,7 +376,7 @@ class Outcome:
 
     @property
     def infeasibility(self) -> InfeasibilityCertificate | None:
-        """Statement about the existence of a load factor, with its residuals.
+        """Result of the attempt to prove that no load factor exists, with the residuals of the proof.
 
         None if a load factor is known.
 
@@ -395,7 +395,7 @@ class Outcome:
 
     @cached_property
     def at_incremental(self) -> Self | None:
-        """Result at the incremental collapse; None if the incremental load factor is switched off."""
+        """Result of the incremental analysis; None if the incremental load factor is switched off."""
         if self.kind is Kind.INCREMENTAL:
             return self
         solution = self.solution.incremental
@@ -428,7 +428,7 @@ class Outcome:
 
     @cached_property
     def exact(self) -> bool:
-        """True if the answer is an exact Coulomb state, whose flow rule has the joints' dilatancy."""
+        """True if the answer is an exact Coulomb state: its flow rule has the joints' own dilatancy."""
         return self.solution.is_exact(self.assembly.problem)
 
     @property
@@ -476,7 +476,7 @@ class Outcome:
 
     @property
     def _law(self) -> Problem:
-        """Problem with the friction law and the strength law that limit the forces of the solution."""
+        """Problem with the friction law and the strength law by which the solution was computed."""
         return self.assembly.problem.by(self.solution.found.forms)
 
     @property

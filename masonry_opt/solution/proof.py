@@ -109,7 +109,7 @@ class Proof:
     #: Lower bounds of the energy dissipated by friction, which the kinematic conflicts use.
     energy_bounds: tuple[EnergyBound, ...]
     #: Indices of the two sliding conditions of each joint, shape (pairs, 2). By the flow rule, a joint cannot
-    #: slide in both senses at once, so each pair is an additional clause.
+    #: slide in both directions at once, so each pair is an additional clause.
     senses: np.ndarray
 
     def __str__(self) -> str:
@@ -155,7 +155,7 @@ class Proof:
         return json.dumps(table)
 
     def save(self, path: str | Path, force: bool = False) -> None:
-        """Write the proof to a JSON file; ``force`` permits replacing a file of another program.
+        """Write the proof to a JSON file. Set ``force`` to replace a file of another program.
 
         Raises
         ------

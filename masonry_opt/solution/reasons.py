@@ -93,7 +93,7 @@ class Code(StrEnum):
     NO_MECHANISM = "no mechanism"
     # It is proven that no collapse state exists. The value ``static_cuts`` is the number of sets of yield
     # conditions that cannot all be at yield in one state. The value ``kinematic_cuts`` is the number of sets
-    # of another kind: if the live load does work, at least one yield condition of each set must be at yield.
+    # of which at least one yield condition must be at yield if the live load does work.
     NO_COLLAPSE = "no collapse"
     # It is proven that every multiple of the live load can be carried within the friction limits. The message
     # needs no values.
@@ -108,9 +108,9 @@ class Code(StrEnum):
     # mechanism moves against the live load.
     NO_WORK = "no work"
     # The time limit ended the analysis. The value ``seconds`` is the time limit. The value ``phase`` is the
-    # phase of the analysis at that time. If the last step was a step of a load history, the value ``carried``
-    # is the load factor of this step. If it was a step of a method without a load history, the value ``last``
-    # is λ of this step. Otherwise ``carried`` and ``last`` are None, and also if there is an answer.
+    # phase of the analysis at that time. The value ``carried`` is the load factor of the last load step, for
+    # a method with a load history. The value ``last`` is λ of the last step of any other method. A value that
+    # does not apply is None. Both values are None if there is an answer.
     TIME_LIMIT = "time limit"
     # The answer is rejected because of its residuals. The value ``load_factor`` is λ of the answer. The value
     # ``residuals`` contains the residuals that exceed their limits, by name.
@@ -154,8 +154,8 @@ class Code(StrEnum):
     # ``jumps`` are the numbers of load steps and of jumps. Equilibrium is lost between the load factors
     # ``carried`` and ``not_carried``.
     RANGE = "range"
-    # The live load grows without limit in the load history, because the contact forces grow with the load.
-    # Value: ``steps``, the number of load steps.
+    # The contact forces grow with the live load in the load history, so the live load has no limit. Value:
+    # ``steps``, the number of load steps.
     UNBOUNDED = "unbounded"
     # The load history led to no collapse state. The value ``word`` states how the history ended. The value
     # ``steps`` is the number of load steps. The value ``looped`` is True if the loop of linear programs also
@@ -193,8 +193,8 @@ class Code(StrEnum):
     # value ``count`` is the number of different exact states with λ > 0. The values ``least`` and ``most``
     # are the smallest and the largest of their load factors.
     STATES_MET = "states met"
-    # All starts led to one load factor, but there were only few starts. Value: ``candidates``, the number of
-    # starts.
+    # All starts led to the same load factor, but the number of starts was small. Value: ``candidates``, the
+    # number of starts.
     FEW_STARTS = "few starts"
     # The search for lower load factors has ended. The value ``candidates`` is the number of starts. The value
     # ``interrupted`` is True if the user or the time limit ended the search.
@@ -224,7 +224,7 @@ class Code(StrEnum):
     # bound is valid only for states within the assumed limits of rates and forces. The values are those of
     # OUT_OF_TIME.
     OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"
-    # The time limit was reached before an exact state was found, so there is no upper bound. Value:
+    # The time limit was reached before an exact state was found, so no upper bound of λ is known. Value:
     # ``time_limit``, in seconds.
     NO_EXACT_STATE = "no exact state"
 
@@ -407,5 +407,5 @@ def reason(code: Code, **values: Any) -> Reason:
 
 
 def size_of(problem: Problem) -> dict[str, int]:
-    """Return the number of joints (in space, of contact points), under its name in the values of a reason."""
+    """Return the number of joints as {"joints": number}; in space, the number of contact points."""
     return {problem.layout.called: problem.joints}

@@ -59,7 +59,7 @@ def limit_columns(assembly: Assembly, solution: Solution) -> Columns:
 
 
 def normal_columns(assembly: Assembly) -> Columns:
-    """Return the unit normals of the joints of a plane scene. Each points into the joint's first block."""
+    """Return the unit normals of the joints in the plane. Each normal points into the joint's first block."""
     return {f"n{axis}": column.tolist() for axis, column in zip("xy", assembly.joints.normal.T, strict=True)}
 
 

@@ -46,7 +46,7 @@ _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], .
 )
 
 #: Distance of a group of blocks from all other blocks above which a warning says that the group is far away.
-#: The distance is relative to the size of the group, or to the size of all other blocks if they are larger.
+#: The distance is relative to the size of the group or of all other blocks, whichever is larger.
 _FAR_DISTANCE_RATIO = 10.0
 
 #: Ratio of two unit weights, or of a force to a weight, above which a warning says that their units differ.
@@ -149,7 +149,7 @@ def _idle_supports(assembly: Assembly) -> list[Reason]:
 
 
 def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
-    """Return a warning about friction in joints with supports that is due to clamping by self-stress."""
+    """Return a warning that names the joints with supports in which the friction is due to self-stress."""
     infeasibility = solution.infeasibility if solution and solution.load_factor is None else None
     clamped = assembly.joints_of(np.array(infeasibility.clamped if infeasibility else (), dtype=int))
     joints = assembly.joints
@@ -179,7 +179,7 @@ def _small_gaps(assembly: Assembly, of_wedges: tuple[Reason, ...]) -> list[Reaso
 
 
 def _gaps_of(assembly: Assembly, code: Code, gaps: Gaps, **values: float) -> list[Reason]:
-    """Return a warning that names the pairs of blocks at gaps, with the widest gap first.
+    """Return a warning with a given code that names the pairs of blocks at given gaps, widest gap first.
 
     The list is empty if there are no gaps. ``code`` is the code of the warning, and ``values`` are further
     values of the warning.
@@ -218,7 +218,8 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
     if solution is None or not len(limited):
         return []
     if solution.load_factor is None or solution.q is None:
-        # If the analysis finds no limit of the live load, crushing at corners may limit it in reality.
+        # If the analysis finds no limit of the live load, crushing at corners may limit the load in reality.
+        # The warning then names all corners, because their normal forces are unknown.
         pairs = assembly.pairs(limited)
         if solution.status.unlimited and pairs:
             return [reason(Code.CORNERS_BEAR, pairs=pairs, normal_forces=[])]
@@ -256,9 +257,9 @@ def _far_away(assembly: Assembly) -> list[Reason]:
     bounds, axes = np.column_stack([low, -high]), low.shape[1]
     lowest = np.full((groups, 2 * axes), np.inf)
     np.minimum.at(lowest, group, bounds)
-    # For each group, find the bounding box of all other groups: each bound is the least value over all
-    # groups, or the second least value if the group itself has the least one. Upper bounds are negated, so
-    # the same rule applies to them.
+    # For each group, compute the bounding box of all other groups. Each lower bound of the box is the least
+    # bound of all groups or, if the group itself has the least bound, the second least. Upper bounds are
+    # negated, so the rule applies to them too.
     least, second = np.sort(lowest, axis=0)[:2]
     others = np.where(lowest == least, second, least)
     size, size_of_rest = (np.hypot.reduce(-box[:, axes:] - box[:, :axes], axis=1) for box in (lowest, others))

@@ -33,7 +33,7 @@ class Solution:
     """Outcome of a method: status, answer and reasons, in the dimensionless units of the problem."""
 
     status: Status  #: status in which the analysis ended
-    kind: Kind  #: kind of answer, which determines the limits of its residuals
+    kind: Kind  #: kind of the answer; the limits of the residuals depend on the kind
     reasons: tuple[Reason, ...] = ()  #: reasons for the status, as codes
     #: Answer, if the status is usable; otherwise the forces and velocities that are known.
     found: FinalState = field(default_factory=FinalState)
@@ -95,12 +95,12 @@ class Solution:
 
     @property
     def answer(self) -> Answer | None:
-        """State with a load factor and its certificate; None if there is no load factor."""
+        """Collapse state with its load factor and certificate; None if there is no load factor."""
         return self.found if isinstance(self.found, Answer) else None
 
     @property
     def load_history(self) -> LoadHistory | None:
-        """Load steps of the method as a load history; None if the method has no load steps."""
+        """Load history of the method; None if the method has no load steps."""
         if not self.history or not isinstance(self.history[0], LoadStep):
             return None
         return LoadHistory(self.history)
@@ -120,7 +120,7 @@ class Solution:
 
     @property
     def at_incremental(self) -> "Solution | None":
-        """Solution of the incremental analysis (``self`` or ``incremental``); None if it does not exist."""
+        """Solution of the incremental analysis: ``self`` or ``self.incremental``, which may be None."""
         return self if self.kind is Kind.INCREMENTAL else self.incremental
 
     @property
@@ -163,7 +163,7 @@ class Solution:
         return is_unbounded or self.proven_none
 
     def is_exact(self, problem: Problem) -> bool:
-        """Return True if the answer is an exact Coulomb state, whose flow rule has the joints' dilatancy.
+        """Return True if the answer is an exact Coulomb state: its flow rule has the joints' own dilatancy.
 
         In space friction is limited by the cone.
         """
@@ -191,7 +191,7 @@ class Solution:
         )
 
     def telling(self, *more: Reason) -> Self:
-        """Return a copy of the solution with further reasons appended."""
+        """Return a copy of the solution with additional reasons at the end of its reasons."""
         return replace(self, reasons=(*self.reasons, *more))
 
     def telling_first(self, why: Reason) -> Self:
@@ -209,7 +209,7 @@ class Solution:
         return replace(ended, found=without_load_factor)
 
     def failing(self) -> dict[str, float | None]:
-        """Return the residuals that exceed the limits for the kind of answer; empty without an answer."""
+        """Return the residuals that exceed the limits for the kind of answer; empty if there is no answer."""
         return self.answer.failing(self.kind) if self.answer else {}
 
     def accepted(self) -> Self:

@@ -13,7 +13,7 @@ from masonry_opt.solution.solution import Solution
 
 
 def without_answer(kind: Kind, stop: TimeLimitReached, effort: Effort, last_step: Any = None) -> Solution:
-    """Return the solution of an analysis that the time limit ended before it found a collapse state.
+    """Return the solution of an analysis that reached the time limit before it found a collapse state.
 
     ``last_step`` is the record of the method's last step; None if there was no step. The reason states the
     load factor of this step.
@@ -35,5 +35,5 @@ def with_answer(solution: Solution, stop: TimeLimitReached, effort: Effort) -> S
 
 
 def _time_limit(stop: TimeLimitReached, effort: Effort, **values: Any) -> Reason:
-    """Return the reason that names the time limit and the phase of the analysis in which it was reached."""
+    """Return the reason that names the time limit and the phase of the analysis at the time limit."""
     return reason(Code.TIME_LIMIT, seconds=stop.seconds, phase=effort.phase, **values)

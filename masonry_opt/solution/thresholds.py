@@ -5,9 +5,10 @@ The limits that decide if an answer is accepted are in :mod:`~masonry_opt.soluti
 
 from masonry_opt.solution.acceptance import SMALLEST
 
-#: Speed of a block's fastest corner below which the block counts as at rest, relative to the fastest corner
-#: of the scene. Answers of the loop contain 1.0e-3 for a block at rest (``closed_forms/pulled_stone``). The
-#: slowest block that moves according to a hand calculation has 5e-3 (``closed_forms/two_leaves``).
+#: Speed of a block's fastest corner below which the block counts as at rest, relative to the speed of the
+#: fastest corner of the scene. Answers of the loop contain 1.0e-3 for a block at rest
+#: (``closed_forms/pulled_stone``). The slowest block that moves according to a hand calculation has 5e-3
+#: (``closed_forms/two_leaves``).
 MOVES = 2e-3
 
 #: Slip of a joint, relative to the speed of the fastest corner, above which the joint counts as sliding.
@@ -27,8 +28,9 @@ SEPARATES = MOVES
 #: strength counts as crushing.
 CRUSHES = MOVES
 
-#: A limited force (such as the force of a tie) counts as yielding above this fraction of its upper limit. In
-#: addition, its end points must move apart (in a prop, together) in the mechanism.
+#: A limited force (such as the force of a tie) counts as yielding if it exceeds this fraction of its upper
+#: limit, and if its end points move apart in the mechanism. The end points of a prop must move together
+#: instead.
 AT_HIGHEST = 1 - MOVES
 
 #: Power of the loads, in median block weights, below which the loads do not drive the mechanism. Solvers
@@ -55,7 +57,7 @@ LOWER = 1e-8
 #: Magnitude below which a load factor counts as zero.
 ZERO = 1e-6
 
-#: Number of starts below which a message says that agreement of their load factors is weak evidence.
+#: If the number of starts is smaller, a message says that agreement of their load factors is weak evidence.
 FEW_STARTS = 8
 
 #: Ratio of the live load's work to the dead load's work above which a message states that the mechanism moves

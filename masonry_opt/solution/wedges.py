@@ -40,7 +40,12 @@ _MOST_JOINTS_COMPARED = 300
 
 
 def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
-    """Generate warnings about wedges: blocks whose sliding joints are, or were drawn, nearly parallel."""
+    """Generate warnings about wedges: blocks with nearly parallel sliding joints.
+
+    A first warning names the joints that the alignment rotated. A second warning names pairs of nearly
+    parallel joints of the aligned scene, if at least one joint of the pair slides or is at its friction
+    limit.
+    """
     able = _slides_without_lifting(assembly)
     joints = assembly.joints
     turned = np.where(able, joints.turn, 0.0)

@@ -43,7 +43,7 @@ _COLUMNS_TO_RECOMPILE = 3000
 
 
 class CvxpyEngine:
-    """Program that is declared in CVXPY, and the solver for it.
+    """Optimisation program that is declared in CVXPY, with its solver.
 
     ``effort`` records the solver under ``purpose``. If ``repeats`` is True, the program is solved several
     times with different parameters, and is compiled only once if it is not too large.
@@ -60,7 +60,7 @@ class CvxpyEngine:
         self._purpose = purpose
 
     def restart(self, effort: Effort) -> None:
-        """Record the time and the iterations of all later solves in the given ``effort``.
+        """Record the time and the iterations of all later solves in the record ``effort``.
 
         Each solve is independent of earlier solves.
         """
@@ -106,7 +106,8 @@ class CvxpyEngine:
         stats = program.solver_stats
         seconds = elapsed if stats.solve_time is None else float(stats.solve_time)
         effort.add("solve", seconds)
-        # The time outside the solver, in which CVXPY passes on the matrices, counts as compilation.
+        # The time outside the solver, in which CVXPY passes the matrices to the solver, counts as
+        # compilation.
         effort.add("compile", max(elapsed - seconds, 0.0))
         effort.iterations += iterations_of(raw["info"]) if is_highs else int(stats.num_iters or 0)
         verdict = _CVXPY_VERDICTS.get(program.status, Verdict.FAILED)

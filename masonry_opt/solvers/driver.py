@@ -45,7 +45,7 @@ class LpAnswer:
 
 
 class Driver:
-    """Static or kinematic program of a problem, and the solver for it.
+    """Static or kinematic program of a problem, with its solver.
 
     ``formulation`` is "static", eq. (9), or "kinematic", eq. (10).
 
@@ -76,7 +76,10 @@ class Driver:
         self._engine = engine(self.model.program, solver, effort, purpose, repeats=repeats)
 
     def again_for(self, problem: Problem, effort: Effort) -> "Driver":
-        """Prepare this driver for a problem that differs only in its shear limits, and return the driver."""
+        """Adapt this driver to the shear limits of another problem, and return the driver.
+
+        The problem may differ from the driver's own problem only in friction, cohesion and dilatancy.
+        """
         self.effort = effort
         self._engine.restart(effort)
         self.set_shear_limits(ShearLimits.true(problem))

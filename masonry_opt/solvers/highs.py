@@ -176,7 +176,7 @@ class HighsSession:
         self._highs.changeColsBounds(len(columns), columns, np.full(len(columns), low), high)
 
     def set_room(self, constraint: Any, room: np.ndarray) -> None:
-        """Set the room of each row of a constraint: the distance between its lower and upper bound.
+        """Set the difference between the upper and the lower bound of each row of a constraint.
 
         The upper bounds do not change.
         """
@@ -281,10 +281,10 @@ class HighsSession:
         return self._present_program().least(self.multipliers())
 
     def contradiction(self) -> tuple[float, np.ndarray]:
-        """Compute from a dual ray a bound that can prove the present program infeasible.
+        """Return an inequality that every feasible point of the present program satisfies, from a dual ray.
 
-        The results ``value`` and ``short``, shape (columns,), satisfy ``short·|x| ≥ value`` for every
-        feasible x. A value of 0 proves nothing.
+        The results ``value`` and ``short``, shape (columns,), define the inequality ``short·|x| ≥ value``. If
+        no x satisfies the inequality, the program is infeasible. A value of 0 proves nothing.
         """
         no_cost = np.zeros(len(self.lp.cost))
         _, has_ray, ray = self._highs.getDualRay()

@@ -36,14 +36,15 @@ class PyomoEngine:
             config = self._highs.config
             config.load_solutions = config.raise_exception_on_nonoptimal_result = False
             config.solver_options = solver.options
-            # Only parameters change between solves, so Pyomo need not look for other changes of the program.
+            # Only parameters change between solves, so Pyomo does not have to check the rest of the program
+            # for changes.
             updates = config.auto_updates
             for name in updates:
                 updates[name] = name == "update_parameters"
             self._highs.set_instance(program)
 
     def restart(self, effort: Effort) -> None:
-        """Record all later solves in the given ``effort``, and discard the basis of earlier solves."""
+        """Record all later solves in the record ``effort``, and discard the basis of earlier solves."""
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
         highs = self._highs._solver_model

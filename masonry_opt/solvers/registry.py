@@ -29,7 +29,7 @@ Options = Callable[[float], dict[str, Any]]
 
 @dataclass(frozen=True)
 class SolverEntry:
-    """Solver in one modelling language, or for matrices without a language, and its capabilities.
+    """Solver and its capabilities, in one modelling language or without a modelling language.
 
     To add a solver, add an entry to ``_ENTRIES``.
     """
@@ -59,7 +59,7 @@ class SolverEntry:
 
 @dataclass(frozen=True)
 class Solver:
-    """Solver with a tolerance of feasibility and duality gap, and the options that set this tolerance."""
+    """Solver with its options and its tolerance, which applies to feasibility and to the duality gap."""
 
     entry: SolverEntry
     options: dict[str, Any]
@@ -157,7 +157,7 @@ def names() -> list[str]:
 
 
 def capable(language: str, has: Callable[[SolverEntry], bool]) -> tuple[str, ...]:
-    """Return the names of all solvers in a language that have a capability, the default solver first.
+    """Return the names of the solvers with a capability in a language, the default solver first.
 
     ``has`` is a function that returns True for the entry of a solver with the capability. Solvers that are
     not installed are included.
@@ -197,7 +197,7 @@ def find_solver(language: str, name: str | None, tolerance: float = SOLVER_TOLER
 
 
 def rougher(solver: Solver, tolerance: float) -> Solver:
-    """Return a rougher solver, with a given tolerance or its own tolerance, whichever is larger."""
+    """Return the solver with the larger of two tolerances: its own tolerance and a given tolerance."""
     return find_solver(solver.language, solver.name, max(tolerance, solver.tolerance))
 
 
@@ -246,7 +246,7 @@ class Solved:
 
     @property
     def failed(self) -> bool:
-        """Return True if the solver found neither an optimum nor a proof that none exists."""
+        """Return True if the solver found neither an optimum nor a proof that no optimum exists."""
         return self.verdict in (Verdict.FAILED, Verdict.NEARLY)
 
 

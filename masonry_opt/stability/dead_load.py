@@ -33,7 +33,7 @@ def with_pressure_removed(problem: Problem) -> Problem:
 
 
 def unit_pressure(problem: Problem) -> np.ndarray:
-    """Return joint forces with a unit normal force in each joint and no shear, shape (3c + t,)."""
+    """Return joint forces, shape (3c + t,), with a normal force of 1 in each joint and without shear."""
     normal = np.zeros(problem.B.shape[1])
     problem.at_points(normal)[:] = 1 / problem.layout.points
     return normal

@@ -32,14 +32,14 @@ from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 #: Key of ``result.solvers`` for the optimisation programs that determine why there is no load factor.
 DIAGNOSIS = "diagnosis"
 
-#: Largest number of programs that are solved to decide if a load drives a mechanism. If more programs are
-#: needed, the question remains undecided. Small random scenes need at most 5 programs, or 14 if no cone
-#: program is used.
+#: Largest number of programs that are solved to decide if a load drives a mechanism. After so many programs
+#: without a decision, it remains undecided if the load drives a mechanism. Small random scenes need at most 5
+#: programs, or 14 if no cone program is used.
 _MOST_PROGRAMS = 40
 
-#: Largest number of joints for which further programs are solved, by the simplex method, if the first program
-#: does not decide the question. A program with so many joints takes half a minute. With more joints, the
-#: question then remains undecided.
+#: Largest number of joints for which programs are solved by the simplex method if the first program does not
+#: decide if a load drives a mechanism. A simplex run takes half a minute for so many joints. With more
+#: joints, it remains undecided if the load drives a mechanism.
 _SIMPLEX_UP_TO = 2000
 
 #: Largest number of joints for which the smallest stabilising factor on friction is computed. On larger
@@ -64,7 +64,7 @@ _BEARS = 1e-6
 
 
 class DeadLoadUndecided(Exception):
-    """Error that is raised if no program decides whether a scene is stable under its dead load.
+    """Error for a scene whose stability under the dead load could not be decided.
 
     Neither forces that carry the dead load nor a falling mechanism could be verified.
     """
@@ -90,7 +90,7 @@ class _Standing:
     forces: np.ndarray | None = None
 
     def again_for(self, problem: Problem, effort: Effort) -> "_Standing":
-        """Prepare this program for a problem with other shear limits, and return the program.
+        """Adapt this program to the shear limits of another problem, and return the program.
 
         :class:`~masonry_opt.solvers.driver.ProgramCache` calls this method.
         """
@@ -102,7 +102,7 @@ class _Standing:
 def falling_mechanism(
     problem: Problem, solver: Solver, effort: Effort, kept: ProgramCache | None = None
 ) -> np.ndarray | None:
-    """Return velocities, shape (3b,), of a fall under the dead load, or None if the scene is stable.
+    """Return block velocities, shape (3b,), of a fall under the dead load; None if the scene is stable.
 
     See :func:`mechanism_or_forces`.
     """
@@ -378,7 +378,7 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
 
 
 def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[float | None, float]:
-    """Search for the smallest factor on all friction coefficients with which an unstable scene is stable.
+    """Search for the smallest multiplier of all friction coefficients that makes an unstable scene stable.
 
     Return the smallest stable and the largest unstable factor that were tried.
 

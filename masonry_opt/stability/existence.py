@@ -59,15 +59,15 @@ _EXISTENCE_PURPOSE = "existence"
 _MOVING_RATE = 1e-9
 
 #: A face (yield condition) belongs to a cut of branch and cut if its Farkas multiplier exceeds this fraction
-#: of the largest multiplier. With a larger fraction, cuts contain fewer faces, but their residuals may be too
-#: large for a proof.
+#: of the largest multiplier. With a larger fraction, cuts contain fewer faces, but the residuals of the cuts
+#: may be too large for a proof.
 _TO_BLAME = 1e-9
 
 #: Number of latest cuts in which branch and cut counts how often each face occurs. The search branches on the
 #: most frequent face.
 _OF_LATE = 200
 
-#: Value of a face (yield condition) in branch and cut: it is not yet decided if its rate is zero.
+#: Value of a face (yield condition) in branch and cut: its rate is not yet decided to be zero or nonzero.
 _OPEN = -1
 
 #: Value of a face (yield condition) in branch and cut: its rate is zero.
@@ -169,10 +169,10 @@ class Cuts:
         return None
 
     def _follows(self, choice: np.ndarray) -> bool:
-        """Set those open faces of a choice whose values follow from the cuts.
+        """Decide those open faces of a choice whose values are implied by the cuts.
 
-        According to the cuts, their rates must be zero, or must be nonzero. The result is False if a cut
-        contradicts the choice.
+        According to the cuts, the rate of such a face must be zero, or must be nonzero. The result is False
+        if a cut contradicts the choice.
         """
         changed = True
         while changed:
@@ -277,7 +277,7 @@ def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
     ray = _ray(problem, problem.friction, effort)
     if ray is None:
         # No joint forces were found that balance the live load alone, so λ may be limited. A load factor may
-        # exist although the method did not find it.
+        # then exist although the method found no load factor.
         return InfeasibilityCertificate(Existence.UNDECIDED)
     certificate = InfeasibilityCertificate(Existence.UNBOUNDED, *ray[1])
     opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)
@@ -286,8 +286,8 @@ def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
         order = np.argsort(-n, kind="stable")
         stressed = tuple(order[n[order] > LISTED_JOINT_SHARE * n.max()].tolist())
         certificate = replace(certificate, clamped=stressed)
-    # In space, cuts refer to polygons inside the friction cones, whose sides are the faces. Such cuts prove
-    # nothing about the cones, so branch and cut is skipped.
+    # In space, the faces of a cut are sides of polygons inside the friction cones. Such cuts prove nothing
+    # about the cones, so branch and cut is skipped.
     has_cones = problem.by_cone.by_friction.conic
     if not of_mechanism or dilatancy_falls or has_cones or problem.joints > _CUTS_UP_TO:
         return certificate
@@ -357,8 +357,8 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
             without = replace(without, below_zero=solution.load_factor)
         if solution.peak is None:
             return without
-        # Keep the reasons that describe the load history, because the scene carried all load factors up to
-        # the peak of the load history.
+        # Keep the reasons that describe the load history: although λ is withdrawn, the scene carried all load
+        # factors up to the peak of the load history.
         of_history = (entry for entry in solution.reasons if entry.code in (Code.COLLAPSE, Code.RANGE))
         return replace(without.telling(*of_history), followed_to_end=True, peak=solution.peak)
     moving = [] if solution.d is None else moving_names(assembly, solution.d)

@@ -32,7 +32,7 @@ _MARGIN_UP_TO = 600
 
 
 def least_friction_factor(problem: Problem, solver: Solver, effort: Effort) -> float | None:
-    """Return the smallest common factor of all friction coefficients with which a scene is still stable.
+    """Return the smallest common multiplier of all friction coefficients with which a scene is stable.
 
     A scene counts as stable if forces carry its dead load. None is returned if no joint can slide, if the
     scene is large, or if the solver cannot decide.

@@ -166,7 +166,7 @@ def test_a_load_factor_that_chords_do_not_explain_fails(by_chords, by_parabola):
     assert verdicts[3.21].startswith("not decided, because 3.19")
     assert verdicts[3.23].startswith("failed, 3.22")
     assert verdicts[4.4].startswith("failed, 3.22")
-    assert "assumed: it raises no other λ by more" in verdicts[4.4]
+    assert "assumed: the parabola raises no other λ by a larger ratio" in verdicts[4.4]
     assert verdicts[4.6].startswith("failed")
     default = with_associative(by_parabola.default, 4.47)
     low = replace(by_parabola, default=default, required_factor=3.21)

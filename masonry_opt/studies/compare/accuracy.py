@@ -26,9 +26,9 @@ from masonry_opt.solvers.registry import find_solver
 #: larger, the next solver is used.
 CLOSE = 1e-9
 #: Model, solver and tolerance with which the static program is solved to obtain certified bounds. A later
-#: entry is used if the bounds of all earlier entries are not close enough.
+#: entry is used if the bounds from all earlier entries are wider than ``CLOSE``.
 _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo", "highs", 1e-10))
-#: Number of joints from which on HiGHS is not used to compute certified bounds, because it would take
+#: Smallest number of joints for which HiGHS is not used to compute certified bounds, because HiGHS would take
 #: minutes.
 _LARGE_SCENE_JOINTS = 1000
 _UNBOUNDED = 3  #: Status of scipy's linprog for an unbounded program.
@@ -46,7 +46,8 @@ _STEP_EXCESS = 1.001
 _REGULARISATION = 1e-12
 
 #: Type of friction cones limit · x + c ≥ |(first · x, second · x)|: the tuple (limit, c, (first, second)).
-#: The three matrices have one row, and c has one entry, for each cone. In the plane they are empty.
+#: Each of the three matrices has one row for each cone, and the array c has one entry for each cone. In the
+#: plane all four are empty.
 _Cones = tuple[sp.csr_array, np.ndarray, tuple[sp.csr_array, sp.csr_array]]
 
 
@@ -54,8 +55,8 @@ _Cones = tuple[sp.csr_array, np.ndarray, tuple[sp.csr_array, sp.csr_array]]
 class CertifiedBounds:
     """Certified bounds of the associative load factor λ: lower ≤ λ ≤ upper.
 
-    A bound is infinite if no feasible point was found. Both bounds are −∞ if no state of equilibrium carries
-    the dead load alone. Both bounds are +∞ if λ is unlimited.
+    A bound is infinite if no feasible point was found. Both bounds are −∞ if no admissible joint forces are
+    in equilibrium with the dead load alone. Both bounds are +∞ if λ is unlimited.
     """
 
     lower: float = -np.inf
@@ -78,7 +79,7 @@ class CertifiedBounds:
 
     @property
     def unstable(self) -> bool:
-        """True if no state of equilibrium carries the dead load."""
+        """True if no admissible joint forces are in equilibrium with the dead load."""
         return self.upper == -np.inf
 
     @property
@@ -123,10 +124,10 @@ class _Convex:
         return _Convex(A, norm * self.cost, G, np.zeros(signed), cost, (speed, np.zeros(k), (first, second)))
 
     def inside(self, x: np.ndarray, interior: np.ndarray | None) -> float:
-        """Move x inside the feasible set, and return the bound of λ there; NaN if no point is found.
+        """Move the point x into the feasible set, and return the bound of λ at the moved point.
 
-        The point is the projection of x on the equations, moved towards an interior point as far as the
-        inequalities require.
+        The moved point is the projection of x on the equations, moved towards an interior point as far as the
+        inequalities require. The result is NaN if no feasible point is found.
         """
         x = self._projected(x)
         slack = self.slack(x)

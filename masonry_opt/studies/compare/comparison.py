@@ -35,7 +35,7 @@ DEFAULT_SOLVERS = ("clarabel", "highs", "highs-ipm")  #: Default solvers, which 
 #: tolerance of the package.
 TOLERANCES = (1e-6, 1e-9)
 OUT = Path("results/compare")  #: Default folder of the results.
-_PAGE_FILE = "report.html"  #: Name of the page of a comparison, with all charts.
+_PAGE_FILE = "report.html"  #: Name of the HTML file with all charts of a comparison.
 _CHARTS = [judge.chart_name(question) for question in (judge.ASSOCIATIVE, judge.COULOMB)]
 #: Files that a comparison may write.
 _FILES = (
@@ -238,13 +238,13 @@ class _JournalRuns:
             yield row
 
     def _has_lower_limit(self, row: Mapping[str, Any]) -> bool:
-        """Return True if a recorded run exceeded its limit of time or memory, and the limit is larger now."""
+        """Return True if a run exceeded a limit of time or memory that has become larger since."""
         by_time = row["ended"] == TIME_LIMIT and row["time_limit"] < self.limits.time
         by_memory = row["ended"] == MEMORY_LIMIT and row["memory_limit"] < self.limits.memory
         return bool(by_time or by_memory)
 
     def bounds(self, scene: CaseScene) -> dict[str, float] | None:
-        """Return the certified bounds of a scene. If they cannot be computed, add a note and return None."""
+        """Return the certified bounds of a scene. If the computation fails, add a note and return None."""
         key, limits = f"certified bounds · {scene.content}", self.limits
         recorded = self.journal.find(key)
         if recorded is not None:

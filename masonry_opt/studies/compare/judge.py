@@ -30,11 +30,11 @@ from masonry_opt.studies.runner import FINISHED
 from masonry_opt.studies.writing import in_words, notebook_html
 
 #: Kinds of answers that can be exact collapse states. The paper's loop of linear programs is excluded,
-#: because sliding joints may contract in its answers.
+#: because sliding joints may contract in the answers of the loop.
 _EXACT_KINDS = (Kind.NEARLY_COMPLEMENTARY, Kind.RELAXED, Kind.EXACT)
 
 ASSOCIATIVE = "associative"  #: Value of column "question" for load factors with associative flow.
-COULOMB = "Coulomb"  #: Value of column "question" for load factors whose flow rule has the joints' dilatancy.
+COULOMB = "Coulomb"  #: Value of column "question" for load factors with the joints' own dilatancy.
 
 ANSWER = "answer"  #: Claim of a run that reports a load factor of the scene.
 #: Claims that a run of a comparison can make about its scene, and that can be true or false: a load factor,
@@ -56,7 +56,7 @@ VERDICTS = (
 
 JUDGED = ("question", "verdict", "reason", "error", "below")  #: Columns of the verdict on a run.
 #: Relative gaps to the best exact Coulomb state count as zero if they are smaller than this value. Charts
-#: draw them at this value.
+#: draw such gaps at this value.
 GAP_FLOOR = SAME
 
 _PAIR_COLUMNS = ["method", "model", "solver", "tolerance"]  #: Columns that identify a ``Pair``.
@@ -82,9 +82,9 @@ _SUMMARY = [
     *("bound", "ended", "status", "kind", "message"),
 ]
 
-#: Columns of the table of success rates, without the method, model and solver of a row.
+#: Columns of the table of success rates, in addition to the columns method, model and solver.
 SUCCESS = ["tolerance", "success", *VERDICTS, "time", "largest error", "peak_memory"]
-#: Headings of table columns whose heading differs from the column's name.
+#: Headings of those table columns whose heading is not the column's name.
 HEADINGS = {
     "time": "median time (s)",
     "peak_memory": "peak (MB)",
@@ -162,11 +162,11 @@ def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown])
 
 
 def _known_claims(question: str, bounds: CertifiedBounds) -> dict[str, bool]:
-    """Return the claims about a scene that bounds of the associative λ prove (True) or refute (False).
+    """Return the claims about a scene that bounds of the associative λ prove or refute.
 
-    The result is a dict with the claims as keys. For associative flow the bounds decide all claims. Coulomb
-    friction has the same admissible states of equilibrium, but other mechanisms. For Coulomb friction only
-    two conclusions are possible:
+    The result is a dict with the claims as keys: a proven claim has the value True, a refuted claim False.
+    For associative flow the bounds decide all claims. Coulomb friction has the same admissible states of
+    equilibrium, but other mechanisms. For Coulomb friction only two conclusions are possible:
 
     - If no admissible state carries the dead load, the scene is unstable.
     - If the load factors of admissible states are bounded, the scene does not carry any load.
@@ -225,7 +225,7 @@ def judge(row: dict[str, Any], bounds: CertifiedBounds | None, best: BestKnown |
 
 
 def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, bool]) -> tuple[str, str]:
-    """Return the verdict on a run and its reason as text. A certified answer has the reason ""."""
+    """Return the verdict on a run, and the reason for the verdict as text ("" if the answer is certified)."""
     load_factor, claim = row["load_factor"], claim_of(row)
     end = row["status"] if row["ended"] == FINISHED else row["ended"]
     statement = f"{end}: {row['message']}" if row["message"] else str(end)
@@ -365,7 +365,7 @@ class Comparison:
 
     @property
     def told(self) -> pd.DataFrame:
-        """Table with which a notebook displays the comparison: the success of each method, as text."""
+        """Table of success rates, formatted as text, that a notebook displays."""
         return in_words(success(self.summary), NUMBER_FORMATS, PRINTED).rename(columns=PRINTED_HEADINGS)
 
     def _repr_html_(self) -> str:

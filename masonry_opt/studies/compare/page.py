@@ -23,8 +23,7 @@ _RUNS = [
     *("scene", "pair", "load_factor", "tolerance", "verdict", "error", "time", "reason"),
     *("iterations", "lp_solves", "peak_memory", "blocks", "joints", *CERTIFICATE_RESIDUALS),
 ]
-#: Letters by which charts mark runs without a certified answer, by the verdict on the run or by the limit
-#: that it exceeded.
+#: Letters by which charts mark runs without a certified answer. The keys are verdicts and exceeded limits.
 _ENDING_LETTERS = {
     TIME_LIMIT: "T",
     MEMORY_LIMIT: "M",
@@ -40,7 +39,7 @@ _ERRORS = {
     judge.ASSOCIATIVE: ("error", "relative error of λ (against certified bounds)"),
     judge.COULOMB: ("gap to the best exact state", "relative gap to the best known exact state"),
 }
-_GREY = "#777777"  #: Colour of lines, triangles and texts behind the marks of runs.
+_GREY = "#777777"  #: Colour of the lines, triangles and texts that charts draw behind the marks of runs.
 _MOST_TICKS = 7  #: Largest number of intervals between the ticks of a logarithmic axis.
 #: Columns in the tooltip of a mark.
 _TOOLTIP = ("scene", "pair", "tolerance", "verdict", "reason", "error", "yield", "iterations")
@@ -107,7 +106,8 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     raw = alt.Color("colour:N", scale=None)
     caption = {"x": alt.value(5), "y": alt.value(9), "text": alt.value("not certified")}
     lines = {"color": raw, "detail": "pair:N", "opacity": _FADED, "order": "rung:Q"}
-    # Only this layer has a legend, because the entries of a legend for several layers cannot be selected.
+    # Only this layer has a legend, because the entries of a legend that several layers share cannot be
+    # selected.
     coded = {"color": alt.Color("engine:N", scale=alt.Scale(domain=[*colours], range=[*colours.values()]))}
     coded |= {"shape": alt.Shape("method:N", sort=[*METHODS], **legend(certified.any()))}
     coded |= {"opacity": _FADED, "tooltip": tooltip}
@@ -189,7 +189,7 @@ def _answer(row: Mapping[Any, Any]) -> str:
     seconds = f"{row['time']:.2g} s"
     load_factor = "" if pd.isna(row["load_factor"]) else _lambda(row["load_factor"])
     if row["verdict"] != judge.CERTIFIED:
-        # If a run finished, its reason repeats its message, which is removed to shorten the text.
+        # The reason of a finished run repeats the message of the run. Remove the message to shorten the text.
         why = row["reason"].replace(f": {row['message']}", "") if row["ended"] == FINISHED else row["reason"]
         return f"{row['verdict']}: {f'λ {load_factor}: ' if load_factor else ''}{why}; {seconds}"
     if pd.isna(row["error"]):

@@ -33,8 +33,8 @@ CERTIFICATE_RESIDUALS = ("equilibrium", "yield", "flow", "complementarity")  #: 
 #: Columns of text; "" if unknown.
 _TEXT_COLUMNS = ("ended", "status", "kind", "existence", "crushing", "friction_law", "message")
 #: Columns of results.csv: λ and its certificate, times in seconds, memory in MB, counts, and the limits of
-#: the run. The column ``wall`` has the duration of the solve. If the run did not finish, it has the duration
-#: of the process.
+#: the run. The column ``wall`` contains the duration of the solve or, for a run that did not finish, of the
+#: process.
 COMPARISON_COLUMNS = (
     *KEY,
     *_TEXT_COLUMNS,
@@ -91,7 +91,7 @@ def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tu
 
 
 def checked(scene: CaseScene) -> CaseScene:
-    """Return a scene of a comparison with warnings about its probable mistakes.
+    """Return a copy of a scene of a comparison with warnings about probable mistakes in the scene.
 
     Raises CaseError if no method can solve the scene, for example if moving axles are the only live load.
     """
@@ -204,7 +204,7 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
     has_time_limit = option_model and "time_limit" in option_model.model_fields
     options: dict[str, Any] = {"time_limit": _METHOD_TIME_SHARE * time_limit} if has_time_limit else {}
     with contextlib.suppress(MasonryError, ArithmeticError, ValueError, AttributeError):
-        # Errors are ignored here, because a solver that fails will fail again in the timed solve.
+        # Ignore errors of the warm-up, because a solver that fails will fail again in the timed solve.
         solve(case_folder() / _WARM_UP, **chosen)
     start = time.perf_counter()
     result = solve(path, **chosen, **options)

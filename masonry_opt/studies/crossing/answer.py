@@ -18,7 +18,8 @@ from masonry_opt.studies.crossing.units import unusual_axles
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
 
-# matplotlib is imported only for a picture: every worker process of a study imports this module.
+# Every worker process of a study imports this module. To save time, matplotlib is imported only when a
+# picture is drawn.
 if TYPE_CHECKING:
     from masonry_opt.drawing.figure import Picture
 
@@ -50,12 +51,12 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
 
     @property
     def told(self) -> pd.DataFrame:
-        """Table with which a notebook displays the answer: some columns of the table ``governing``."""
+        """Table that a notebook displays: some columns of the table ``governing``."""
         return self.governing[[*PLACE_COLUMNS, *self._case, "load_factor", "mechanism", "status"]]
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings about the worst position, about units of axles, and about a λ below its lower bound."""
+        """Warnings about the worst position, about the units of axles, and about λ below its lower bound."""
         return [*self.worst.warning_records, *self._unusual_axles(), *self._contradictions()]
 
     def _unusual_axles(self) -> Iterator[dict[str, Any]]:
@@ -65,7 +66,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
             yield from unusual_axles(self.passages[0].passage.assembly, groups.values())
 
     def _contradictions(self) -> Iterator[dict[str, Any]]:
-        """Generate a warning if λ at the worst position is less than its proven lower bound."""
+        """Generate a warning if λ at the worst position is less than the proven lower bound of λ."""
         bounds = [trials.bound for trials in self.passages if trials.bound is not None]
         least = self.load_factor
         if least is None or not bounds:

@@ -12,7 +12,8 @@ from masonry_opt.result import Result
 from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.crossing.load_factors import CrossingLoadFactors
 
-#: Unit in the text on the loads at collapse. A report replaces it if the user names the unit of force.
+#: Words for the unit in the text on the loads at collapse. A report replaces these words if the user names
+#: the unit of force.
 FORCE_UNIT = "in the force unit of the case"
 
 
@@ -28,9 +29,10 @@ class Assessment(NamedTuple):
     """Comparison of the load factors of a crossing with the required load factor."""
 
     outcome: AssessmentOutcome
-    load_factor: float | None  #: load factor that is compared; None if it is unlimited or not known
-    #: Name of the compared load factor. If the outcome is undecided, or if no load factor is compared, the
-    #: text is the reason for the outcome instead.
+    #: Load factor that is compared with the required load factor; None if it is unlimited or unknown.
+    load_factor: float | None
+    #: Name of ``load_factor`` as text. If the outcome is undecided, or if ``load_factor`` is None, the text
+    #: states the reason for the outcome instead.
     why: str
 
 
@@ -82,7 +84,7 @@ def _is_below(load_factor: float, required: float) -> bool:
 
 
 def _last_of_least(named: dict[str, float]) -> tuple[str, float]:
-    """Return the name and the value of the least load factor; among equal values, the last in the dict."""
+    """Return the name and the value of the least load factor; if several are equal, of the last one."""
     least = min(named.values())
     return next((name, value) for name, value in reversed(named.items()) if value == least)
 
@@ -105,7 +107,7 @@ def _upper_bounds(answer: CrossingLoadFactors) -> dict[str, float]:
 
 
 def _solved_by_chords(answer: CrossingLoadFactors) -> list[tuple[Result, float]]:
-    """Return the results at the worst position with crushing by chords, each with its load factor."""
+    """Return those results at the worst position that use chords for crushing, with their load factors."""
     results = [result for result in (answer.worst, answer.default) if result is not None]
     return [
         (result, result.load_factor)
@@ -115,9 +117,10 @@ def _solved_by_chords(answer: CrossingLoadFactors) -> list[tuple[Result, float]]
 
 
 def _by_chords(answer: CrossingLoadFactors) -> dict[str, float]:
-    """Return load factors by chords, which are no upper bounds for the crushing parabola, by name.
+    """Return the load factors at the worst position that were computed with chords for crushing, by name.
 
-    They are the load factor of the answer and that of the default method.
+    They are load factors of the answer and of the default method. They are no upper bounds of the load factor
+    with the crushing parabola.
     """
     return {
         f"λ by method '{result.method}' at the worst position, with chords inside the parabola": load_factor
@@ -126,7 +129,7 @@ def _by_chords(answer: CrossingLoadFactors) -> dict[str, float]:
 
 
 def _raised_by_parabola(answer: CrossingLoadFactors) -> dict[str, float]:
-    """Return the largest load factors by the crushing parabola that the load factors by chords suggest.
+    """Return load factors by chords, raised to upper estimates of the load factors by the crushing parabola.
 
     Each load factor by chords is multiplied by the ratio of two associative load factors at the worst
     position, by the parabola and by chords. This assumes that the parabola raises λ of the method by no
@@ -142,15 +145,15 @@ def _raised_by_parabola(answer: CrossingLoadFactors) -> dict[str, float]:
         ratio = max(1.0, by_parabola / associative)
         name = (
             f"λ = {numeral(load_factor, '.6f')} by method '{result.method}' with chords, times "
-            f"{numeral(ratio, '.6f')}, by which the crushing parabola raises the associative λ; assumed: it "
-            "raises no other λ by more"
+            f"{numeral(ratio, '.6f')}, the ratio by which the crushing parabola raises the associative λ; "
+            "assumed: the parabola raises no other λ by a larger ratio"
         )
         raised[name] = load_factor * ratio
     return raised
 
 
 def _why_undecided(answer: CrossingLoadFactors, required: float) -> str:
-    """Return the reason why the comparison with the required load factor is undecided, or "" without one.
+    """Return the reason why it is undecided if the required load factor is reached; "" if it is decided.
 
     The upper bounds of the load factor must not be less than the required load factor.
     """
@@ -170,7 +173,7 @@ def _why_undecided(answer: CrossingLoadFactors, required: float) -> str:
     if bound is not None and _is_below(bound, required):
         return (
             f"the required load factor is above the proven lower bound {numeral(bound, '.6f')}, but not "
-            "above the governing λ, and the shortest distance of positions does not decide it"
+            "above the governing λ, and positions at the shortest distance do not decide the comparison"
         )
     return ""
 
@@ -186,7 +189,7 @@ def assessment_text(answer: CrossingLoadFactors, required: float) -> str:
 
 
 def capacity_text(answer: CrossingLoadFactors) -> str:
-    """Return the loads at collapse as text; empty without a load factor, or if the crossing ended early."""
+    """Return the loads at collapse as text; empty if there is no load factor or the crossing ended early."""
     load_factor, trials = answer.load_factor, answer.least
     if load_factor is None or trials is None or answer.interrupted:
         return ""

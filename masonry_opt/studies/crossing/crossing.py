@@ -113,7 +113,7 @@ def crossing(
 
 
 class Questions(NamedTuple):
-    """Questions that a crossing answers in addition to the least load factor."""
+    """Results that a user requests from a crossing in addition to the least load factor."""
 
     #: Required load factor. With an associative method, the search continues until its proven lower bound
     #: decides if the load factor is reached. None if no load factor is required.
@@ -122,7 +122,7 @@ class Questions(NamedTuple):
     other_methods: bool = False
 
 
-_NO_QUESTIONS = Questions()  #: Questions of a crossing that needs the least load factor only.
+_NO_QUESTIONS = Questions()  #: Questions of a crossing that computes the least load factor only.
 
 
 def cross(
@@ -188,7 +188,7 @@ def _crossed(
 
 
 def _ended_by(stop: KeyboardInterrupt | None) -> dict[str, Any]:
-    """Return the fields ``interrupted`` and ``time_limit`` of a crossing, which state if it ended early.
+    """Return ``interrupted`` and ``time_limit``, the fields that state if a crossing ended early.
 
     ``stop`` is the exception by which the user or the time limit ended the crossing, or None.
     """
@@ -222,8 +222,8 @@ def _solve_first_positions(
             return firsts, _limit_of(session)
         except KeyboardInterrupt as caught:
             return firsts, caught
-        # A Coulomb method needs associative load factors too. They are computed later, so their record is
-        # still empty.
+        # The search with a Coulomb method also needs associative load factors. They are computed later, so
+        # their record is still empty here.
         bounds = None if session.method.associative else search.PassageTrials(passage, None)
         trials = search.PassageTrials(passage, None, beside=bounds, answers={position: result.solution})
         stop = _stop_of(session, result)
@@ -247,7 +247,7 @@ def _limit_of(session: Session) -> TimeLimitReached:
 
 
 def _stop_of(session: Session, result: Result) -> KeyboardInterrupt | None:
-    """Return the exception for a solve that the user or the session's time limit ended, otherwise None.
+    """Return the exception of a solve that the user or the session's time limit ended, or None.
 
     A method may have a time limit of its own. This limit does not end a crossing.
     """
@@ -281,7 +281,7 @@ def _worst_result(
 
 
 def _time_is_over(scene: Scene, stop: TimeLimitReached, known: str) -> TimeLimitError:
-    """Return the error for a crossing that the time limit ended, with the text ``known`` on its results."""
+    """Return the error for a crossing at the time limit; ``known`` is a text on the results so far."""
     return TimeLimitError(f"{scene.origin}: the {stop} ended the crossing: {known}; raise the time limit")
 
 
@@ -320,8 +320,8 @@ def _cross(
         for way in ways:
             for passage in way:
                 program = programs[passage.case]
-                # The compiled linear program replaces an associative method. Both have the same answers,
-                # unless joints crush or the user chose a solver.
+                # For speed, a compiled linear program replaces an associative method. The program has the
+                # same answers as the method, unless joints crush or the user chose a solver.
                 is_program = default_solver and associative and not len(passage.assembly.problem.crushing)
                 solve = program if is_program else _solve(many, passage, effort)
                 bounds = None if associative else search.PassageTrials(passage, program)
@@ -362,7 +362,7 @@ def _without_positions(
 
 
 def _other_methods(session: Session, result: Result, worst: search.PassageTrials) -> dict[str, Any]:
-    """Return the fields of a crossing with results of other methods at the worst position.
+    """Solve the worst position with other methods, and return the results as fields of the crossing.
 
     An associative method is compared with the default method. Chords inside the crushing parabola are
     compared with the parabola. If a method has no result, a field has the reason.
@@ -376,19 +376,19 @@ def _other_methods(session: Session, result: Result, worst: search.PassageTrials
 
 
 def _solved_by_parabola(scene: Scene) -> tuple[float | None, str]:
-    """Return the associative load factor by the crushing parabola and "", or None and the reason."""
+    """Return the associative load factor by the crushing parabola, and the reason if it is None."""
     result, reason = _solved_by("static", scene)
     if result is None:
         return None, reason
     if result.crushing == "chords":
-        return None, "method 'static' solved the scene by chords"
+        return None, "method 'static' solved the scene with chords for crushing"
     if result.solution.carries_any_load:
         return None, "any load is carried"
     return result.load_factor, "" if result.load_factor is not None else str(result.status)
 
 
 def _solved_by(method: str, scene: Scene) -> tuple[Result | None, str]:
-    """Return the result of a method and "", or None and the reason why it has no result.
+    """Return the result of a method, and the reason if the result is None.
 
     The time limit of the crossing applies to this solve too.
     """
@@ -410,7 +410,7 @@ def _solve_equal_positions(by_case: list[search.PassageTrials]) -> None:
 
 
 def _solve(session: Session, passage: search.Passage, effort: Effort) -> search.SolveLive:
-    """Return a function that solves the scene of a passage under a live load, with the session's method."""
+    """Return a function that solves the scene of a passage under any live load, by the session's method."""
     return lambda live: session.pushed(passage.loaded(live), lambda _: None, effort)
 
 
@@ -481,13 +481,13 @@ def _groups(scene: Scene, axles: _AxlesArgument) -> list[Axles]:
         )
     if not all(isinstance(group, Axles) for group in groups):
         raise OptionError(
-            "axles must be an Axles, a list of Axles, or the name of a group of axles of the scene"
+            "axles must be one mo.Axles, a list of mo.Axles, or the name of a group of axles of the scene"
         )
     return groups
 
 
 def _line(scene: Scene, group: Axles) -> list[Point]:
-    """Return the points of the road on which a group of axles moves: its own road, or that of the fills."""
+    """Return the points of the road of a group of axles: its own road, or the road of the fills."""
     if group.road is not None:
         return group.road
     points = [point for fill in sorted(scene.fills, key=lambda fill: fill.road[0]) for point in fill.road]

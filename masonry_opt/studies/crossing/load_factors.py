@@ -41,7 +41,7 @@ class CrossingLoadFactors:
 
     @property
     def load_factor_name(self) -> str:
-        """Name of the load factor; it claims no more than is proven along the whole road.
+        """Name of the load factor. The name claims only what is proven along the whole road.
 
         The name is that of the load factor at the worst position, with two exceptions:
 
@@ -65,7 +65,7 @@ class CrossingLoadFactors:
 
     @property
     def least(self) -> PassageTrials | None:
-        """Answers for the passage that has the least λ; None if the scene is not known to be stable."""
+        """Answers for the passage with the least λ; None if the scene may be unstable under its dead load."""
         return min(self.passages, key=lambda trials: trials.least, default=None)
 
     @property
@@ -90,7 +90,7 @@ class CrossingLoadFactors:
 
     @property
     def axle_loads(self) -> list[float]:
-        """Load of each axle of the worst group at λ = 1, beginning with the first axle.
+        """Load of each axle at λ = 1 in the governing group of axles, beginning with the first axle.
 
         The loads include the factor of the group and the factor of the load case. They act on the effective
         width, of which the scene carries a fraction.
@@ -114,7 +114,10 @@ class CrossingLoadFactors:
 
     @property
     def uniform_loads(self) -> list[float]:
-        """Uniform loads per unit length of the worst group at λ = 1, with factors of group and load case."""
+        """Uniform loads per unit length at λ = 1 in the governing group of axles.
+
+        The loads include the factor of the group and the factor of the load case.
+        """
         if self.least is None:
             return []
         passage = self.least.passage
@@ -153,8 +156,8 @@ class CrossingLoadFactors:
         bound, least = min(bounds), self.load_factor
         if least is None or least >= bound:
             return bound
-        # If λ at the worst position is less than the bound only by a rounding error, λ is returned as the
-        # bound.
+        # If only a rounding error makes λ at the worst position less than the bound, λ itself is returned as
+        # the bound.
         return least if same(bound, least) else None
 
     @property
@@ -170,7 +173,7 @@ class CrossingLoadFactors:
 
     @property
     def _case(self) -> list[str]:
-        """List with the name of the column of load cases; empty if the scene has no load cases."""
+        """Name of the table column of load cases, as a list; an empty list if the scene has no load cases."""
         return ["load_case"] if self.cases else []
 
     @cached_property
@@ -190,7 +193,7 @@ class CrossingLoadFactors:
         return framed(rows, place_types).drop(columns="seconds")
 
     def _result_at(self, passage: Passage, position: float, solution: Solution) -> Result:
-        """Return the result of a solution with the first axle at a position."""
+        """Convert the solution for a position of the first axle to a result."""
         return replace(self.worst, assembly=passage.loaded(passage.live(position)), solution=solution)
 
     @cached_property
@@ -207,7 +210,7 @@ class CrossingLoadFactors:
 
     @property
     def by_case(self) -> dict[str, float | None]:
-        """Least load factor of each load case with axles, by its name.
+        """Least load factor of each load case with axles, by name of the load case.
 
         It is None if no position has a load factor.
         """

@@ -21,7 +21,8 @@ from masonry_opt.studies.crossing.search import Passage
 
 _CHART_HEIGHT = 0.42  #: Height of the chart relative to the width of the picture.
 _CHART_GAP = 0.1  #: Distance between the chart and the mechanism, relative to the width of the picture.
-_LARGEST_SHOWN = 4.0  #: Largest λ that the chart shows, relative to the least λ; curves above are cut off.
+#: Largest λ that the chart shows, relative to the least λ; curves are cut off above this value.
+_LARGEST_SHOWN = 4.0
 _AXLE_ARROW_LENGTH = 0.05  #: Length of the arrow of the heaviest axle, relative to the length of the bridge.
 _STRIP_HEIGHT_SHARE = 0.35  #: Height of a uniform load in the picture, relative to the longest arrow.
 

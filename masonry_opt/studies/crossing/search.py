@@ -32,13 +32,13 @@ from masonry_opt.solution.thresholds import same
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 
-#: Function that returns the answer under a live load of shape (3b,).
+#: Function that returns the answer of a scene under a given live load, shape (3b,).
 SolveLive = Callable[[np.ndarray], Solution]
-#: Distance from a jump of the loads at which the loads are evaluated, on both sides of the jump, relative to
-#: the length of the road.
+#: If the loads on blocks jump at a position of the axles, the loads are evaluated on both sides, at this
+#: distance from the jump. The distance is relative to the length of the road.
 _BREAK_DISTANCE = 1e-9
-#: Largest deviation of the loads from a linear or parabolic dependence on the position that counts as a
-#: rounding error, relative to the largest entry of the live load.
+#: The loads on blocks are compared with a linear and with a parabolic function of the position. A deviation
+#: counts as a rounding error up to this fraction of the largest entry of the live load.
 _LOAD_TOLERANCE = 1e-7
 #: Shortest range of positions that the search for the least load factor halves, relative to the distance from
 #: the first to the last position. Shorter ranges are not halved.
@@ -49,11 +49,12 @@ _FIRST_POSITIONS = 25
 #: Fraction by which estimates of λ between two solved positions are reduced, so that fewer minima are missed.
 #: With a larger fraction, more positions are solved.
 _RATIO_MARGIN = 0.005
-#: Largest number of times that the search for the least load factor of a crossing halves the distances
-#: between the worst position (with the least load factor) and its neighbours.
+#: Largest number of times that the search for the least load factor of a crossing halves the distances from
+#: the worst position to its neighbours. The worst position is the position with the least load factor.
 _MOST_HALVINGS = 10
-#: The search for the least load factor of a crossing ends if halving the distances between the worst position
-#: and its neighbours decreases the least λ by less than this fraction of its relative tolerance.
+#: The search for the least load factor of a crossing halves the distances from the worst position to its
+#: neighbours. It ends if the relative decrease of λ is less than this fraction of the relative tolerance of
+#: λ.
 _PROGRESS_SHARE = 0.1
 
 
@@ -82,7 +83,7 @@ class Passage:
 
     @property
     def across(self) -> float:
-        """Fraction of the axle loads that the scene carries: its thickness divided by the effective width."""
+        """Fraction of the axle loads that the scene carries: thickness of the scene / effective width."""
         return self.assembly.scene.thickness / self.axles.width if self.axles.width else 1.0
 
     @cached_property
@@ -355,9 +356,10 @@ def least_associative(
 
 
 def _is_between(required: float | None, inverse: float, greatest: float) -> bool:
-    """Return True if a required load factor is above 1/``inverse``, but not above 1/``greatest``.
+    """Return True if a required load factor is between a lower bound and the least λ found.
 
-    Differences within rounding errors do not count.
+    The lower bound is 1/``inverse``; the least λ found is 1/``greatest``. Differences within rounding errors
+    do not count.
     """
     if required is None or not inverse * required > 1 or same(1 / inverse, required):
         return False
@@ -365,14 +367,14 @@ def _is_between(required: float | None, inverse: float, greatest: float) -> bool
 
 
 def _needed(solved: PassageTrials, start: float, end: float) -> float:
-    """Return an upper bound of 1/λ between two positions, or NaN if a load factor for the bound is unknown.
+    """Return an upper bound of 1/λ between two positions; NaN if a load factor in its formula is unknown.
 
     The bound is explained in :func:`least_associative`.
     """
     positions = [start + share * (end - start) for share in (0.0, 0.25, 0.5, 1.0)]
     first, quarter, middle, last = map(solved.passage.live, positions)
     mean = (first + last) / 2
-    corner = 2 * middle - mean  # load where the tangents at both ends intersect, if loads follow a parabola
+    corner = 2 * middle - mean  # intersection of the tangents at both ends, if the loads follow a parabola
     deviation = quarter - (9 * first + 6 * corner + last) / 16
     rounding = _LOAD_TOLERANCE * np.abs(middle).max()
     load_factors = [solved.at(start), solved.at(end)]
@@ -424,7 +426,7 @@ def least_coulomb(solved: PassageTrials, within: float) -> None:
 
 
 def _estimates(associative: np.ndarray, load_factors: np.ndarray) -> np.ndarray:
-    """Return estimates of λ at all positions, shape (n,). The estimates are rather too low than too high.
+    """Return estimates of λ at all positions, shape (n,). Errors of the estimates are mostly on the low side.
 
     An estimate is the associative load factor times a ratio: the lesser ratio λ / λ_associative of the two
     solved neighbours, reduced by half of the difference of both ratios. At positions at which the scene
@@ -447,7 +449,7 @@ def _estimates(associative: np.ndarray, load_factors: np.ndarray) -> np.ndarray:
 
 
 def _halve(solved: PassageTrials, at: np.ndarray, within: float) -> None:
-    """Solve positions halfway between the worst position and its neighbours until λ hardly decreases."""
+    """Solve positions halfway between the worst position and its neighbours, as long as λ decreases."""
     for _ in range(_MOST_HALVINGS):
         load_factors = {x: solved.at(x) for x in solved.answers}
         decided = {x: value for x, value in load_factors.items() if math.isfinite(value)}

@@ -11,9 +11,8 @@ from masonry_opt.studies.crossing.assessment import assessment_text, capacity_te
 from masonry_opt.studies.crossing.load_factors import CrossingLoadFactors
 from masonry_opt.studies.crossing.search import Passage
 
-#: Relative tolerance of the least load factor of a crossing. The search ends when the distance between its
-#: lower bound and the least load factor is within this tolerance. Load factors whose difference is smaller
-#: count as equal.
+#: Relative tolerance of the least load factor of a crossing. The search ends when the lower bound and the
+#: least load factor differ by at most this tolerance. Load factors that differ by less count as equal.
 WITHIN = 1e-3
 #: Printed reason why a Coulomb load factor is less than the associative load factor.
 _BY_FRICTION = "because sliding joints do not open with Coulomb friction"
@@ -41,7 +40,7 @@ def facts(answer: CrossingLoadFactors) -> dict[str, str]:
 
 
 def _ended_early(answer: CrossingLoadFactors) -> dict[str, str]:
-    """Return the printed line on a crossing that the user or the time limit ended; empty for others."""
+    """Return the printed line on the early end of a crossing; empty if the crossing was not ended early."""
     if not answer.interrupted or answer.least is None:
         return {}
     missing_cases = some([*map(repr, answer.not_crossed)])
@@ -91,13 +90,13 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
     if group.width:
         share = f"{passage.across:.4g}"
         lines["width"] = (
-            f"the scene carries {share} of each load: its thickness divided by the effective width "
+            f"the scene carries {share} of each load: thickness of the scene divided by effective width "
             f"{group.width:g}"
         )
     lines["solved"] = f"at {counted(len(answer.governing), 'position')}"
     if answer.resolution:
         spacing = numeral(answer.resolution, ".3g")
-        lines["solved"] += f"; next to the worst position, positions are at most {spacing} apart"
+        lines["solved"] += f"; near the worst position, solved positions are at most {spacing} apart"
     if answer.bound is None:
         lines["solved"] += "; λ may be less between positions"
     if passage.assembly.problem.live.any():
@@ -106,7 +105,7 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
 
 
 def _certainty(answer: CrossingLoadFactors) -> str:
-    """Return a text on the certainty of λ at the worst position, or "" without a load factor.
+    """Return a text on the certainty of λ at the worst position, or "" if there is no load factor.
 
     If nothing is proven along the road, the text says that it applies to the worst position only.
     """
@@ -115,7 +114,7 @@ def _certainty(answer: CrossingLoadFactors) -> str:
 
 
 def _crushing(answer: CrossingLoadFactors) -> str:
-    """Return a text on the crushing law; for chords, it has the associative λ by the parabola if known."""
+    """Return a text on the crushing law and, for chords, on the associative λ by the parabola, if known."""
     if answer.by_parabola is None:
         law = crushing(answer.worst)
         missing = f"; no associative λ by the parabola here: {answer.no_parabola}"

@@ -16,14 +16,16 @@ from masonry_opt.studies.warning_codes import StudyCode, study_warning
 #: m.
 _UNIT_OF_SETS = "kN/m³"
 #: Ratio of the axle loads of a group to the sum of all dead loads, above which a warning says that their
-#: units probably differ. A larger value misses axles in N on heavy bridges with weights in kN.
+#: units probably differ. With a larger value, axles in N on heavy bridges with weights in kN cause no
+#: warning.
 _LARGEST_RATIO = 1000.0
-#: Load that every axle of a vehicle exceeds, about 3 kN, by the unit that a unit weight looks like. If all
-#: axles are lighter, they are probably in kN. A smaller value misses heavier axles in kN.
+#: Load that every axle of a vehicle exceeds (about 3 kN), in N or kg, for unit weights that seem to be in
+#: N/m³ or kg/m³. If all axles are lighter, their loads are probably in kN. With a smaller value, heavy axles
+#: in kN cause no warning.
 _LIGHTEST_AXLE = {"N/m³": 3000.0, "kg/m³": 300.0}
-#: Largest load of a group that has relative loads, such as 1 for each axle, or 2 for one of them and 1 for
-#: the others. Relative loads have no unit. The ``factor`` of the group is not included. A larger value misses
-#: light axles in tonnes or kN.
+#: If the largest axle load of a group is smaller, the loads count as relative, such as 2 for one axle and 1
+#: for each other axle. Relative loads have no unit. The ``factor`` of the group is not included. With a
+#: larger value, light axles in tonnes or kN cause no warning.
 _LARGEST_RELATIVE_LOAD = 10.0
 
 

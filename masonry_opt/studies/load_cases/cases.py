@@ -45,10 +45,10 @@ _MOST_LETTERS = 24  #: Largest number of letters in a line of the name next to a
 _MOST_NAME_LINES = 2  #: Largest number of lines of the name next to a bar; longer names are shortened.
 #: Columns of the table of load cases. Each name is an attribute of a result.
 LOAD_CASE_COLUMNS = ("load_factor", "status", "incremental", "associative", "exact")
-#: Columns with accelerations that activate a mechanism, in the table of earthquakes from all sides.
+#: Columns, in the table of earthquakes from all sides, with the accelerations that activate a mechanism.
 _ACTIVATION_COLUMNS = ("a_0", "mass_fraction", "a_star_0")
-#: Smallest difference from λ, in any direction, at which the incremental and the associative load factor are
-#: drawn too.
+#: The incremental and the associative load factor are drawn only if they differ from λ by more than this
+#: value in at least one direction.
 _VISIBLE_DIFFERENCE = 1e-4
 EVERY = 15.0  #: Default angle in plan between successive directions of the earthquake, in degrees.
 _MOST_DIRECTIONS = 3600  #: Largest number of directions of an earthquake; more directions raise an error.
@@ -84,7 +84,7 @@ class Cases(StudyAnswer):
         return {"load_case": result.load_case, "live": str(result.assembly.scene.load_case)}
 
     def _further(self, result: Result) -> dict[str, Any]:
-        """Return further table columns for a result, which a subclass may add. This class adds none."""
+        """Return additional table columns for a result. This class has none; a subclass may have some."""
         return {}
 
     @property
@@ -131,7 +131,7 @@ class Cases(StudyAnswer):
 
     @property
     def to_draw(self) -> Result:
-        """Result that pictures show: that of the governing load case, or else the first result."""
+        """Result that pictures show: the result of the governing load case, or else the first result."""
         return self.results[self.governing or next(iter(self.results))]
 
     @property
@@ -214,7 +214,7 @@ class Cases(StudyAnswer):
 
 
 class Directions(Cases):
-    """Results of a scene for earthquakes from all sides; load factors are seismic coefficients.
+    """Results of a scene for earthquakes from all sides. The load factors are seismic coefficients.
 
     The table has the columns ``direction`` and ``vertical`` instead of ``load_case`` and ``live``. It also
     has the acceleration ``a_0`` of the masses that activates the mechanism, in g, the participating
@@ -234,7 +234,7 @@ class Directions(Cases):
         return {name: getattr(result.assembly.scene.shaken_by, name) for name in ("direction", "vertical")}
 
     def _further(self, result: Result) -> dict[str, Any]:
-        """Return further table columns: the accelerations that activate the mechanism of a result."""
+        """Return additional table columns: the accelerations that activate the mechanism of a result."""
         activated = activation(result)
         if activated is None:
             return dict.fromkeys(_ACTIVATION_COLUMNS)
@@ -297,7 +297,7 @@ class Directions(Cases):
                 continue
             look = {"marker": ".", "linewidth": 1.4} if is_own else {"linewidth": 0.9}
             sense = "against" if ratio < 0 else "along"
-            vertical = f"; vertical force {abs(ratio):g} times horizontal, {sense} gravity" if ratio else ""
+            vertical = f"; vertical force {abs(ratio):g} × horizontal force, {sense} gravity" if ratio else ""
             closed = pd.concat([rows, rows.head(1)])
             angle = np.radians(closed["direction"].astype(float))
             axes.plot(angle, closed[column], color=colour, label=f"{label}{vertical}", **look)
@@ -374,7 +374,7 @@ def directions(
     progress: Progress = lambda _: None,
     **options: Any,
 ) -> Directions:
-    """Solve a scene for earthquakes from all sides, instead of its own live loads.
+    """Solve a scene for earthquakes from all sides. They replace the live loads of the scene.
 
     Parameters
     ----------

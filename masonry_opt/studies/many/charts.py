@@ -40,8 +40,8 @@ _LOOKS = {
 _DARK = "#333333"  #: Colour of lines, and of marks of runs without a mechanism.
 _CROSS = "M-.8-.8L.8.8M.8-.8L-.8.8"  #: Mark of a run without a load factor, as an SVG path.
 _UP = "triangle-up"  #: Mark of a value above the axis.
-#: Largest number of values of the second parameter of a sweep for which a chart has lines of λ; otherwise it
-#: has points.
+#: Largest number of values of the second parameter of a sweep for which a chart draws a line of λ for each
+#: value. With more values, the chart draws points.
 _MOST_DRAWN_LINES = 7
 #: Largest number of values beyond the axis that a chart writes as numbers. If there are more values, the
 #: chart writes only the greatest value.
@@ -80,7 +80,8 @@ def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[NamedChart]:
     map. For more numbers there is a chart of λ against each number.
     """
     named_charts = [against(frame, names, name) for name in (names if len(names) > 2 else names[:1])]
-    # A heat map cannot show infinite values, such as unlimited friction.
+    # A heat map cannot show infinite values of a parameter, such as unlimited friction. If there are such
+    # values, no heat map is drawn.
     finite = np.isfinite(frame[list(names)].to_numpy(float)).all()
     if len(names) == 2 and finite and frame["load_factor"].notna().any():
         named_charts.append(heat_map(frame, names[0], names[1]))
@@ -97,7 +98,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     off, failed = far[: len(frame)], frame["load_factor"].isna()
     on_axis = ~failed & ~off
     incremental = frame["incremental"].mask(far[len(frame) :])
-    # If both load factors are equal, one line would cover the other.
+    # If both load factors are equal, only one is drawn, because one line would cover the other.
     same = np.allclose(frame["incremental"], frame["load_factor"], rtol=SAME, equal_nan=True)
     series = mechanism = frame["mechanism"].fillna("none")
     looks = {kind: look for kind, look in _LOOKS.items() if kind in {*mechanism[on_axis]}}
@@ -193,12 +194,12 @@ def _names_of_load_factors(frame: pd.DataFrame) -> list[str]:
 
 
 def _note_on_axles(frame: pd.DataFrame) -> list[str]:
-    """Return a list with the note that axles cross the scene; empty if no axles cross it."""
+    """Return a list with the note that axles cross the scene; empty if no axles cross the scene."""
     return [CROSSED_RUNS] if is_crossed(frame) else []
 
 
 def off_axis(load_factors: ArrayLike) -> np.ndarray:
-    """Return a mask of the load factors that are so large that they are drawn beyond the axis, shape (n,)."""
+    """Return a mask, shape (n,), of the load factors that are too large for the axis of a chart."""
     values = np.asarray(load_factors, dtype=float)
     ascending = np.sort(values[np.isfinite(values)])
     greatest = np.maximum.accumulate(np.abs(ascending))
@@ -214,7 +215,7 @@ def _label(name: str) -> str:
 
 
 def _by_load(frame: pd.DataFrame, own: str) -> pd.DataFrame:
-    """Return the statistics of both load factors in one table. Its column ``of`` names the load factor.
+    """Return one table with the statistics of both load factors; the column ``of`` names the load factor.
 
     ``own`` is the name of the method's own load factor, such as "lowest found". The rows of the incremental
     load factor are omitted if it is unknown, or if it equals the own load factor in all rows.
@@ -285,7 +286,7 @@ def sensitivity(title: str, correlations: pd.DataFrame, sure: str, own: str) -> 
         left_out = ": no parameter has an influence"
     chart = (limits + marks).properties(height=28 * max(len(known.head(_MOST_CORRELATIONS)), 2))
     notes = (
-        f"all intervals of one load factor are valid together with {sure}; a hollow mark means that the "
-        "correlation may be zero"
+        f"the intervals of one load factor are valid simultaneously, with {sure}; a hollow mark means that "
+        "the correlation may be zero"
     )
     return NamedChart("sensitivity", f"Sensitivity, {title}{left_out}", chart, notes)

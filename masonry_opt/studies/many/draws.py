@@ -210,7 +210,8 @@ class Draws:
             samples = values[[column.name for column in self.columns if column.of == name]].to_numpy()
             if not np.isfinite(samples).all():
                 raise OptionError(
-                    f"the distribution {law.text} of '{name}' has infinite or undefined values: use another"
+                    f"the distribution {law.text} of '{name}' has infinite or undefined values: use "
+                    "another distribution"
                 )
             for value in (float(samples.min()), float(samples.max())):
                 self._refuse_impossible(name, law, value)

@@ -14,7 +14,7 @@ _STEEPER = 10.0
 def jump_between(
     holds: Trial, fails: Trial, trials: Iterable[Trial], load: float | None
 ) -> tuple[float, float] | None:
-    """Return the load factors at both ends if there is a jump between them; otherwise None.
+    """Return the load factors at both ends of an interval if λ jumps in the interval; otherwise None.
 
     Under dead load alone, the margins of stability replace the load factors. The change between both ends is
     a jump if it is much larger than the slopes on both sides of the interval predict. If both slopes are

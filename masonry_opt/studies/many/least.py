@@ -40,9 +40,9 @@ from masonry_opt.studies.runner import whole
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.studies.writing import StudyAnswer
 
-#: Printed text for load factors that are not finite.
+#: Printed texts for load factors that are infinite.
 _INFINITE_FACTOR_TEXTS = {FALLS: "none (unstable under dead load)", UNLIMITED: "any"}
-#: Columns of a table of trials that are copied from attributes of a trial, and their types.
+#: Types of those columns of a table of trials that are copied from attributes of a trial.
 _TRIAL_COLUMNS = {"value": "float64", "holds": "bool", "number": "float64"}
 _VALUE_DIGITS = 9  #: Least number of significant digits with which the ends of an interval are printed.
 _NUMBER_DIGITS = 6  #: Least number of significant digits with which load factors are printed.
@@ -103,7 +103,7 @@ class Threshold(StudyAnswer):
 
     @property
     def told(self) -> pd.DataFrame:
-        """Table with which a notebook displays the answer: some columns of the table of trials."""
+        """Table that a notebook displays: some columns of the table of trials."""
         return self.history[[*_TRIAL_COLUMNS]]
 
     @property
@@ -113,7 +113,7 @@ class Threshold(StudyAnswer):
 
     @property
     def _measure(self) -> str:
-        """Printed name of the number of a trial: "margin" under dead load alone, otherwise "load factor"."""
+        """Printed name of a trial's number: "margin" under the dead load alone, otherwise "load factor"."""
         return "margin" if self.load is None else "load factor"
 
     def facts(self) -> dict[str, str]:
@@ -207,7 +207,8 @@ Tried = Callable[[Trial], None]  #: Type of a function that is called with every
 
 THRESHOLD_TOLERANCE = 1e-6  #: Default width of the interval of the threshold, relative to the threshold.
 SAMPLES = 5  #: Default number of intermediate values that are tried before the search.
-#: Least value to which the tolerance of a smaller threshold is relative, as a fraction of the searched range.
+#: The tolerance of the search is relative to the threshold or, if the threshold is smaller, to this fraction
+#: of the searched range.
 _LEAST_SCALE = 1e-3
 _LEAST_RTOL = 4 * np.finfo(float).eps  #: Least relative tolerance that Brent's method accepts.
 _MOST_ITERATIONS = 1000  #: Largest number of iterations of Brent's method; bisection alone needs about 30.
@@ -298,7 +299,9 @@ class _Search:
             # Check the arguments first, so that an error about a misspelt argument suggests the correct name.
             prepare(method, function=least, **options)
             named = ", ".join(options) or f"method '{method}'"
-            raise OptionError(f"{named}: add 'load', such as load=1, because without 'load' it has no effect")
+            raise OptionError(
+                f"{named}: add 'load', such as load=1, because no method is used without 'load'"
+            )
         self.session = prepare(method, function=least, keeps=True, **({"incremental": False} | options))
         if not callable(make):
             raise OptionError(
@@ -307,8 +310,8 @@ class _Search:
             )
         self.make, self.progress, self.least = make, progress, is_least
         self.load = None if load is None else _number("load", load)
-        #: Smallest load factor at which a scene holds, up to rounding errors: ``load``. If ``load`` is None,
-        #: the smallest margin of stability at which a scene holds: zero.
+        #: Number that a trial must reach, up to rounding errors: the load factor ``load`` or, if ``load`` is
+        #: None, a margin of stability of zero.
         self.required = self.load or 0.0
         self.trials: dict[float, Trial] = {}  #: by value
 
@@ -322,7 +325,8 @@ class _Search:
         values = np.linspace(lower, upper, whole("samples", samples, 0) + 2)
         for value in dict.fromkeys((lower, upper, *values[1:-1].tolist())):
             self.at(value)
-        # Sort the trials by value, beginning at the end of the range at which the scene should hold.
+        # Sort the trials by value. The first trial is at the end of the range at which the scene should meet
+        # the requirement.
         row = sorted(self.trials.values(), key=lambda trial: trial.value, reverse=self.least)
         if not row[0].holds or row[-1].holds:
             raise OptionError(self._no_threshold())
@@ -356,7 +360,7 @@ class _Search:
         return trial
 
     def _solved(self, scene: Scene) -> tuple[float, Certificate | None, SceneAnswer]:
-        """Return the number of a trial (see :class:`Trial`), its certificate and the answer of the scene.
+        """Solve the scene, and return the number of the trial (see :class:`Trial`), certificate and answer.
 
         Axles move over the scene, unless only its dead load is examined. If the method finds no load factor,
         the number is -inf if the scene is unstable, inf if it carries any load, and the associative load
@@ -376,7 +380,8 @@ class _Search:
         elif result.solution.carries_any_load:
             number = UNLIMITED
         elif result.associative is not None and result.associative < self.load:
-            # This upper bound of all Coulomb load factors is below the load, so the load is not carried.
+            # The associative load factor is an upper bound of all Coulomb load factors. It is below the load,
+            # so the load is not carried.
             number = result.associative
         else:
             raise NoLoadFactorError(
@@ -388,7 +393,7 @@ class _Search:
         return number, result.certificate, answer
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
-        """Narrow the interval by Brent's method; return its ends: a trial that holds and a trial that fails.
+        """Narrow the interval by Brent's method, and return the trials at its ends: one holds, one fails.
 
         The distance of the ends is then below the tolerance times the larger of ``least_size`` and the value.
         """
@@ -399,8 +404,8 @@ class _Search:
             """Return the excess of a trial's number over the required number; it is finite and not zero."""
             trial = self.trials.get(value) or self.at(value)
             ends[trial.holds] = trial
-            # Brent's method needs finite values. It would stop at a value of zero, and only one end of the
-            # interval would then be known.
+            # Brent's method needs finite values. At a value of zero the method would stop, and only one end
+            # of the interval would then be known.
             distance = float(np.clip(abs(trial.number - self.required), LOWER * size, size))
             return distance if trial.holds else -distance
 

@@ -123,7 +123,7 @@ class Parameters:
         return did_you_mean(name, self._known) or "; " + self._listed((f"{name.split('.')[0]}.",))
 
     def _listed(self, heads: tuple[str, ...]) -> str:
-        """Return a text that lists the known names with a given prefix, or all known names if there are none.
+        """Return a text that lists the known names with a given prefix; if no name has it, all known names.
 
         If there are more than ``_LISTED`` names, the text lists the first ones and states the total number.
         """

@@ -26,7 +26,7 @@ Point = Mapping[str, float]  #: Values of a run by name.
 
 
 def recorded_warnings(records: Sequence[Row]) -> dict[str, Any]:
-    """Return the warnings of a run as two table columns: one with their sentences, one with their records.
+    """Return the warnings of a run as two table columns: sentences and records.
 
     The column ``warnings`` is a text. The column ``warned`` has the records of the warnings, which
     :func:`warnings_of_rows` reads.
@@ -35,11 +35,11 @@ def recorded_warnings(records: Sequence[Row]) -> dict[str, Any]:
 
 
 def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[dict[str, Any]]:
-    """Generate the warnings of many runs; for each warning code, only those of the first run with the code.
+    """Generate the warnings of many runs, without repeating a warning code in later runs.
 
-    The entry ``runs`` of each record is the number of runs with the code. If some runs lack the warning, or
-    if their sentences differ, the sentence ends with the values of the first run and the number of the other
-    runs.
+    For each warning code, the warnings of the first run with the code are generated. The entry ``runs`` of
+    each record is the number of runs with the code. If some runs lack the warning, or if their sentences
+    differ, the sentence ends with the values of the first run and the number of the other runs.
     """
     runs_by_code: dict[str, list[int]] = {}
     sentences_by_code: dict[str, set[str]] = {}
@@ -87,18 +87,18 @@ def is_limit(name: str) -> bool:
 
 
 def differing_values(run: Point, other: Point) -> str:
-    """Return a text with the values of one run that differ from another run, such as "tie.strength = 40".
-
-    The text has the values of ``other``.
-    """
+    """Return a text with those values of ``other`` that differ from ``run``, such as "tie.strength = 40"."""
     return _named({name: value for name, value in other.items() if run[name] != value})
 
 
 def _largest_fall(
     frame: pd.DataFrame, name: str, others: Sequence[str], method: str
 ) -> dict[str, Any] | None:
-    """Return a warning about the largest decrease of λ as a parameter increases, or None if λ never falls."""
-    # If the time limit ended a crossing, its λ may be too large, so the run is ignored.
+    """Return a warning about the largest decrease of λ with an increase of a parameter.
+
+    The result is None if λ never decreases.
+    """
+    # If the time limit ended a crossing, λ may be too large, so the run of this crossing is ignored.
     known = frame[frame["status"] != str(Status.TIME_LIMIT)].dropna(subset="load_factor")
     known = known.sort_values([*others, name], kind="stable")
     before, after = known.shift(), known

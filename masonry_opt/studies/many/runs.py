@@ -58,8 +58,8 @@ _STUDY_FILES = re.compile(
     r"|(quantiles|fragility|sensitivity)\.csv|charts\.html"
 )
 
-#: Cache of each worker thread: the pickled settings of its last study (``how``), and the ``session`` with
-#: these settings.
+#: Cache of each worker thread: ``how``, the pickled settings of the last study, and ``session``, the session
+#: with these settings.
 _thread_cache = threading.local()
 
 
@@ -94,7 +94,7 @@ def _is_study_file(name: str) -> bool:
 
 
 def chart_names(names: Sequence[str]) -> list[str]:
-    """Return the names of a sweep's charts: λ against each parameter, and a heat map for two parameters."""
+    """Return the names of a sweep's charts: λ against each parameter and, for two parameters, a heat map."""
     if len(names) > 2:
         return [f"{_LINE_CHART}_{number}" for number in range(1, len(names) + 1)]
     return [_LINE_CHART, HEAT_MAP][: len(names)]
@@ -110,10 +110,10 @@ def charts_if_installed(title: str, drawings: Callable[[], list[Any]]) -> dict[s
 
 
 def run_scene(how: bytes, scene: Scene) -> dict[str, Any]:
-    """Solve a scene, or move axles over it, with pickled settings. Returns the row of the run as a dict.
+    """Solve a scene, or move axles over the scene, and return the row of the run as a dict.
 
-    Each thread reuses its last session. In addition to RUN_COLUMNS the row has the entries that
-    :mod:`.shared_states` and :mod:`.run_warnings` read.
+    ``how`` contains the pickled settings. Each thread reuses its last session. In addition to RUN_COLUMNS the
+    row has the entries that :mod:`.shared_states` and :mod:`.run_warnings` read.
     """
     if getattr(_thread_cache, "how", None) != how:
         _thread_cache.how = how
@@ -182,7 +182,7 @@ def _rows_of_runs(
     rows: dict[int, dict[str, Any]] = {}
 
     def missing() -> Iterator[tuple[tuple[int, str], Task]]:
-        """Iterate over the runs without a valid row in the journal: index, journal key and task of each."""
+        """Generate index, journal key and task of each run without a valid row in the journal."""
         for index in _neighbours_together(points):
             values = {name: float(value) for name, value in points[index].items()}
             try:
@@ -211,7 +211,7 @@ def _rows_of_runs(
 
 
 def is_outdated(recorded: Row, time_limit: float | None) -> bool:
-    """Return True if a record is outdated: its run ended at the time limit, and the limit is longer now.
+    """Return True if a record is outdated: the run ended at a time limit, and the present limit is longer.
 
     A limit of None in the row is the method's own limit. Any other limit counts as longer.
     """
@@ -223,7 +223,7 @@ def is_outdated(recorded: Row, time_limit: float | None) -> bool:
 
 @contextlib.contextmanager
 def _discarded_if_nothing_is_solved(journal: Journal | None, rows: Mapping[int, Row]) -> Iterator[None]:
-    """Context manager that on exit removes the rows added to the journal if no run was solved."""
+    """Return a context manager that removes the added rows from the journal on exit if no run was solved."""
     try:
         yield
     finally:
@@ -265,8 +265,8 @@ def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, fl
         "versions": digest(versions()),
         "columns": digest(sorted(RUN_COLUMNS)),
     }
-    # Open an existing journal first, because this raises an error if the journal has runs of another study.
-    # Create a new journal last, after all other checks.
+    # Open an existing journal first, because opening raises an error if the journal has runs of another
+    # study. Create a new journal last, after all other checks.
     journal = Journal(folder, head) if (folder / JOURNAL).exists() else None
     if not output.force:
         _refuse_losing(folder / _RUNS_FILE, points)

@@ -114,7 +114,7 @@ class Sample(StudyAnswer):
 
     @property
     def _counting(self) -> pd.DataFrame:
-        """Rows of the runs with a valid scene, from which statistics are computed."""
+        """Rows of the runs with a valid scene. Statistics are computed from these rows only."""
         return self.table[self.table["status"] != REFUSED]
 
     def _of_runs(self, column: str) -> np.ndarray:
@@ -132,7 +132,7 @@ class Sample(StudyAnswer):
     def _of_both(
         self, key: str, along: Sequence[Any], name: str, statistic: Callable[[np.ndarray], Sequence[Any]]
     ) -> pd.DataFrame:
-        """Return a table with one statistic of the load factors and of the incremental load factors.
+        """Return a table with one statistic, for the load factors and for the incremental load factors.
 
         Parameters
         ----------
@@ -181,7 +181,7 @@ class Sample(StudyAnswer):
             "fell under dead load alone": self.falling,
             "carried any load": self.unlimited,
             "undecided (the confidence limits include collapse and no collapse)": self.undecided,
-            "without an incremental λ (its confidence limits include both outcomes)": missing.sum(),
+            "without an incremental λ (the confidence limits include both outcomes)": missing.sum(),
             "refused, left out": self.refused,
         }
         shares = [f"{count} ({count / self.runs:.1%}) {kind}" for kind, count in without.items() if count]
@@ -326,7 +326,7 @@ class Sample(StudyAnswer):
 
     @property
     def told(self) -> pd.DataFrame:
-        """Table with which a notebook displays the answer: the quantiles of the load factor."""
+        """Table that a notebook displays: the quantiles of the load factor."""
         return self.quantiles()
 
     def _source(self) -> str:

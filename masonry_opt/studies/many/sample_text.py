@@ -41,7 +41,7 @@ def statistic_text(row: Mapping[Any, Any], name: str, spec: str) -> str:
 
 
 def _with_limits(row: Mapping[Any, Any], prefix: str, name: str, spec: str) -> str:
-    """Return a text on a statistic with its confidence limits, whose columns begin with a prefix."""
+    """Return a statistic and its confidence limits as text, from the columns with a given prefix."""
     value, lower, upper = (_value_text(row[prefix + end], spec) for end in (name, "lower", "upper"))
     return f"{value} ({lower} to {upper})"
 

@@ -14,11 +14,12 @@ from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.studies.run_columns import columns
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
-# Crossings import CVXPY, which takes longer than many a run: it is imported only if axles move over a scene.
+# The module of crossings imports CVXPY, which often takes longer than a run. It is therefore imported only if
+# axles move over a scene.
 if TYPE_CHECKING:
     from masonry_opt.studies.crossing.answer import Crossing
 
-#: Codes of reasons which say that the time limit ended an analysis. The last three are codes of method
+#: Reason codes for an analysis that the time limit ended. The last three codes are reasons of method
 #: "global".
 _ENDED_BY_TIME = (Code.TIME_LIMIT, Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED, Code.NO_EXACT_STATE)
 
@@ -39,7 +40,7 @@ class SceneAnswer(NamedTuple):
         crossed = self.crossing
         if crossed is None:
             return entries
-        # If the scene is unstable under its dead load, no axles were moved.
+        # Axles are not moved over a scene that is unstable under its dead load.
         moved = crossed.least is not None
         entries |= crossed.place | {"bound": crossed.bound, "which": self.load_factor_name}
         entries["positions"] = len(crossed.governing) if moved else 0
@@ -52,7 +53,7 @@ class SceneAnswer(NamedTuple):
 
     @property
     def load_factor_name(self) -> str:
-        """Name of the load factor of the scene or of the crossing; "" without a load factor."""
+        """Name of the load factor of the scene or of the crossing; "" if there is no load factor."""
         if self.result.load_factor is None:
             return ""
         return own_name(self.result) if self.crossing is None else self.crossing.load_factor_name

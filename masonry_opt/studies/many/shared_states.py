@@ -51,7 +51,7 @@ class SharedAnswer(NamedTuple):
 
     run: int  #: index of the run whose answer the state replaces
     found_in: int  #: index of the run that found the state
-    answer: Answer  #: the state, with its certificate for the problem of the run ``run``
+    answer: Answer  #: the state, certified for the problem of the run with index ``run``
     assembly: Assembly  #: assembly of the scene of ``run``
 
 
@@ -78,10 +78,11 @@ def recorded_state(problem: Problem, solution: Solution) -> dict[str, str]:
 
 
 def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterator[SharedAnswer]:
-    """Generate a new answer for each run for which another run found a state with a lower load factor.
+    """Generate a new answer for each run whose answer is improved by a state of another run.
 
-    The state is certified as exact by the matrices and limits of the run whose answer it replaces. If several
-    states are certified, the lowest is yielded. The answers do not depend on the order in which runs ended.
+    The new answer is a state with a lower load factor. It is certified as exact by the matrices and limits of
+    the run whose answer it replaces. If several states are certified, the lowest is yielded. The answers do
+    not depend on the order in which runs ended.
 
     Parameters
     ----------
@@ -114,13 +115,15 @@ def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterato
 
 @dataclass(frozen=True)
 class Screen:
-    """Quick test that excludes states of other runs, without computing certificates that would fail.
+    """Quick test that excludes those states of other runs whose certificates would fail.
 
     A sample of 1000 runs has 500,000 pairs of a state and a run, and a certificate takes about a millisecond.
     The quick test checks necessary conditions of the certificate for all states at once.
     """
 
-    row: dict[int, int]  #: row of each state in the arrays ``n`` to ``limited``, by the run that found it
+    #: Map from the index of the run that found a state to the row of the state in ``n``, ``s``, ``slip`` and
+    #: ``limited``.
+    row: dict[int, int]
     n: np.ndarray  #: normal force of each joint in each state, shape (states, c)
     s: np.ndarray  #: magnitude of the shear force of each joint in each state, shape (states, c)
     #: Slip rate of each joint in each state, divided by the power of the live load, shape (states, c).
@@ -160,7 +163,7 @@ class Screen:
 
 
 def _improves(state: FoundState, row: Row) -> bool:
-    """Return True if a state improves a run's answer: λ is lower, or the run has no answer."""
+    """Return True if a state improves the answer of a run: its λ is lower, or the run has no answer."""
     load_factor = row["load_factor"]
     if load_factor is None:
         return True

@@ -38,7 +38,7 @@ class DeadLoadMargin(NamedTuple):
     #: unstable, as a multiple of the median block weight. It is negative if the scene is unstable.
     margin: float
     certificate: Certificate | None  #: residuals of the solution that determines the margin
-    result: Result  #: forces or mechanism under dead load, without a load factor
+    result: Result  #: result with the forces or the mechanism under dead load, without a load factor
 
 
 def standing(scene: Scene) -> DeadLoadMargin:
@@ -75,7 +75,7 @@ def standing(scene: Scene) -> DeadLoadMargin:
 
 
 def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None:
-    """Return the solution for a live load that reduces the normal force of every joint; λ is the margin.
+    """Return the solution whose λ is the margin, with a live load that reduces every normal force.
 
     The static program, eq. (9) of the paper, is solved. None is returned if there is no acceptable answer, or
     if the strength of joints is limited, because a larger normal force may then crush them.

@@ -182,7 +182,7 @@ def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Callable[[Ma
 
 
 def _where(rows: pd.DataFrame, names: Sequence[str]) -> str:
-    """Return a text with the values of the first of the given runs, and the number of the other runs.
+    """Return a text with the values of the first run in a table, and the number of the other runs.
 
     If axles cross the scene of the run, the text also has their worst position.
     """
@@ -205,7 +205,7 @@ def summary_text(frame: pd.DataFrame, names: Sequence[str]) -> str:
         lines.append(f"smallest at {_where(frame[at_least(frame)], names)}")
     shared = int((frame["state_from"] != "").sum())
     if shared:
-        lines.append(f"answers replaced by a lower state of another run: {shared} (column state_from)")
+        lines.append(f"runs with the lower state of another run as answer: {shared} (see column state_from)")
     failed = frame[frame["load_factor"].isna()]
     for status, count in failed["status"].value_counts().items():
         rows = failed[failed["status"] == status]

@@ -18,8 +18,8 @@ class Trial:
     """Scene for one value of the varied parameter, with its answer."""
 
     value: float
-    holds: bool  #: True if the scene is stable, or carries the load
-    number: float  #: load factor (dead load alone: margin); -inf if unstable; inf if any load is carried
+    holds: bool  #: True if the scene carries the required load or, without a required load, is stable
+    number: float  #: load factor, or margin under dead load alone; ±inf: see ``FALLS``, ``UNLIMITED``
     answer: SceneAnswer = field(repr=False)  #: result; if axles move over the scene, also the crossing
     certificate: Certificate | None = field(repr=False)  #: residuals of ``number`` if it is finite
 

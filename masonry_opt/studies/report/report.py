@@ -48,12 +48,12 @@ from masonry_opt.studies.settle.answer import KIND_NAMES, Settlement
 from masonry_opt.studies.writing import frame_table, render, table, versions
 
 Answer = Result | Crossing | Cases | Settlement | Capacity  #: Answers that a report can contain.
-#: Largest number of blocks of a scene for which its drawing shows their names. Drawings of scenes with more
-#: blocks have no names.
+#: Largest number of blocks of a scene whose drawing shows the names of the blocks. Drawings of scenes with
+#: more blocks have no names.
 _MOST_NAMED_BLOCKS = 60
 _SCALE_BAR_HEIGHT = 0.08  #: Height of the strip for the scale bar, relative to the width of the drawing.
-_MOST_ROWS = 150  #: Largest number of rows of a table that a report prints; further rows are left out.
-#: Largest number of lines of a case file that a report prints; a longer case file is left out.
+_MOST_ROWS = 150  #: A report prints at most this many rows of a table, and leaves out all other rows.
+#: Largest number of lines of a printed case file. A report omits a case file that has more lines.
 _MOST_CASE_FILE_LINES = 600
 #: Records of a scene that a report prints in tables, such as loads and ties. The keys are the headings of the
 #: tables; the values are the names of the scene's attributes that contain the records.
@@ -66,21 +66,21 @@ _RECORDS = {
     "Props": "props",
     "Load cases": "load_cases",
 }
-#: Columns of the table of joints; columns without values in the plane or in space are omitted.
+#: Columns of the table of joints. Columns without any value, such as ``torsion`` in the plane, are omitted.
 _JOINTS = ("first", "second", "x", "y", "z", "length", "area", "n", "s", "m", "e", "torsion", "utilisation")
-#: Item in the list "What was not checked" of a report, for a stable scene without live load.
+#: Item in the list "What was not checked" of a report on a stable scene without live load.
 _LEFT_OPEN_WITHOUT_LIVE_LOAD = (
     "Loads other than the dead load: the scene is stable under its dead load, but its safety against wind, "
     "impact, settlement and people is not known."
 )
 _MOTIONS = ("slides", "hinges", "separates", "crushes")  #: Motions of joints in a mechanism.
-#: Pattern of a TOML list that extends over several lines and contains no other list.
+#: Pattern of a TOML list that extends over several lines and contains no nested list.
 _LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReportPart:
-    """Part of a report: values about one answer, for the template of the page."""
+    """Values for one part of a report, which presents one answer."""
 
     heading: str  #: heading of the part in the report
     says: str  #: the answer in one line
@@ -101,7 +101,7 @@ class ReportPart:
     left_out: Mapping[str, str] = field(default_factory=dict)  #: reasons by load case without an answer
     crossed: Collection[str] = ()  #: load cases in which axles crossed
     followed: bool = False  #: True if a mechanism was followed over finite displacements
-    pushed: bool = True  #: True if the answer has load factors, by which live loads are multiplied
+    pushed: bool = True  #: True if live loads are multiplied by the load factors of the answer
     varied: Collection[str] = ()  #: keys in which the scene of the answer may differ from the user's scene
 
 
@@ -168,7 +168,7 @@ def refuse_report(path: str | Path, units: str | None = None, force: bool = Fals
 
 
 def _units(units: str | None) -> dict[str, str]:
-    """Return the names of the units by the keys "length" and "force"; empty texts if no names are set."""
+    """Return the names of the units, with the keys "length" and "force"; empty texts if no names are set."""
     if units is None:
         return {"length": "", "force": ""}
     names = [name.strip() for name in units.split(",")] if isinstance(units, str) else []
@@ -212,9 +212,9 @@ def _(answer: Crossing) -> ReportPart:
         for name in answer.not_crossed
     ]
     left_out = dict.fromkeys(answer.left_out, "this load case has no axles: use 'solve'")
-    # The axles were not moved, because the scene is not known to be stable under its dead load. The scene of
-    # the result has loads on blocks instead of axles. Its axles, loads and load cases are therefore listed as
-    # keys in which it may differ from the user's scene.
+    # The axles were not moved, because the scene is not known to be stable under its dead load. In the scene
+    # of the result, loads on blocks replace the axles. ``varied`` therefore lists the keys in which this
+    # scene may differ from the user's scene.
     if least is None:
         varied = ("axles", "loads", "load_cases")
         return replace(_part(worst), varied=varied, left_open=left_open, left_out=left_out)
@@ -299,7 +299,7 @@ def _(answer: Capacity) -> ReportPart:
 
 
 def _governing(answer: Crossing) -> str:
-    """Return the governing load factor of a crossing as text; if the crossing ended early, the λ so far."""
+    """Return a text with the governing λ of a crossing, or the least λ so far if the crossing ended early."""
     load_factor = named_factor(answer.worst, answer.load_factor_name)
     if not answer.interrupted:
         return f"governing {load_factor}"
@@ -308,7 +308,7 @@ def _governing(answer: Crossing) -> str:
 
 
 def _in_unit(parts: Sequence[ReportPart], force: str) -> list[ReportPart]:
-    """Return the parts of a report with the unit of force in the text on the loads at collapse."""
+    """Return the parts of a report, with the user's unit of force in the texts on loads at collapse."""
     named = []
     for part in parts:
         facts = {label: text.replace(FORCE_UNIT, f"in {force}", 1) for label, text in part.facts.items()}
@@ -405,7 +405,7 @@ def _pictures(result: Result) -> dict[str, Picture]:
 
 
 def _drawing(assembly: Assembly, length: str) -> Picture:
-    """Return a picture of the scene without results, with a scale bar in the plane and with axes in space."""
+    """Return a picture of the scene without results, with a scale bar (in space, with axes)."""
     picture = scene_picture(assembly, names=len(assembly.scene.blocks) <= _MOST_NAMED_BLOCKS)
     if assembly.scene.dimension == 3:
         return picture
@@ -427,13 +427,13 @@ def _counted(heading: str, rows: Sequence[object] | pd.DataFrame) -> str:
 
 
 def _of_records(records: Sequence[Record]) -> dict[str, Any]:
-    """Return records as a table of a page, without columns for keys that always have their default."""
+    """Convert records to a table of the page. Keys that have their default in all records are omitted."""
     rows = pd.DataFrame([record.model_dump(exclude_defaults=True) for record in records], dtype=object)
     return frame_table(rows.where(rows.notna(), "").map(_cell))
 
 
 def _cell(value: object) -> str:
-    """Return the value of a key of a record as text for a table cell."""
+    """Convert a value to text for a table cell."""
     if isinstance(value, Mapping):
         return ", ".join(f"{key} {_cell(entry)}" for key, entry in value.items())
     if isinstance(value, list | tuple):
