@@ -10,13 +10,13 @@ from masonry_opt.models.cvxpy_terms import CvxpyMechanism, CvxpyStatics
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, ShearLimits
 
-#: Scale factor of the objective of ConeMotion. Solvers stop at an absolute gap, which is smaller relative to
-#: the objective if the factor is larger.
+#: Factor that multiplies the objective of ConeMotion. Solvers stop at a fixed duality gap. The larger the
+#: factor, the smaller is this gap relative to the objective.
 _ENERGY_SCALE = 100.0
 
 
 class Senses(NamedTuple):
-    """Directions of slip that define polygons, which replace the friction circles in linear programs.
+    """Directions of slip. The directions define polygons that replace friction circles in linear programs.
 
     Each contact point that can slide has several directions; m is their total number.
     """
@@ -44,7 +44,7 @@ class ConeStatics(CvxpyStatics):
 
     @cached_property
     def within_yield(self) -> list[cp.Constraint]:
-        """Return the yield conditions of contact forces and limited forces, without equilibrium."""
+        """Return the yield conditions of contact forces and of limited forces, such as tie forces."""
         problem = self._problem
         table = problem.table
         normal, *shears = (self.q[columns] for columns in problem.columns_of_sliding)
@@ -89,7 +89,7 @@ class ConeMechanism(CvxpyMechanism):
         flow = selection(np.arange(problem.joints), table.width).T @ self.opening
         flow += normal @ cp.multiply(slope, self.slip) + table.L.T @ self.yielding
         flow += sum(shear @ self.sliding[axis] for axis, shear in enumerate(shears))
-        #: Energy that limited forces (such as ties) dissipate at their limits.
+        #: Energy that limited forces, such as tie forces, dissipate at their limits.
         self.resisted = limits @ self.yielding
         self.compatibility = problem.B.T @ self.d - flow == 0
         self.live_work = problem.live @ self.d == problem.live_norm
