@@ -21,9 +21,11 @@ class Senses(NamedTuple):
     Each contact point that can slide has several directions; m is their total number.
     """
 
-    #: For each direction of slip, the index of its contact point among the points that can slide, shape (m,).
+    #: For each direction of slip, the index of its contact point among the points that can slide. The shape
+    #: is (m,) for m directions.
     point: np.ndarray
-    #: Unit vector e of each direction of slip, as two components in the plane of the contact, shape (2, m).
+    #: Unit vector e of each direction of slip, as two components in the plane of the contact. The shape is
+    #: (2, m) for m directions.
     along: np.ndarray
     #: True if the polygons are inscribed in the friction circles. All forces are then inside the cones, and
     #: the directions e are opposite to the shear forces at the corners of the polygons. If False, the
@@ -114,7 +116,7 @@ class ConeMechanism(CvxpyMechanism):
 
 
 class ConeForces:
-    """Program that minimises λ plus the weighted complementarity error of forces with a given mechanism.
+    """Program for forces that minimise λ plus a multiple of the complementarity error with a mechanism.
 
         min  λ Σ|f_L| + weight (γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l))    within statics, γ = |w|
 
@@ -161,7 +163,7 @@ class ConeMotion:
         self.program = cp.Problem(cp.Minimize(energy), [*mechanism.rows, mechanism.live_work])
 
     def set(self, q: np.ndarray) -> None:
-        """Set the objective for given contact forces and limited forces q, shape (3c + t,)."""
+        """Set the objective for given forces q of c contact points and t limited forces, shape (3c + t,)."""
         problem = self._problem
         normal, *shears = (q[columns] for columns in problem.columns_of_sliding)
         limit = np.maximum(problem.cohesion + problem.friction * normal, np.hypot(*shears))

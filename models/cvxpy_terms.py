@@ -9,7 +9,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 
 class CvxpyShearParameters:
-    """Slope and cohesion of the shear limits, as CVXPY parameters of shape (k,)."""
+    """Slope and cohesion of the shear limits of k joints, as CVXPY parameters of shape (k,)."""
 
     def __init__(self, limits: ShearLimits) -> None:
         self.slope, self.cohesion = (cp.Parameter(limits.slope.size, name=name) for name in ("slope", "c"))
@@ -60,7 +60,7 @@ class CvxpyStatics:
         return np.asarray(self.within_yield[0].dual_value)
 
     def forces(self) -> tuple[float, np.ndarray]:
-        """Return λ and the joint forces q, shape (3c,), at the optimum."""
+        """Return λ and the forces q of the c joints, shape (3c,), at the optimum."""
         return float(self.load_factor.value), np.asarray(self.q.value)
 
 
@@ -76,7 +76,8 @@ class CvxpyMechanism:
         self._problem = problem
         self.d = cp.Variable(problem.B.shape[0], name="d")
         self.p = cp.Variable(problem.faces, nonneg=True, name="p")
-        #: Slip of each joint that can slide: the sum of its rates in all directions of slip, shape (k,).
+        #: Slip of each of the k joints that can slide, shape (k,): the sum of the joint's rates in all
+        #: directions of slip.
         self.slip = problem.limit_factors.T @ self.p
         constant = problem.face_constant
         #: Energy dissipated by crushing, and by limited forces (such as tie forces) at their limits. The

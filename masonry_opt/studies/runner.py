@@ -142,7 +142,7 @@ def whole(name: str, value: Any, least: int) -> int:
 
 
 def run_alone(task: Task, time_limit: float, memory_limit: float) -> TaskEnd:
-    """Run a task in a new process with one thread, and return its outcome.
+    """Run a task in a new process with one thread, and return the outcome of the task.
 
     The process is killed if it takes longer than ``time_limit`` seconds, or if its resident memory exceeds
     ``memory_limit`` MB.
@@ -159,7 +159,7 @@ def run_alone(task: Task, time_limit: float, memory_limit: float) -> TaskEnd:
         return replace(end, seconds=end.seconds or time.perf_counter() - start, peak=max(peak, end.peak))
 
 
-class _Process(_STANDARD.Process):  # type: ignore[misc]  # the base class depends on the system
+class _Process(_STANDARD.Process):  # type: ignore[misc]  # the base class depends on the operating system
     """Worker process that does not import the main script. Its numerical libraries use one thread."""
 
     def start(self) -> None:

@@ -10,7 +10,7 @@ class StudyCode(StrEnum):
     """Codes of warnings about studies. The comment above a code lists the fields of its record."""
 
     #: A line of the journal of a study is damaged. The record has the ``path`` of the journal and the number
-    #: ``line`` of the damaged line, from 1.
+    #: ``line`` of the damaged line, counted from 1.
     DAMAGED_JOURNAL = "damaged journal"
     #: With the values of some runs, the scene is not valid. The record has the ``status`` of these runs,
     #: their number ``count``, and the ``message`` of the first run.

@@ -197,7 +197,7 @@ class Bound:
         if result.load_factor is None:
             return ""
         if kind == "associative":
-            return "no state has a reaction farther from the reaction at rest than this reaction"
+            return "no state on this side of the reaction at rest has a reaction beyond this value"
         if self.is_proven:
             return (
                 f"{state_found(result)}; proven: no exact state has a reaction closer to the reaction at rest"
@@ -493,7 +493,7 @@ def _reaction_text(end: Bound) -> str:
         return "unlimited" if end.unlimited else f"not found ({end.result.status})"
     value = numeral(end.reaction, ".6g")
     if end.answered_by == "incremental":
-        return f"{value} by the incremental analysis (no exact state was found on this side of rest)"
+        return f"{value} by the incremental analysis (no exact collapse state was found on this side of rest)"
     name = ASSOCIATIVE
     if end.answered_by == "coulomb":
         name = "proven" if end.is_proven else "found, not proven"

@@ -35,7 +35,7 @@ def in_words(openings: pd.DataFrame, movement: float | None) -> str:
 
 
 def joint_openings(result: Result) -> pd.DataFrame:
-    """Return the table of opening and sliding joints in the mechanism of a result."""
+    """Return a table of the joints that open or slide in the mechanism of a result."""
     assembly, solution = result.assembly, result.solution
     problem, joints = assembly.problem, assembly.joints
     columns = ["joint", "first", "second", *"xyz"[: assembly.scene.dimension], "opening", "sliding"]
