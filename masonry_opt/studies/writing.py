@@ -107,7 +107,7 @@ class Journal:
 
     def add(self, key: str, row: Mapping[str, Any]) -> None:
         """Append the row of a run to the file, and wait until the row is on disk."""
-        kept = "; the finished runs are kept: to continue, repeat the command"
+        kept = "; the finished runs are kept: repeat the command to continue"
         with writing(self.path, kept), self.path.open("ab") as stream:
             stream.write(_line({"key": key, "row": row}))
             stream.flush()
