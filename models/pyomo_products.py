@@ -99,7 +99,7 @@ class PyomoProducts:
         slacks = list(factors.other_slacks.values())
         equilibrium = list(factors.equilibrium())
         motions = [*factors.compatibility(), factors.live_work()]
-        # Joints that can slide need a row z₁ p₁ = 0, because z₁ is a linear form and no unknown of the
+        # Joints that can slide need a row z₁ p₁ = 0, because z₁ is a linear form, and not an unknown of the
         # relaxation. The products of all other complementarity conditions need no row: they are zero, and
         # have no variables.
         complementary = [(form, {rate: 1.0}) for rate, form in factors.other_slacks.items()]

@@ -318,7 +318,7 @@ class _Cluster:
 
 
 def _end_of(future: Future[TaskEnd]) -> TaskEnd:
-    """Return the outcome that a worker sent. If it sent none, return an outcome with the reason."""
+    """Return the outcome that a worker sent. Without one, return an outcome that states the reason."""
     if future.cancelled():
         return TaskEnd(DIED, "its workers are gone")
     error = future.exception()

@@ -35,9 +35,10 @@ class StudyCode(StrEnum):
     #: ``seconds``.
     CROSSING_STOPPED = "crossing stopped"
     #: The loads of axles and the weights seem to be in different units. The record has the ``name`` of the
-    #: axles. If the axle loads are too large, it also has their sum, ``load``, and the sum of all dead loads,
-    #: ``weight``. If they are too small, it has the largest axle load, ``load``, and the median unit weight
-    #: of the blocks, ``unit_weight``. For a common set of axles, it has only ``unit_weight``.
+    #: axles. If the axle loads are too large, the record also has the sum of the axle loads, ``load``, and
+    #: the sum of all dead loads, ``weight``. If the axle loads are too small, it has the largest axle load,
+    #: ``load``, and the median unit weight of the blocks, ``unit_weight``. For a common set of axles, it has
+    #: ``unit_weight`` only.
     AXLES_DIFFER = "axles differ"
     #: Some load cases have no axles, so the crossing skipped them. The record has the names ``cases`` of
     #: these load cases.
@@ -46,8 +47,9 @@ class StudyCode(StrEnum):
     #: record has the ``end`` ("least" or "greatest"), the ``reaction`` of the answer, and the reaction at the
     #: end of the load history, ``incremental``.
     HISTORY_ENDS_NEARER = "history ends nearer"
-    #: An exact state is on the other side of the reaction at rest. The record has the ``end`` ("least" or
-    #: "greatest"), the ``reaction`` of the exact state, and the reaction ``at_rest``.
+    #: An exact state has a reaction above the reaction at rest (for the least reaction) or below it (for the
+    #: greatest reaction). The record has the ``end`` ("least" or "greatest"), the ``reaction`` of the exact
+    #: state, and the reaction ``at_rest``.
     STATE_ACROSS_REST = "state across rest"
 
 

@@ -34,7 +34,7 @@ from masonry_opt.studies.warning_codes import StudyCode, study_warning
 NEEDED = "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
 
 JOURNAL = "journal.jsonl"  #: Name of the journal in the folder of a study.
-_SHOWN_ROWS = 30  #: Largest number of table rows that a notebook shows; more rows are only counted.
+_SHOWN_ROWS = 30  #: Largest number of table rows that a notebook shows; the number of omitted rows is stated.
 #: Packages whose versions influence answers and times.
 _PACKAGES = "masonry_opt cvxpy pyomo clarabel highspy osqp scs casadi scipy numpy"
 
@@ -170,7 +170,7 @@ class StudyAnswer(ABC):
     """Base class of the answers of studies: printed text, notebook output, pictures and JSON."""
 
     def facts(self) -> dict[str, str]:
-        """Return the printed lines of the answer, as a dict from the label of each line to its text."""
+        """Return the printed lines of the answer as a dictionary: the text of each line by its label."""
         return {}
 
     @abstractmethod

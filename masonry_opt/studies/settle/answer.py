@@ -42,7 +42,7 @@ _REACTION_COLUMNS = ("kind", "reaction", "status", "certainty", "moves")
 KIND_NAMES = {"coulomb": "Coulomb", "incremental": INCREMENTAL, "associative": ASSOCIATIVE}
 #: Headings of two columns of the table of openings on a page, by column name.
 _OPENING_HEADINGS = {f"{kind}_at_movement": f"{kind} after the movement" for kind in ("opening", "sliding")}
-_WRITTEN_JOINTS = 12  #: Largest number of joints with a number in a picture; joints that move less have none.
+_WRITTEN_JOINTS = 12  #: A picture states the opening or slip of at most this number of joints, largest first.
 #: Note on the numbers in a picture.
 _NOTE = "Numbers at joints: opening, or sliding if marked s, {}"
 _ARROWS = "direction in which the support moves"  #: Legend entry for the arrows on supports.
@@ -111,7 +111,7 @@ class Bound:
 
     @property
     def across_rest(self) -> float | None:
-        """Reaction of an exact state on the other side of the reaction at rest; None if none was found."""
+        """Reaction of an exact state on the other side of the reaction at rest; None without such a state."""
         load_factor = self.result.solution.below_zero
         return self._reaction(load_factor) if load_factor < -ZERO else None
 
@@ -149,7 +149,7 @@ class Bound:
 
     @property
     def _with_mechanism(self) -> Result:
-        """First result in ``results`` with a mechanism; without any mechanism, that of the chosen method."""
+        """First result that has a mechanism; if no result has one, the result of the chosen method."""
         with_mechanism = (result for result in self.results.values() if result.solution.answer)
         return next(with_mechanism, self.result)
 
@@ -335,7 +335,7 @@ class Settlement(StudyAnswer):
             yield study_warning(StudyCode.STATE_ACROSS_REST, sentence, **values)
 
     def facts(self) -> dict[str, str]:
-        """Return the printed lines of the answer, as a dict from the label of each line to its text."""
+        """Return the printed lines of the answer as a dictionary: the text of each line by its label."""
         along = ", ".join(numeral(part, ".6g") for part in self.direction)
         rate = ", at a common rate" if len(self.supports) > 1 else ""
         turning = "and each can turn" if self.turns else "without turning"
