@@ -5,7 +5,7 @@ from masonry_opt.methods.task import Method
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 
-#: Part of a message that lists the keys of a case file for live loads, by dimension of the scene (2 or 3).
+#: Keys of a case file that define live loads, as part of a message, by dimension of the scene (2 or 3).
 _LIVE_LOAD_KEYS = {
     2: "'live = [fx, fy]' in a block or a [[load]], 'live_per_weight' in a [wall], an [[edge_load]] of kind "
     '"live", an [earthquake], or \'tilt = "right"\' to tilt the ground',
@@ -57,7 +57,7 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
         f"{named} does not support dilatancy that falls with stress: use method 'nonassociative', or omit "
         "'dilatancy_stress'"
     )
-    forces = f"{named} does not support forces of {roles}: choose another method, or omit these forces"
+    forces = f"{named} does not support forces of limited size ({roles}): choose another method, or omit them"
     strength = f"{named} does not support joint strength: choose another method, or omit 'strength'"
     for feature, is_present, sentence in (
         ("dilatancy", problem.dilatancy_depends_on_stress, dilatancy),

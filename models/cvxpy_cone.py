@@ -10,20 +10,22 @@ from masonry_opt.models.cvxpy_terms import CvxpyMechanism, CvxpyStatics
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, ShearLimits
 
-#: Scale factor of the objective of ConeMotion. Solvers stop at an absolute gap, which is smaller relative to
-#: the objective if the factor is larger.
+#: Factor that multiplies the objective of ConeMotion. Solvers stop at a fixed duality gap. The larger the
+#: factor, the smaller is this gap relative to the objective.
 _ENERGY_SCALE = 100.0
 
 
 class Senses(NamedTuple):
-    """Directions of slip that define polygons, which replace the friction circles in linear programs.
+    """Directions of slip. The directions define polygons that replace friction circles in linear programs.
 
     Each contact point that can slide has several directions; m is their total number.
     """
 
-    #: For each direction of slip, the index of its contact point among the points that can slide, shape (m,).
+    #: For each direction of slip, the index of its contact point among the points that can slide. The shape
+    #: is (m,) for m directions.
     point: np.ndarray
-    #: Unit vector e of each direction of slip, as two components in the plane of the contact, shape (2, m).
+    #: Unit vector e of each direction of slip, as two components in the plane of the contact. The shape is
+    #: (2, m) for m directions.
     along: np.ndarray
     #: True if the polygons are inscribed in the friction circles. All forces are then inside the cones, and
     #: the directions e are opposite to the shear forces at the corners of the polygons. If False, the
@@ -44,7 +46,7 @@ class ConeStatics(CvxpyStatics):
 
     @cached_property
     def within_yield(self) -> list[cp.Constraint]:
-        """Return the yield conditions of contact forces and limited forces, without equilibrium."""
+        """Return the yield conditions of contact forces and of limited forces, such as tie forces."""
         problem = self._problem
         table = problem.table
         normal, *shears = (self.q[columns] for columns in problem.columns_of_sliding)
@@ -89,7 +91,7 @@ class ConeMechanism(CvxpyMechanism):
         flow = selection(np.arange(problem.joints), table.width).T @ self.opening
         flow += normal @ cp.multiply(slope, self.slip) + table.L.T @ self.yielding
         flow += sum(shear @ self.sliding[axis] for axis, shear in enumerate(shears))
-        #: Energy that limited forces (such as ties) dissipate at their limits.
+        #: Energy that limited forces, such as tie forces, dissipate at their limits.
         self.resisted = limits @ self.yielding
         self.compatibility = problem.B.T @ self.d - flow == 0
         self.live_work = problem.live @ self.d == problem.live_norm
@@ -114,7 +116,7 @@ class ConeMechanism(CvxpyMechanism):
 
 
 class ConeForces:
-    """Program that minimises λ plus the weighted complementarity error of forces with a given mechanism.
+    """Program for forces that minimise λ plus a multiple of the complementarity error with a mechanism.
 
         min  λ Σ|f_L| + weight (γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l))    within statics, γ = |w|
 
@@ -161,7 +163,7 @@ class ConeMotion:
         self.program = cp.Problem(cp.Minimize(energy), [*mechanism.rows, mechanism.live_work])
 
     def set(self, q: np.ndarray) -> None:
-        """Set the objective for given contact forces and limited forces q, shape (3c + t,)."""
+        """Set the objective for given forces q of c contact points and t limited forces, shape (3c + t,)."""
         problem = self._problem
         normal, *shears = (q[columns] for columns in problem.columns_of_sliding)
         limit = np.maximum(problem.cohesion + problem.friction * normal, np.hypot(*shears))

@@ -83,7 +83,7 @@ class CvxpyDrivenMotion:
 
 
 class CvxpyAtYield:
-    """Program for forces at which all faces with nonzero rates are at yield, with λ nearest to a value.
+    """Program for forces at yield on all faces with nonzero rates, with λ as near as possible to a value.
 
         min  |λ − near|    s.t.    B q + λ f_L + f_D = 0,    z = 0 on the faces at yield,    z ≥ 0 elsewhere
 

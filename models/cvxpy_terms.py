@@ -9,7 +9,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 
 class CvxpyShearParameters:
-    """Slope and cohesion of the shear limits, as CVXPY parameters of shape (k,)."""
+    """Slope and cohesion of the shear limits of k joints, as CVXPY parameters of shape (k,)."""
 
     def __init__(self, limits: ShearLimits) -> None:
         self.slope, self.cohesion = (cp.Parameter(limits.slope.size, name=name) for name in ("slope", "c"))
@@ -60,7 +60,7 @@ class CvxpyStatics:
         return np.asarray(self.within_yield[0].dual_value)
 
     def forces(self) -> tuple[float, np.ndarray]:
-        """Return λ and the joint forces q, shape (3c,), at the optimum."""
+        """Return λ and the forces q of the c joints, shape (3c,), at the optimum."""
         return float(self.load_factor.value), np.asarray(self.q.value)
 
 
@@ -76,11 +76,12 @@ class CvxpyMechanism:
         self._problem = problem
         self.d = cp.Variable(problem.B.shape[0], name="d")
         self.p = cp.Variable(problem.faces, nonneg=True, name="p")
-        #: Slip of each joint that can slide: the sum of its rates in all directions of slip, shape (k,).
+        #: Slip of each of the k joints that can slide, shape (k,): the sum of the joint's rates in all
+        #: directions of slip.
         self.slip = problem.limit_factors.T @ self.p
         constant = problem.face_constant
-        #: Energy dissipated by crushing (summed over the chords of the crushing curve) and by limited forces,
-        #: such as forces of ties, that are at their limits.
+        #: Energy dissipated by crushing, and by limited forces (such as tie forces) at their limits. The
+        #: energy of crushing is a sum over the chords of the crushing curve.
         self.resisted = constant @ self.p if constant.any() else cp.Constant(0.0)
         flow = problem.D(np.zeros(slope.size)) @ self.p + problem.N.T @ cp.multiply(slope, self.slip)
         # Keep 0 on the right-hand side. Python may swap the two sides of == if both are expressions, which

@@ -39,7 +39,7 @@ class PyomoRelaxed:
         self.program = model.program
         self.z = with_slack_variables(model, "mpec.simple_nonlinear")
         self.epsilon = self.program.mpec_bound  #: the bound ε, a mutable parameter
-        #: Rows z p ≤ ε of all yield conditions. Only their bound ε changes between solves.
+        #: Rows z p ≤ ε of all yield conditions. Only the bound ε changes between solves.
         self.complementarity_rows = list(pyo.Reference(self.program.complementarity[:].ccon).values())
 
     def start_from(self, state: State) -> None:

@@ -11,9 +11,9 @@ from pyomo.core.expr import LinearExpression
 from masonry_opt.problem.edges import EdgeFactors, Form
 from masonry_opt.problem.problem import Problem
 
-#: Two masks that select the products for which the relaxation has variables. The first mask, shape (c, c),
-#: selects the forces of joint i times the rates of joint j. The second mask, shape (c, b), selects the forces
-#: of joint i times the velocities of block e.
+#: Two masks that select the products for which the relaxation has variables. Entry (i, j) of the first mask,
+#: shape (joints, joints), selects the forces of joint i times the rates of joint j. Entry (i, e) of the
+#: second mask, shape (joints, blocks), selects the forces of joint i times the velocities of block e.
 Pairs = tuple[np.ndarray, np.ndarray]
 
 
@@ -54,7 +54,7 @@ class PyomoProducts:
         self.problem = problem
         factors = self.factors = EdgeFactors(problem)
         model = self.program = pyo.ConcreteModel()
-        #: Variable of each product, by the pair of indices of the static factor and the kinematic factor.
+        #: Pyomo variable of each product, by the indices of the static factor and of the kinematic factor.
         self.product: dict[tuple[int, int], Any] = {}
         one, unit = factors.one, factors.unit
         self._declare("force", [(i, unit) for i in factors.forces])
@@ -72,7 +72,7 @@ class PyomoProducts:
         model.objective = pyo.Objective(expr=model.load_factor[factors.load_factor, unit])
 
     def _declare(self, name: str, pairs: list[tuple[int, int]]) -> None:
-        """Declare a variable for each product, with the lower bound 0 if no factor can be negative."""
+        """Declare a variable for each product, with the lower bound 0 if neither factor can be negative."""
         signed = self.factors.signed
 
         def bounds(_: Any, i: int, k: int) -> tuple[float | None, None]:
@@ -83,7 +83,7 @@ class PyomoProducts:
         self.product.update(variable)
 
     def _rows(self, within: tuple[float, float], largest: np.ndarray) -> None:
-        """Declare all rows of the relaxation whose products all have variables."""
+        """Declare the rows of the relaxation. Rows that contain a product without a variable are omitted."""
         model = self.program
         factors = self.factors
         one = factors.one
@@ -92,20 +92,20 @@ class PyomoProducts:
         all_forces = [{i: 1.0} for i in factors.forces]
         all_rates = [{k: 1.0} for k in factors.rates]
         all_velocities = [{e: 1.0} for e in factors.velocities]
-        margins = [  # margin n̂ − n of each joint with a largest normal force n̂
+        margins = [  # margin n̂ − n of each joint whose normal force n has an upper bound n̂
             {one: largest[j], **dict.fromkeys(factors.forces_of(j)[:2], -1.0)}
             for j in np.flatnonzero(np.isfinite(largest)).tolist()
         ]
         slacks = list(factors.other_slacks.values())
         equilibrium = list(factors.equilibrium())
         motions = [*factors.compatibility(), factors.live_work()]
-        # Require z₁ p₁ = 0 for joints that can slide, because z₁ is no unknown of the relaxation but a linear
-        # form. The products of all other complementarity conditions are zero too, and therefore have no
-        # variables.
+        # Joints that can slide need a row z₁ p₁ = 0, because z₁ is a linear form, and not an unknown of the
+        # relaxation. The products of all other complementarity conditions need no row: they are zero, and
+        # have no variables.
         complementary = [(form, {rate: 1.0}) for rate, form in factors.other_slacks.items()]
-        # Compatibility implies the products of an equilibrium row with three of a joint's four rates, if all
-        # products of the row with the joint's velocities have variables. Only the product with the fourth
-        # rate then needs a row.
+        # If all products of an equilibrium row with the velocities of a joint's blocks have variables,
+        # compatibility implies the products of this row with three of the joint's four rates. Only the
+        # product with the fourth rate then needs a row.
         model.statics = self._constraint(product(equilibrium, [motion, *all_velocities]))
         with_rates = (
             (form, {rate: 1.0})
@@ -118,12 +118,12 @@ class PyomoProducts:
         model.complementary = self._constraint(complementary)
         lowest, highest = within
         load_factors = [{one: highest, factors.load_factor: -1.0}]
-        if lowest > 0:  # if the smallest λ is 0, the lower bounds of the products λ v imply these rows
+        if lowest > 0:  # if the lower bound of λ is 0, these rows follow from the bounds λ v ≥ 0
             load_factors.append({factors.load_factor: 1.0, one: -lowest})
         model.within = self._constraint(product([*slacks, *margins], [motion]), least=0.0)
         model.slack_rate = self._constraint(product([*slacks, *margins, *load_factors], all_rates), least=0.0)
-        # A product that has a variable needs no row, because the lower bound of the variable implies the
-        # condition.
+        # Omit the row of a product that has a variable, because the lower bound 0 of the variable implies the
+        # row.
         opening = list(factors.openings())
         with_variable = factors.at_rest.union(self.product)
         open_beyond = (
@@ -135,18 +135,18 @@ class PyomoProducts:
         model.opening = self._constraint(open_beyond, least=0.0)
 
     def _follows(self, statics: Form, rate: int) -> bool:
-        """Return True if products of an equilibrium row with a joint's rates follow from compatibility.
+        """Return True if compatibility implies three of the products of an equilibrium row with joint rates.
 
-        Three of the four products follow if the relaxation has variables for the products of all forces in
-        the row, the linear form ``statics``, with the velocities of the joint's blocks. The joint is the one
-        to which ``rate`` belongs.
+        The joint is the one to which ``rate`` belongs, and has four rates. Three of the four products follow
+        if the relaxation has variables for the products of all forces in the row, the linear form
+        ``statics``, with the velocities of the joint's blocks.
         """
         moves = self.factors.motion_of(rate // 4)
         forces = [i for i in statics if i < self.factors.load_factor]
         return all(pair in self.product for pair in product(forces, moves))
 
     def _constraint(self, pairs: Iterable[tuple[Form, Form]], least: float | None = None) -> pyo.Constraint:
-        """Return a constraint that sets each product of two linear forms to 0, or to at least ``least``."""
+        """Return a constraint on products of two linear forms: each is 0, or at least ``least`` if passed."""
         rows = [
             body == -constant if least is None else body >= least - constant
             for body, constant in self._expanded(pairs)

@@ -75,7 +75,7 @@ class PyomoShearParameters:
 
 
 class PyomoStatics:
-    """Pyomo variables for the load factor λ and the joint forces q, with equilibrium, eq. (1), as constraint.
+    """Pyomo variables for the load factor λ and the joint forces q, and the equilibrium constraint, eq. (1).
 
         B q + λ f_L + f_D = 0,    z = C(slope) q + c
 
@@ -132,8 +132,8 @@ class PyomoMechanism:
         #: One expression for the slip of each joint that can slide: the sum of its rates in all directions of
         #: slip.
         self.slip = list(rows(problem.limit_factors.T.tocsr(), p))
-        #: Expression for the energy dissipated by crushing (summed over the chords of the crushing curve) and
-        #: by limited forces, such as forces of ties, that are at their limits.
+        #: Expression for the energy dissipated by crushing, and by limited forces (such as tie forces) at
+        #: their limits. The energy of crushing is a sum over the chords of the crushing curve.
         self.resisted = dot(problem.face_constant, p) if problem.face_constant.any() else 0.0
         dilates: dict[int, Any] = {
             row: slope[i] * self.slip[i]

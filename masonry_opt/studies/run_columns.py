@@ -16,8 +16,8 @@ from masonry_opt.solution.motion import joint_motion
 from masonry_opt.solution.reasons import Code
 from masonry_opt.solution.solution import Solution
 
-#: Types of the columns of a run's answer, by column name. In a table they follow the columns of the varied
-#: values. Only the values of ``seconds`` depend on the computer.
+#: Types of the columns that contain a run's answer, by column name. A table begins with the columns of the
+#: varied values. Only the values of ``seconds`` depend on the computer.
 ANSWER_COLUMNS = {
     "load_factor": "float64",
     **dict.fromkeys(("which", "status", "reason"), "object"),
@@ -31,25 +31,25 @@ ANSWER_COLUMNS = {
     "seconds": "float64",
 }
 
-#: Types of the columns of a run in a sweep or sample. If the state of the run was found in another run,
-#: ``state_from`` names the other run. ``warnings`` has the warnings about the scene of the run.
+#: Types of the columns of a run in a sweep or sample. If a run's collapse state was taken from another run,
+#: ``state_from`` names that run. ``warnings`` has the warnings about the scene of the run.
 RUN_COLUMNS = ANSWER_COLUMNS | {"state_from": "object", "warnings": "object"}
 
-#: Columns that name the worst position of axles.
+#: Columns that describe the worst position of axles.
 PLACE = ("axles", "position", "direction", "load_case")
-#: Printed explanation of λ if axles cross the scene in each run.
-CROSSED_RUNS = "axles cross the scene in each run: λ is the least of all positions"
+#: Explanation of λ that is printed if axles cross the scene in each run.
+CROSSED_RUNS = "axles cross the scene in each run: λ is the least load factor of all axle positions"
 
-#: Types of the additional columns of a run in which axles cross the scene. They contain the worst position
-#: (load case, axles, direction, position of the first axle), the proven lower bound of λ, and the numbers of
-#: solved and of undecided positions.
+#: Types of the additional columns of a run in which axles cross the scene. The columns contain the worst
+#: position (load case, axles, direction, position of the first axle), the proven lower bound of λ, the number
+#: of solved positions, and the number of undecided positions.
 CROSSING_COLUMNS = {
     **dict.fromkeys(("load_case", "axles", "direction"), "object"),
     **dict.fromkeys(("position", "bound"), "float64"),
     **dict.fromkeys(("positions", "undecided_positions"), "Int64"),
 }
 
-#: Names of mechanisms by the kind of joint motion. Joints may also separate in each of these mechanisms.
+#: Names of mechanisms by the kind of joint motion. In each of these mechanisms, joints may also separate.
 _MECHANISM_NAMES = {"slides": "sliding", "hinges": "hinging", "crushes": "crushing"}
 
 
@@ -77,7 +77,7 @@ def framed(
 
 
 def columns(result: Result) -> dict[str, Any]:
-    """Return the values of the columns ANSWER_COLUMNS for a result, except ``seconds``."""
+    """Return a result as a row of a table of runs, without the column ``seconds``."""
     assembly, solution = result.assembly, result.solution
     spread = _spread_values(solution)
     certificate = solution.answer.certificate.as_dict() if solution.answer else {}
@@ -101,10 +101,10 @@ def columns(result: Result) -> dict[str, Any]:
 
 
 def _spread_values(solution: Solution) -> list[float]:
-    """Return the ends of the ranges of the incremental load factor that option ``spread`` computed.
+    """Return the limits of the ranges of the incremental load factor under random changes of the scene.
 
-    There are two ranges, one with random stiffness and one with random self-stress. The list is empty without
-    the option.
+    The option ``spread`` computes two ranges, one with random stiffness and one with random self-stress. The
+    list is empty without the option.
     """
     values: list[float] = []
     for reason in solution.reasons:
@@ -115,7 +115,7 @@ def _spread_values(solution: Solution) -> list[float]:
 
 
 def mechanism(assembly: Assembly, solution: Solution) -> dict[str, Any]:
-    """Return table columns on the mechanism: its kind, and how many joints slide, hinge, separate or crush.
+    """Return the kind of the mechanism, and how many joints slide, hinge, separate or crush, by column.
 
     The dictionary is empty if the solution has no mechanism.
     """

@@ -34,21 +34,23 @@ TIME_LIMIT = "time limit"  #: Outcome of a task that exceeded its time limit.
 MEMORY_LIMIT = "memory limit"  #: Outcome of a task whose process used too much memory.
 #: Outcomes of a task that has no value.
 UNSOLVED = (REFUSED, CRASHED, DIED, TIME_LIMIT, MEMORY_LIMIT)
-MOST_DEATHS = 3  #: Largest number of times that a task is run if its worker process dies.
+MOST_DEATHS = 3  #: Largest number of attempts to run a task whose worker process dies.
 _MEMORY_INTERVAL = 0.02  #: Seconds between two measurements of the memory of a process.
-#: Number of submitted and unfinished tasks per worker. With fewer tasks, workers may be idle; with more
-#: tasks, memory grows.
+#: Largest number of tasks per worker that are submitted and not yet finished. With a smaller number, workers
+#: may be idle. With a larger number, more memory is used.
 _TASKS_PER_WORKER = 3
-#: Time in seconds within which a Dask scheduler must answer. Otherwise an OptionError is raised.
+#: Time in seconds within which a Dask scheduler must answer and must have a worker. After this time, an
+#: OptionError is raised.
 PATIENCE = 10
 #: Environment variables of worker processes that restrict numerical libraries to one thread. The libraries
 #: read them when they are imported.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-#: Modules that the fork server imports for the runs of Workers, so that their processes need not import them.
+#: Modules that the fork server imports for ``Workers``, so that the worker processes need not import them.
 _MODULES_OF_WORKERS = ("studies.many.runs", "methods.coulomb.method")
-#: Modules that the fork server imports for run_alone. They import Pyomo and CVXPY, which takes a second.
+#: Modules that the fork server imports for ``run_alone``, so that its processes need not import them. The
+#: modules import Pyomo and CVXPY, which takes a second.
 _MODULES_OF_RUN_ALONE = ("studies.compare.runs", "methods.bracket.bracket", "methods.mpec")
-#: Start method of processes. Windows has no fork server, so processes are spawned there.
+#: Start method of processes. Windows has no fork server, so processes are spawned on Windows.
 _START_METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 _STANDARD: Any = multiprocessing.get_context(_START_METHOD)
 #: Lock for starting processes: only one thread at a time may start a process, because each start temporarily
@@ -79,7 +81,7 @@ Task = Callable[[], Any]  #: Picklable function without arguments, such as a fun
 
 
 class Workers(contextlib.AbstractContextManager["Workers"]):
-    """Context manager for worker processes that run tasks. The processes end with the context.
+    """Context manager that runs tasks in worker processes, and ends these processes at exit.
 
     Raises OptionError if ``count`` is wrong, if both parameters are given, or if the Dask scheduler cannot be
     reached.
@@ -133,14 +135,14 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
 
 
 def whole(name: str, value: Any, least: int) -> int:
-    """Return a whole number as an int. Raises OptionError unless it is whole and at least ``least``."""
+    """Return a value as an int. Raises OptionError unless it is a whole number of at least ``least``."""
     if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
         raise OptionError(f"{name} must be a whole number, {least} or more (found {value!r})")
     return int(value)
 
 
 def run_alone(task: Task, time_limit: float, memory_limit: float) -> TaskEnd:
-    """Run a task in a new process with one thread, and return its outcome.
+    """Run a task in a new process with one thread, and return the outcome of the task.
 
     The process is killed if it takes longer than ``time_limit`` seconds, or if its resident memory exceeds
     ``memory_limit`` MB.
@@ -157,11 +159,11 @@ def run_alone(task: Task, time_limit: float, memory_limit: float) -> TaskEnd:
         return replace(end, seconds=end.seconds or time.perf_counter() - start, peak=max(peak, end.peak))
 
 
-class _Process(_STANDARD.Process):  # type: ignore[misc]  # the base class depends on the system
-    """Process that does not import the main program, and whose libraries use one thread."""
+class _Process(_STANDARD.Process):  # type: ignore[misc]  # the base class depends on the operating system
+    """Worker process that does not import the main script. Its numerical libraries use one thread."""
 
     def start(self) -> None:
-        """Start the process, and hide the file of the main program so that it is not imported."""
+        """Start the process. The file of the main script is hidden, so the process does not import it."""
         hidden = ModuleType("__main__")
         with _STARTING:
             vars(hidden).update(vars(sys.modules["__main__"]) | {"__spec__": None, "__file__": None})
@@ -171,7 +173,7 @@ class _Process(_STANDARD.Process):  # type: ignore[misc]  # the base class depen
 
 
 class Context(type(_STANDARD)):  # type: ignore[misc]
-    """Multiprocessing context whose processes do not import the main program.
+    """Multiprocessing context whose processes do not import the main script.
 
     A script without a main guard would start its study again in every process that imports it.
     """
@@ -181,7 +183,7 @@ class Context(type(_STANDARD)):  # type: ignore[misc]
         self.processes: list[Any] = []  #: all processes made so far
 
     def Process(self, **keys: Any) -> _Process:
-        """Return a new process, which is not started yet."""
+        """Return a new process without starting it."""
         self.processes.append(_Process(**keys))
         return self.processes[-1]
 
@@ -200,7 +202,7 @@ def _replaced(values: MutableMapping[str, Any], others: Mapping[str, Any]) -> It
 
 
 def _start_server() -> None:
-    """Start the fork server unless it runs already.
+    """Start the fork server if it does not run yet.
 
     Two settings of this process are changed while the server starts, because the server inherits them, and
     are restored afterwards. Ctrl-C is ignored, which only the main thread can set. Standard error is
@@ -222,14 +224,15 @@ def _start_server() -> None:
 
 
 def _prepare_process() -> None:
-    """Let a new process end at the signal SIGTERM, and discard the output of the process.
+    """Prepare a new process: it ends at the signal SIGTERM, and its output is discarded.
 
     Pebble lets the process ignore Ctrl-C.
     """
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     if _START_METHOD == "forkserver":
-        # Pyomo makes a lock when it is imported. With another default start method, the lock would be left
-        # behind when the process is terminated, and Python would warn of it at the end.
+        # Set the default start method to "fork", because Pyomo creates a lock when it is imported. With any
+        # other start method, the lock would remain when the process is terminated, and Python would print a
+        # warning.
         multiprocessing.set_start_method("fork", force=True)
     _silence(1, 2)
 
@@ -267,7 +270,7 @@ class Processes:
         self._pool: Any = self._open()
 
     def submit(self, task: Task, time_limit: float | None = None) -> Future[TaskEnd]:
-        """Submit a task to the pool. The process of the task is killed after ``time_limit`` seconds."""
+        """Submit a task to the pool. A task that runs longer than ``time_limit`` seconds is killed."""
         if not self._pool.active:  # the pool becomes inactive if one of its idle processes dies
             self.close()
             self._pool = self._open()
@@ -306,7 +309,7 @@ class _Cluster:
 
     @property
     def room(self) -> int:
-        """Largest number of unfinished tasks that may be submitted at one time."""
+        """Largest number of submitted tasks that may be unfinished at one time."""
         return _TASKS_PER_WORKER * max(1, sum(self._client.nthreads().values()))
 
     def close(self) -> None:
@@ -315,7 +318,7 @@ class _Cluster:
 
 
 def _end_of(future: Future[TaskEnd]) -> TaskEnd:
-    """Return the outcome that a worker sent, or an outcome with the reason why the worker sent no outcome."""
+    """Return the outcome that a worker sent. Without one, return an outcome that states the reason."""
     if future.cancelled():
         return TaskEnd(DIED, "its workers are gone")
     error = future.exception()
@@ -339,14 +342,14 @@ def _run(task: Task) -> TaskEnd:
         end = TaskEnd(REFUSED, str(error))
     except MemoryError:
         end = TaskEnd(MEMORY_LIMIT, "no memory left")
-    except Exception as error:  # an error of one task must not stop the others
+    except Exception as error:  # an error in one task must not stop the other tasks
         end = TaskEnd(CRASHED, f"{type(error).__name__}: {error}")
     return replace(end, seconds=time.perf_counter() - began, peak=_peak())
 
 
 def _peak() -> float:
     """Return the largest resident memory of this process in MB, or 0 if the system does not report it."""
-    # A forked process inherits ru_maxrss from its parent, so the peak is read from /proc instead.
+    # Read the peak from /proc, because a forked process inherits the value ru_maxrss of its parent.
     with contextlib.suppress(OSError):
         status = Path("/proc/self/status").read_text().splitlines()
         return next((float(line.split()[1]) for line in status if "VmHWM" in line), 0.0) * 1.024e-3

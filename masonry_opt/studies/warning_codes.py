@@ -7,13 +7,13 @@ from masonry_opt.files import plain
 
 
 class StudyCode(StrEnum):
-    """Codes of warnings about studies. The comment on a code lists the values of the warning's record."""
+    """Codes of warnings about studies. The comment above a code lists the fields of its record."""
 
     #: A line of the journal of a study is damaged. The record has the ``path`` of the journal and the number
-    #: ``line`` of the damaged line, from 1.
+    #: ``line`` of the damaged line, counted from 1.
     DAMAGED_JOURNAL = "damaged journal"
-    #: The values of some runs make no valid scene. The record has the ``status`` of these runs, their number
-    #: ``count``, and the ``message`` of the first run.
+    #: With the values of some runs, the scene is not valid. The record has the ``status`` of these runs,
+    #: their number ``count``, and the ``message`` of the first run.
     RUNS_LEFT_OUT = "runs left out"
     #: Some runs have no answer. The record has the ``status`` of these runs, their number ``count``, and the
     #: ``message`` of the first run.
@@ -23,31 +23,33 @@ class StudyCode(StrEnum):
     #: decrease of λ, and the values of the other parameters, ``fixed``. For a sample it also has the
     #: ``rank_correlation``.
     FALLS_WITH_STRENGTH = "falls with strength"
-    #: The scene meets the requirement at some values at which it should fail, because they are beyond the
-    #: threshold. The record has these ``values``.
+    #: The scene meets the requirement at some values beyond the threshold, although it should fail there. The
+    #: record has these ``values``.
     SEVERAL_THRESHOLDS = "several thresholds"
     #: The ``load_factor`` of a crossing is less than its lower ``bound``, which is a contradiction.
     BELOW_BOUND = "below bound"
-    #: A crossing has positions without an answer. The record has the number of these positions, ``count``,
-    #: and the first of them in the list ``positions``.
+    #: A crossing has positions without an answer. The record has the number ``count`` of these positions, and
+    #: the list ``positions`` of the first few.
     POSITIONS_UNDECIDED = "positions undecided"
     #: The time limit ended a crossing in a sweep, sample or threshold. The record has the time limit in
     #: ``seconds``.
     CROSSING_STOPPED = "crossing stopped"
     #: The loads of axles and the weights seem to be in different units. The record has the ``name`` of the
-    #: axles. For a common set of axles in other units than the unit weights, it also has ``unit_weight``, the
-    #: median unit weight of the blocks. Otherwise it has ``load``, the sum of the axle loads on the scene,
-    #: and ``weight``, the sum of all dead loads.
+    #: axles. If the axle loads are too large, the record also has the sum of the axle loads, ``load``, and
+    #: the sum of all dead loads, ``weight``. If the axle loads are too small, it has the largest axle load,
+    #: ``load``, and the median unit weight of the blocks, ``unit_weight``. For a common set of axles, it has
+    #: ``unit_weight`` only.
     AXLES_DIFFER = "axles differ"
-    #: Some load cases have no axles, so the crossing skipped them. The record has the names of these load
-    #: cases, ``cases``.
+    #: Some load cases have no axles, so the crossing skipped them. The record has the names ``cases`` of
+    #: these load cases.
     CASES_WITHOUT_AXLES = "cases without axles"
-    #: The load history ends at a reaction that is closer to the reaction at rest than the reaction of the
-    #: answer. The record has the ``end`` ("least" or "greatest"), the ``reaction`` of the answer, and the
-    #: reaction at the end of the load history, ``incremental``.
+    #: The load history ends at a reaction between the reaction at rest and the reaction of the answer. The
+    #: record has the ``end`` ("least" or "greatest"), the ``reaction`` of the answer, and the reaction at the
+    #: end of the load history, ``incremental``.
     HISTORY_ENDS_NEARER = "history ends nearer"
-    #: An exact state is on the other side of the reaction at rest. The record has the ``end`` ("least" or
-    #: "greatest"), the ``reaction`` of the exact state, and the reaction ``at_rest``.
+    #: An exact state has a reaction above the reaction at rest (for the least reaction) or below it (for the
+    #: greatest reaction). The record has the ``end`` ("least" or "greatest"), the ``reaction`` of the exact
+    #: state, and the reaction ``at_rest``.
     STATE_ACROSS_REST = "state across rest"
 
 

@@ -34,7 +34,7 @@ from masonry_opt.studies.warning_codes import StudyCode, study_warning
 NEEDED = "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
 
 JOURNAL = "journal.jsonl"  #: Name of the journal in the folder of a study.
-_SHOWN_ROWS = 30  #: Largest number of rows of a table in a notebook.
+_SHOWN_ROWS = 30  #: Largest number of table rows that a notebook shows; the number of omitted rows is stated.
 #: Packages whose versions influence answers and times.
 _PACKAGES = "masonry_opt cvxpy pyomo clarabel highspy osqp scs casadi scipy numpy"
 
@@ -57,7 +57,7 @@ class Journal:
             folder.mkdir(parents=True, exist_ok=True)
             data = self.path.read_bytes() if self.path.exists() else b""
             complete = data[: data.rfind(b"\n") + 1]
-            if data and not complete:  # a journal has a complete first line, so the file is no journal
+            if data and not complete:  # every journal has a complete first line
                 raise OptionError(f"{self.path}: the file is not a journal of runs: choose another folder")
             complete = complete or _line(head)
             if complete != data:
@@ -90,8 +90,8 @@ class Journal:
             ) from None
         if changed:
             raise OptionError(
-                f"{self.path.parent}: the folder has runs with other {', '.join(changed)}: choose another "
-                f"folder, or remove {self.path} to begin anew"
+                f"{self.path.parent}: the runs in this folder have other {', '.join(changed)}: choose "
+                f"another folder, or remove {self.path} to discard these runs"
             )
 
     def _keep(self, line: Mapping[str, Any]) -> None:
@@ -107,7 +107,7 @@ class Journal:
 
     def add(self, key: str, row: Mapping[str, Any]) -> None:
         """Append the row of a run to the file, and wait until the row is on disk."""
-        kept = "; earlier runs are kept: repeat the command to continue"
+        kept = "; the finished runs are kept: repeat the command to continue"
         with writing(self.path, kept), self.path.open("ab") as stream:
             stream.write(_line({"key": key, "row": row}))
             stream.flush()
@@ -120,7 +120,7 @@ class Journal:
         A journal that did not exist before is removed, together with the folders that were made for it.
         """
         self._rows = {}
-        with suppress(OSError):  # rmdir fails for a folder with other files, so such a folder remains
+        with suppress(OSError):  # rmdir fails if the folder contains other files; the folder then remains
             if self._length_before:
                 os.truncate(self.path, self._length_before)
                 return
@@ -151,7 +151,7 @@ def versions() -> dict[str, str]:
 
 
 def machine() -> dict[str, str]:
-    """Return processor, cores, memory and system of this computer, and the command line of this program."""
+    """Return facts on this computer, such as processor and memory, and the command line of this process."""
     lines: list[str] = []
     with suppress(OSError):
         lines = Path("/proc/cpuinfo").read_text().splitlines()
@@ -170,7 +170,7 @@ class StudyAnswer(ABC):
     """Base class of the answers of studies: printed text, notebook output, pictures and JSON."""
 
     def facts(self) -> dict[str, str]:
-        """Return the printed lines of the answer, as a dict from the label of each line to its text."""
+        """Return the printed lines of the answer as a dictionary: the text of each line by its label."""
         return {}
 
     @abstractmethod
@@ -194,7 +194,7 @@ class StudyAnswer(ABC):
     @property
     @abstractmethod
     def told(self) -> pd.DataFrame:
-        """Table with which a notebook displays the answer."""
+        """Table that a notebook displays with the answer."""
 
     def plot(self) -> Any:
         """Return a picture of the answer. Raises OptionError if the study has no picture."""
@@ -235,7 +235,7 @@ def csv_text(frame: pd.DataFrame) -> str:
 
 
 def chart_files(names: Iterable[str]) -> list[str]:
-    """Return the names of the files of charts: PNG and SVG of each chart, and a page with all charts."""
+    """Return the file names of charts: a PNG and an SVG file of each chart, and a page with all charts."""
     return [*(f"{name}.{kind}" for name in names for kind in ("png", "svg")), "charts.html"]
 
 
@@ -269,7 +269,7 @@ def in_words(
 def table(
     columns: Iterable[str], rows: Iterable[Iterable[str]], numbers: Iterable[str] = ()
 ) -> dict[str, Any]:
-    """Return a table as values for the template of a page. Columns named in ``numbers`` are right-aligned."""
+    """Return a table in the form that page templates need. Columns in ``numbers`` are right-aligned."""
     return {"columns": [*columns], "rows": [[*row] for row in rows], "numbers": [*numbers]}
 
 
@@ -298,7 +298,7 @@ def notebook_html(words: str, frame: pd.DataFrame, source: str = "") -> str:
 
 
 def render(template: str, **values: object) -> str:
-    """Return a page, made from a template in ``templates/`` and the values of its variables.
+    """Fill a template in ``templates/`` with the values of its variables, and return the page.
 
     Raises OptionError if Jinja2, of the extra "studies", is not installed.
     """

@@ -106,7 +106,7 @@ def test_what_is_known_of_each_reaction():
     for end in ("least", "greatest"):
         assert NOT_PROVEN in known[end, "coulomb"]
         assert "equilibrium is lost" in known[end, "incremental"]
-        furthest = "no state has a reaction farther from the reaction at rest than this reaction"
+        furthest = "no state on this side of the reaction at rest has a reaction beyond this value"
         assert known[end, "associative"] == furthest
         first, *others = found.facts()[end].splitlines()
         assert "(found, not proven)" in first

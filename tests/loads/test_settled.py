@@ -45,7 +45,7 @@ def test_a_wrong_movement_is_refused(movement):
 
 def test_a_movement_that_turns_blocks_far_is_refused():
     """A movement of 0.4 turns the beam by 0.1, the largest rotation of a small motion."""
-    with pytest.raises(OptionError, match=r"set at most 0\.4 \(found 0\.5\)"):
+    with pytest.raises(OptionError, match=r"must be at most 0\.4, .*\(found 0\.5\)"):
         mo.settle(beam(), "R", (0, -1), movement=0.5)
 
 

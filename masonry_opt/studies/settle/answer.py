@@ -36,15 +36,15 @@ from masonry_opt.studies.settle.openings import after_movement, in_words, joint_
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 from masonry_opt.studies.writing import StudyAnswer, frame_table, records, render
 
-#: Columns of the table of reactions, without the column "end".
+#: Columns of the table of reactions that follow its first column, "end".
 _REACTION_COLUMNS = ("kind", "reaction", "status", "certainty", "moves")
 #: Printed names of the kinds of results.
 KIND_NAMES = {"coulomb": "Coulomb", "incremental": INCREMENTAL, "associative": ASSOCIATIVE}
-#: Headings of the table of openings on a page, by column.
+#: Headings of two columns of the table of openings on a page, by column name.
 _OPENING_HEADINGS = {f"{kind}_at_movement": f"{kind} after the movement" for kind in ("opening", "sliding")}
-_WRITTEN_JOINTS = 12  #: Largest number of joints whose opening or sliding a picture states, largest first.
+_WRITTEN_JOINTS = 12  #: A picture states the opening or slip of at most this number of joints, largest first.
 #: Note on the numbers in a picture.
-_NOTE = "Numbers at joints: opening, or sliding (s), {}"
+_NOTE = "Numbers at joints: opening, or sliding if marked s, {}"
 _ARROWS = "direction in which the support moves"  #: Legend entry for the arrows on supports.
 
 
@@ -111,7 +111,7 @@ class Bound:
 
     @property
     def across_rest(self) -> float | None:
-        """Reaction of an exact state on the other side of the reaction at rest; None if none was found."""
+        """Reaction of an exact state on the other side of the reaction at rest; None without such a state."""
         load_factor = self.result.solution.below_zero
         return self._reaction(load_factor) if load_factor < -ZERO else None
 
@@ -137,9 +137,9 @@ class Bound:
 
     @cached_property
     def openings(self) -> pd.DataFrame:
-        """Table of opening and sliding joints in the mechanism of the first of ``results`` that has one.
+        """Table of the joints that open or slide, in the first mechanism that ``results`` contains.
 
-        With a movement of the supports, two columns have the opening and sliding at this movement.
+        If ``movement`` is set, two columns have the opening and the sliding at this movement of the supports.
         """
         table = joint_openings(self._with_mechanism)
         if self.movement is not None:
@@ -149,13 +149,13 @@ class Bound:
 
     @property
     def _with_mechanism(self) -> Result:
-        """First of ``results`` that has a mechanism, or the result of the chosen method if none has one."""
+        """First result that has a mechanism; if no result has one, the result of the chosen method."""
         with_mechanism = (result for result in self.results.values() if result.solution.answer)
         return next(with_mechanism, self.result)
 
     @property
     def largest_movement(self) -> float:
-        """Largest movement of the supports up to which the openings of joints are accurate.
+        """Largest movement of the supports for which the calculated openings of joints are accurate.
 
         Openings are calculated for small rotations of the blocks.
         """
@@ -165,8 +165,8 @@ class Bound:
         """Return a table row for each result: reaction, status, certainty and moving blocks."""
         rows = []
         for kind, result in self.results.items():
-            # The incremental reaction may be a peak of the load history. The load factor of the result
-            # belongs to the final state, whose reaction may differ.
+            # The load factor of an incremental result belongs to the end of the load history. The incremental
+            # reaction may be an earlier peak of the load history, so it is taken from ``incremental``.
             reaction = self.incremental if kind == "incremental" else self._reaction(result.load_factor)
             values = (kind, reaction, str(result.status), self._certainty(kind, result), _moving(result))
             rows.append(dict(zip(_REACTION_COLUMNS, values, strict=True)))
@@ -174,12 +174,12 @@ class Bound:
 
     @property
     def is_proven(self) -> bool:
-        """True if it is proven that no exact state has a reaction closer to the reaction at rest."""
+        """True if a proof excludes exact states between this reaction and the reaction at rest."""
         return bool(known_least(self.result))
 
     @property
     def history_ends_nearer(self) -> bool:
-        """True if the load history ends closer to the reaction at rest than ``reaction``."""
+        """True if the load history ends between this reaction and the reaction at rest."""
         return self.answered_by == "coulomb" and load_history_ends_lower(self.result)
 
     def _certainty(self, kind: str, result: Result) -> str:
@@ -197,7 +197,7 @@ class Bound:
         if result.load_factor is None:
             return ""
         if kind == "associative":
-            return "no state has a reaction farther from the reaction at rest than this reaction"
+            return "no state on this side of the reaction at rest has a reaction beyond this value"
         if self.is_proven:
             return (
                 f"{state_found(result)}; proven: no exact state has a reaction closer to the reaction at rest"
@@ -249,7 +249,7 @@ class Settlement(StudyAnswer):
 
     @property
     def ends(self) -> dict[str, Bound]:
-        """Map with the keys "least" and "greatest"; empty if the scene is unstable with every reaction."""
+        """Results by the keys "least" and "greatest"; empty if the scene is unstable with every reaction."""
         ends = {"least": self.least, "greatest": self.greatest}
         return {name: end for name, end in ends.items() if end is not None}
 
@@ -271,7 +271,7 @@ class Settlement(StudyAnswer):
 
     @property
     def usable(self) -> bool:
-        """True if some reaction makes the scene stable, and both limits are known or proven not to exist."""
+        """True if the least and the greatest reaction exist, and each is known or proven to be unlimited."""
         known = (end.reaction is not None or end.unlimited for end in self.ends.values())
         return not self.fallen and all(known)
 
@@ -329,13 +329,13 @@ class Settlement(StudyAnswer):
             sentence = (
                 f"{name} reaction: an exact collapse state has the reaction "
                 f"{numeral(end.across_rest, '.6g')}, on the other side of the reaction at rest: the scene "
-                "would fall if it had the forces of this state"
+                "would fall with the joint forces of this state"
             )
             values = {"end": name, "reaction": end.across_rest, "at_rest": self.at_rest}
             yield study_warning(StudyCode.STATE_ACROSS_REST, sentence, **values)
 
     def facts(self) -> dict[str, str]:
-        """Return the printed lines of the answer, as a dict from the label of each line to its text."""
+        """Return the printed lines of the answer as a dictionary: the text of each line by its label."""
         along = ", ".join(numeral(part, ".6g") for part in self.direction)
         rate = ", at a common rate" if len(self.supports) > 1 else ""
         turning = "and each can turn" if self.turns else "without turning"
@@ -351,7 +351,7 @@ class Settlement(StudyAnswer):
         if len(self.openings):
             facts["openings"] = in_words(self.openings, self.movement)
         if any(end.result.crushing == "chords" for end in self.ends.values()):
-            wider = "the parabola permits a wider range of associative reactions"
+            wider = "the exact parabola would give a wider range of reactions with associative flow"
             facts["crushing"] = f"limited by {BY_CHORDS}; {wider}"
         return facts
 
@@ -382,7 +382,7 @@ class Settlement(StudyAnswer):
         view: Angles from which solids are seen, as in :meth:`Result.plot`.
         """
         if end not in ("least", "greatest"):
-            raise OptionError(f"unknown end '{end}': choose from least, greatest")
+            raise OptionError(f"'end' must be 'least' or 'greatest' (found '{end}')")
         if self.fallen:
             return _drawn(self.fallen, "collapse mechanism: unstable with every reaction", names, view, None)
         rows = {row["kind"]: row for row in self.ends[end].rows()}
@@ -493,7 +493,7 @@ def _reaction_text(end: Bound) -> str:
         return "unlimited" if end.unlimited else f"not found ({end.result.status})"
     value = numeral(end.reaction, ".6g")
     if end.answered_by == "incremental":
-        return f"{value} by the incremental analysis (no exact collapse state was found on this side)"
+        return f"{value} by the incremental analysis (no exact collapse state was found on this side of rest)"
     name = ASSOCIATIVE
     if end.answered_by == "coulomb":
         name = "proven" if end.is_proven else "found, not proven"

@@ -10,20 +10,20 @@ from masonry_opt.solution.frames import unsigned
 from masonry_opt.solution.motion import fastest, joint_motion
 from masonry_opt.solution.thresholds import ZERO
 
-#: Largest rotation of a block, in radians, for which the openings of a small motion are accurate enough. The
-#: relative error of an opening is about as large as the rotation.
+#: Largest rotation of a block, in radians, up to which openings are calculated as in a small motion. Larger
+#: movements are rejected. The relative error of an opening is about as large as the rotation.
 SMALL_ROTATION = 0.1
 
 
 def after_movement(movement: float | None) -> str:
-    """Return the phrase that says to which movement of the supports openings refer."""
+    """Return a phrase that states for which movement of the supports openings are reported."""
     if movement is None:
         return "per unit of the support's movement"
     return f"after a movement of {numeral(movement, '.6g')}, in the length unit of the case"
 
 
 def in_words(openings: pd.DataFrame, movement: float | None) -> str:
-    """Return the largest openings at the least reaction as text.
+    """Return a text that lists the largest openings at the least reaction.
 
     The openings are lengths after a movement, or per unit of the support's movement if it is None.
     """
@@ -35,7 +35,7 @@ def in_words(openings: pd.DataFrame, movement: float | None) -> str:
 
 
 def joint_openings(result: Result) -> pd.DataFrame:
-    """Return the table of opening and sliding joints in the mechanism of a result."""
+    """Return a table of the joints that open or slide in the mechanism of a result."""
     assembly, solution = result.assembly, result.solution
     problem, joints = assembly.problem, assembly.joints
     columns = ["joint", "first", "second", *"xyz"[: assembly.scene.dimension], "opening", "sliding"]
@@ -69,7 +69,7 @@ def movement_of_supports(result: Result) -> float:
 
 
 def largest_movement(result: Result) -> float:
-    """Return the largest movement of the supports at which openings are accurate.
+    """Return the largest movement of the supports for which the calculated openings are accurate.
 
     Openings are calculated for small rotations of the blocks.
     """

@@ -96,9 +96,9 @@ def settle(
     effort.begins("reaction at rest")
     rest = reaction_at_rest(held.problem, settling.problem, problem.B.shape[1])
     if rest is None:
-        # Without forces at rest the incremental analysis cannot start, so it is switched off. The search for
-        # the least reaction starts at the greatest associative reaction, and vice versa, because joint forces
-        # are known there.
+        # The joint forces at rest are unknown, so the incremental analysis cannot start and is switched off.
+        # The joint forces at the two associative reactions are known. The search for the least reaction
+        # therefore starts at the greatest associative reaction, and vice versa.
         session = session.without_incremental()
         start_pushed_back, start_settling = _ends_by_statics(settling.problem, pushed_back.problem)
     else:
@@ -117,8 +117,8 @@ def settle(
         end = Bound(results[0], results[-1], unit * start, -sign * unit, movement)
         if movement is not None and movement > end.largest_movement:
             raise OptionError(
-                f"{scene.origin}: 'movement' turns blocks too far for the calculation of openings, which "
-                f"assumes small rotations: set at most {end.largest_movement:.3g} (found {movement:g})"
+                f"{scene.origin}: 'movement' must be at most {end.largest_movement:.3g}, because openings "
+                f"are calculated for small rotations of the blocks (found {movement:g})"
             )
         return end
 
@@ -135,8 +135,8 @@ def _refuse_movement(scene: Scene, movement: float | None) -> None:
     is_number = isinstance(movement, int | float) and not isinstance(movement, bool)
     if not is_number or not 0 < movement < np.inf:
         raise OptionError(
-            f"{scene.origin}: 'movement' must be a length above zero, such as 0.02; 'direction' sets the "
-            f"direction of the movement (found {movement!r})"
+            f"{scene.origin}: 'movement' must be a length above zero, such as 0.02 (found {movement!r}); use "
+            "'direction' to set the direction of the movement"
         )
 
 
