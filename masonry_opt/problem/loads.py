@@ -325,8 +325,8 @@ def loaded_pieces(
         length = float(np.hypot(*(end - start)))
         if length <= shapes.tolerance:
             raise CaseError(
-                f"{scene.origin}: edge_load no. {number}: its line is not longer than the tolerance of the "
-                f"scene, {shapes.tolerance:.3g}: choose the two ends of the loaded edge"
+                f"{scene.origin}: edge_load no. {number} is too short: its points 'from' and 'to' are at "
+                f"most the tolerance of {shapes.tolerance:.3g} apart; set them to the ends of the loaded edge"
             )
         edges, spans = along(tail, tip, start, end, shapes.tolerance)
         movable = ~fixed[owner[edges]]

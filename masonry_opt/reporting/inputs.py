@@ -14,13 +14,14 @@ from masonry_opt.scene.typical_sizes import GRAVITY_BY_UNIT
 from masonry_opt.solution.reasons import Code
 from masonry_opt.solution.typical_units import units_in_words
 
-#: Smallest number of pairs of joints for which a warning says that the angles scatter like errors of a
-#: survey. With a smaller value, the warning would say this about intended wedges, such as a keystone.
+#: Smallest number of pairs of almost parallel joints at which a warning may say that their angles are
+#: probably errors of a survey. With a smaller value, the warning would say this about intended wedges, such
+#: as a keystone.
 _MANY_PAIRS = 10
 
-#: Smallest ratio of the upper to the lower quartile of the wedge angles for which a warning says that the
-#: angles scatter like errors of a survey. The ratio of random errors is 3 or more; that of the voussoirs of
-#: an arch is about 1.
+#: Smallest ratio of the upper to the lower quartile of the wedge angles at which a warning may say that the
+#: angles are probably errors of a survey. Random errors have a ratio of 3 or more. The voussoirs of an arch
+#: have equal angles, and therefore a ratio of about 1.
 _SCATTER_OF_SURVEY = 2.0
 
 
@@ -243,9 +244,9 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "free edge there: correct the ends of the load, or increase 'tolerance'"
     ),
     Code.AXLES_LEFT_OUT: lambda v: (
-        f"the axles {', '.join(map(repr, v['names']))} are omitted here: 'crossing' moves axles over a road"
+        f"this analysis ignores the axles {', '.join(map(repr, v['names']))}: only 'crossing' moves axles"
         if v["names"]
-        else "the axles of the load case are omitted here: 'crossing' moves axles over a road"
+        else "this analysis ignores the axles of the load case: only 'crossing' moves axles"
     ),
     Code.WEIGHTS_DIFFER: weights_differ,
     Code.FILL_WEIGHT_DIFFERS: fill_weight_differs,

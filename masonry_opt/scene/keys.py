@@ -279,10 +279,10 @@ def _not_tilting(scene: SceneKeys) -> Iterator[str]:
     for load in scene.loads:
         if load.is_force:
             yield f"a 'load' on block '{load.block}' is a force, which does not tilt with the scene"
-    yield from ["an 'edge_load' does not tilt"] * len(scene.edge_loads)
-    yield from ["'axles' do not tilt"] * len(scene.axles)
-    yield from ["a 'fill' does not tilt"] * len(scene.fills)
-    yield from ["the force of a tie or prop is not proportional to the weights"] * len(
+    yield from ["an 'edge_load' does not tilt with the scene"] * len(scene.edge_loads)
+    yield from ["'axles' do not tilt with the scene"] * len(scene.axles)
+    yield from ["a 'fill' does not tilt with the scene"] * len(scene.fills)
+    yield from ["the scene has a tie or prop, whose force is not proportional to the weights"] * len(
         [*scene.ties, *scene.props]
     )
     properties: list[JointDefaults | Joint] = [scene.joints, *scene.exceptions]

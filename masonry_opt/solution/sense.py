@@ -232,7 +232,7 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
 
 
 def _loads(assembly: Assembly) -> Iterator[Reason]:
-    """Generate warnings about edge loads that extend beyond edges, and about axles that are left out."""
+    """Generate warnings about edge loads that extend beyond edges, and about axles that are ignored."""
     scene = assembly.scene
     for number, length in enumerate(assembly.bare_edge_loads, start=1):
         if length > assembly.geometry.tolerance:
