@@ -160,8 +160,8 @@ def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, n
     """Generate the edge index, the ends and the depths of each upright piece that a fill touches."""
     tail, tip, _ = shapes.edges
     up = tip[:, 1] > tail[:, 1]
-    # Collect the heights of the edges to the left and right of each boundary between two edges. Beyond the
-    # ends of the road, where there is no fill, the height is infinite.
+    # Height of the profile immediately to the left and to the right of each end of one of its edges. Beyond
+    # the ends of the road there is no fill, so the height is infinite.
     left = np.append(np.inf, profile.y[:, 1])
     right = np.append(profile.y[:, 0], np.inf)
     x = np.append(profile.x[:, 0], profile.x[-1, 1])

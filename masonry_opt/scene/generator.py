@@ -118,9 +118,10 @@ class Generator(AnyGenerator):
 
 
 class WeighedGenerator(Generator):
-    """Generator whose blocks have weights in proportion to their size.
+    """Base class of generators in the plane whose blocks have weights in proportion to their size.
 
-    ``weight`` is the weight of a whole block, and ``unit_weight`` is the weight per unit area.
+    ``weight`` is the weight of a whole block, and ``unit_weight`` is the weight per unit area. A
+    generator has one of the two keys.
     """
 
     weight: NonNegative | None = None
@@ -146,9 +147,10 @@ class WeighedGenerator(Generator):
 
 
 class SolidGenerator(AnyGenerator):
-    """Base class of generators of blocks in space, with ``unit_weight`` per unit volume.
+    """Base class of generators of blocks in space.
 
-    ``at`` and ``live_per_weight`` have the same meaning as in :class:`Generator`, with three numbers each.
+    ``unit_weight`` is the weight of the blocks per unit volume. ``at`` and ``live_per_weight``
+    have the same meaning as in :class:`Generator`, with three numbers each.
     """
 
     kind: ClassVar[type[Body]] = Solid

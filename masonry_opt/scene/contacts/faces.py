@@ -402,8 +402,8 @@ def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Touches:
     touches = np.abs(gap) <= tolerance
     for distance, edge in zip(along, (i, j), strict=True):
         touches &= (distance > tolerance) & (distance < length[edge] - tolerance)
-    # The edges touch from outside if the faces of the two blocks are on opposite sides of the plane through
-    # both edges.
+    # Crossing edges form a contact only if the two blocks are on opposite sides of the plane through both
+    # edges. The vectors ``inwards`` of the edges then differ along the normal of this plane.
     towards = dots(normal, corners.inwards[i] - corners.inwards[j])
     touches &= np.abs(towards) > _FLAT
     point = corners.start[i] + along[0][:, None] * one + gap[:, None] / 2 * normal

@@ -230,8 +230,8 @@ class Meetings(Rows):
     #: In the plane, the point halfway between the two corners of each meeting, shape (meetings, 2). In space,
     #: the start of the line that the two edges of each meeting share, shape (meetings, 3).
     start: np.ndarray
-    #: In the plane, the same points as in ``start``. In space, the end of the line that the two edges of each
-    #: meeting share. The shape is that of ``start``.
+    #: In the plane, the point halfway between the two corners of each meeting, shape (meetings, 2): equal to
+    #: ``start``. In space, the end of the line that the two edges of each meeting share, shape (meetings, 3).
     end: np.ndarray
 
 
@@ -245,8 +245,8 @@ class BlockCorners(ABC):
     #: In the plane, the coordinates of each corner of ``met``, shape (items, 2). In space, the start of each
     #: edge of ``met``, shape (items, 3).
     start: np.ndarray
-    #: In the plane, the coordinates of each corner of ``met``, as in ``start``, shape (items, 2). In space,
-    #: the end of each edge of ``met``, shape (items, 3).
+    #: In the plane, the coordinates of each corner of ``met``, shape (items, 2): equal to ``start``. In
+    #: space, the end of each edge of ``met``, shape (items, 3).
     end: np.ndarray
     #: Threshold, relative to the tolerance, that separates contacts from the sides that their two blocks
     #: share. A contact nearer to a shared side is part of this side; a contact farther away is a separate
