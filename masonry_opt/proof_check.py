@@ -30,9 +30,9 @@ class ProofCheck:
     bound: load factor below which the proof excludes states.
     faults: one sentence for each fault of the proof; empty if the proof is correct.
     static, kinematic: numbers of conflicts of each kind.
-    reach: size up to which states are excluded. In a state of this size, the forces sum to at most this many
-        times all loads, and the velocities and rates to at most this many times the mean velocity of the live
-        load. The size is infinite if no conflict has residuals.
+    reach: limit of the states that the proof excludes; infinite if no conflict has residuals. In these states
+        the sum of the forces is at most ``reach`` times the sum of all loads. The sum of the velocities and
+        rates is at most ``reach`` times the mean velocity of the live load.
     """
 
     bound: float
@@ -54,8 +54,8 @@ class ProofCheck:
         return (
             f"proven: no collapse state has a load factor from 0 to {self.bound:.9g}. The proof consists of "
             f"{self.static} static and {self.kinematic} kinematic conflicts, checked in exact arithmetic. It "
-            f"covers forces and motions up to {self.reach:.1e} times the loads and the velocity of the live "
-            "load"
+            "covers all states in which the forces (relative to the loads) and the motions (relative to the "
+            f"mean velocity of the live load) each sum to at most {self.reach:.1e}"
         )
 
 
@@ -222,7 +222,7 @@ class _Checker:
         """
         forces, load_factor, weight = _exact(conflict.q), *_exact([conflict.load_factor, conflict.weight])
         if weight < 0:
-            return "the weight of the energy balance is negative"
+            return "the multiplier of the energy balance is negative"
         if weight > 0 and None in self._energy:
             return (
                 "the energy balance needs a lower bound on the energy of every yield condition, but the "

@@ -78,7 +78,7 @@ CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
     ),
     "a negative weight": (
         lambda proof: with_conflict(proof, KinematicConflict, lambda _: {"weight": -1.0}),
-        "weight of the energy balance is negative",
+        "multiplier of the energy balance is negative",
     ),
     "half of the conflicts": (
         lambda proof: replace(proof, conflicts=proof.conflicts[::2]),

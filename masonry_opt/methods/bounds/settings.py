@@ -57,7 +57,7 @@ SETTINGS = ProofSettings()
 
 @dataclass(frozen=True)
 class ProofBudget(Settings):
-    """Settings of the number of linear programs that method "coulomb" may spend on a proof.
+    """Limits within which method "coulomb" searches for a proof: joints, linear programs and time.
 
     The guide explains each field: page "The method", section "Settings of the default method". The source
     file of this class has the same text in the comment above each field.
@@ -112,12 +112,12 @@ class ProofBudget(Settings):
     first_turn: int = 1000
 
     def covers(self, problem: Problem) -> bool:
-        """Return True if the budget covers a problem, so that method "coulomb" can try a proof.
+        """Return True if method "coulomb" can try a proof, by default or with its option ``search``.
 
-        Some scenes get a proof only with option ``search``, see :meth:`tries_by_default`. No proof is needed
-        if equilibrium alone fixes all forces, or if the flow rule is associative. No proof is tried for
-        scenes in space, for scenes with many joints or with dilatancy that depends on stress, and if the
-        forces at rest are prescribed.
+        The method :meth:`tries_by_default` returns False for the scenes that need option ``search``. No proof
+        is needed if equilibrium alone fixes all forces, or if the flow rule is associative. No proof is tried
+        for scenes in space, for scenes with more than ``most_joints`` joints or with dilatancy that depends
+        on stress, and if the forces at rest are prescribed.
         """
         if problem.layout.round or problem.joints > self.most_joints or problem.settled is not None:
             return False
