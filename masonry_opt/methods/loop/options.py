@@ -26,8 +26,8 @@ PAPER: dict[str, Any] = {
 #: Default parameters of a run of the loop with accurate sub-problems, from section 5 of the paper.
 _ACCURATE: dict[str, Any] = {"alpha": 0.3, "shrink": 0.5, "beta": 0.6, "tolerance": None}
 
-#: Default parameters of a run of the loop with rough sub-problems. Compared with accurate sub-problems, their
-#: tolerance is larger, and α has fewer values.
+#: Default parameters of a run of the loop with rough sub-problems. Compared with accurate sub-problems, the
+#: solver has a larger tolerance, and α decreases in fewer steps: 0.1, 0.01, 0.001.
 _ROUGH: dict[str, Any] = {"alpha": 0.1, "shrink": 0.1, "beta": 0.8, "tolerance": 1e-4}
 
 #: Smallest number of joints at which sub-problems are rough (solved to a large tolerance) by default, if the

@@ -50,8 +50,9 @@ _GROWN = 1e3
 #: its iteration limit.
 LONGEST_PERIOD = 6
 
-#: Largest change of λ from one cycle of the loop to the next, relative to the range of λ in a cycle. With a
-#: larger value slowly damped oscillations count as cycles.
+#: An oscillation of λ counts as a cycle of the loop if λ changes by less than this fraction of its range from
+#: one period to the next. The run then ends. With a larger value slowly damped oscillations, whose λ would
+#: converge, also count as cycles.
 _STEADY = 0.05
 
 #: A rate counts as nonzero if it exceeds this fraction of the largest rate of the mechanism. The first
@@ -71,7 +72,9 @@ class Iteration:
     """
 
     iteration: int  #: number of the sub-problem in its run, from 1
-    load_factor: float  #: λ of the sub-problem, without the correction of step 6
+    #: λ of the sub-problem. The small cohesion that the loop adds increases λ slightly; this contribution is
+    #: subtracted only at the end of a run.
+    load_factor: float
     #: Slope α of the shear limit, relative to μ; NaN for the first sub-problem, which has the true limit.
     alpha: float
     #: Largest change of a normal force from the previous sub-problem, relative to the median block weight.
@@ -188,7 +191,7 @@ class Run:
 
         A run ends in one of these cases:
 
-        - λ has converged (step 3);
+        - λ has converged;
         - exact forces are found early;
         - λ diverges;
         - the sub-problems repeat in a cycle.
@@ -243,7 +246,7 @@ class Run:
         return replace(self.ending, status=Status.CONVERGED, found=end, exact_end=True)
 
     def _converged(self, last: SubProblem) -> Solution:
-        """Return the solution of a converged run, with its load factor corrected by step 6 of the paper."""
+        """Return the solution of a converged run. Its λ has no contribution of the small cohesion."""
         state, ended, first = last.state, self.ending, self.load_factors[0]
         load_factor = corrected(self.problem, last)
         # Limit λ to the associative load factor, which is an upper bound of λ if the dilatancy is smaller

@@ -37,12 +37,12 @@ class SubProblem:
     alpha: float  #: slope α of the shear limits; NaN for the first sub-problem, whose limits have no α
     #: Small cohesion c⁰ of each joint that can slide, in the shear limits of the program, shape (k,).
     small_cohesion: np.ndarray
-    stands_still: bool  #: True if λ has converged: its relative change is below option ``tol`` (step 3)
+    stands_still: bool  #: True if λ has converged: its relative change is below option ``tol``
 
 
 @dataclass(frozen=True)
 class LimitUpdate:
-    """Data from which the shear limits of the next sub-problem are computed: step 4 of the paper."""
+    """Data for the shear limits of the next sub-problem: step 4 of the paper's section 4.2."""
 
     problem: Problem  #: the problem of the loop
     last: SubProblem  #: the last sub-problem that was solved
@@ -75,9 +75,9 @@ def sub_problems(
 ) -> Iterator[SubProblem | Solved]:
     """Solve the sub-problems of the loop one after another, by steps 1 to 5 of the paper's section 4.2.
 
-    The caller decides when to stop (step 3). If a sub-problem has no optimum, the solver's result is yielded
-    in its place, and the loop ends. Only the shear limits of the driver's model are changed. Step 6 is
-    :func:`corrected`. Raises OptionError if the option ``revise`` returns no ShearLimits.
+    The caller decides when to stop, which is step 3. If a sub-problem has no optimum, the solver's result is
+    yielded in its place, and the loop ends. Only the shear limits of the driver's model are changed. The
+    function :func:`corrected` is step 6. Raises OptionError if the option ``revise`` returns no ShearLimits.
     """
     alpha, next_alpha = float("nan"), parameters.alpha
     small_cohesion = np.zeros(len(problem.sliding))
@@ -125,7 +125,7 @@ def sub_problems(
 
 
 def corrected(problem: Problem, last: SubProblem) -> float:
-    """Return the load factor without the contribution of the small cohesion: step 6 of the paper."""
+    """Return λ without the contribution of the small cohesion: step 6 of the paper's section 4.2."""
     state = last.state
     turns = problem.dilatancy_at(problem.normal_forces(state.q)) < problem.friction
     dissipated = np.where(turns, last.small_cohesion, 0.0) @ problem.slip(state.p)
