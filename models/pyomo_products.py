@@ -103,9 +103,10 @@ class PyomoProducts:
         # relaxation. The products of all other complementarity conditions need no row: they are zero, and
         # have no variables.
         complementary = [(form, {rate: 1.0}) for rate, form in factors.other_slacks.items()]
-        # If all products of an equilibrium row with the velocities of a joint's blocks have variables,
-        # compatibility implies the products of this row with three of the joint's four rates. Only the
-        # product with the fourth rate then needs a row.
+        # Compatibility gives three equations between the four rates of a joint and the velocities of its
+        # blocks. Let the relaxation have variables for the products of the forces in an equilibrium row with
+        # these velocities. The row times three of the rates then follows from the row times the velocities
+        # and the row times the fourth rate. Only the row times the fourth rate is declared.
         model.statics = self._constraint(product(equilibrium, [motion, *all_velocities]))
         with_rates = (
             (form, {rate: 1.0})
@@ -135,11 +136,11 @@ class PyomoProducts:
         model.opening = self._constraint(open_beyond, least=0.0)
 
     def _follows(self, statics: Form, rate: int) -> bool:
-        """Return True if compatibility implies three of the products of an equilibrium row with joint rates.
+        """Return True if compatibility implies an equilibrium row times three of the rates of a joint.
 
-        The joint is the one to which ``rate`` belongs, and has four rates. Three of the four products follow
-        if the relaxation has variables for the products of all forces in the row, the linear form
-        ``statics``, with the velocities of the joint's blocks.
+        ``statics`` is the linear form of the row, and ``rate`` is one of the four rates of the joint. The row
+        times three of the rates is implied if the relaxation has variables for the products of all forces in
+        the row with the velocities of the joint's blocks.
         """
         moves = self.factors.motion_of(rate // 4)
         forces = [i for i in statics if i < self.factors.load_factor]

@@ -88,7 +88,7 @@ def _global(assembly: Assembly) -> Declared:
     forces = (
         "all limits follow from statics"
         if bounds.forces_derived
-        else "each limit follows from statics, or is assumed if statics set no limit"
+        else "each limit follows from statics, or is assumed if statics does not limit the force"
     )
     # If a joint rocks with rate p, its edge opens by 2 p. The limit of the rate is therefore half the limit
     # of edge openings.
@@ -104,7 +104,7 @@ def _global(assembly: Assembly) -> Declared:
         _objective("load_factor", problem),
         f"load_factor is between 0 and {highest:.9g}, slightly above the associative load factor",
         f"the sum of all slips and edge openings is at most {bounds.rates:.9g}; {rates}",
-        f"forces: {forces}",
+        f"limits of the forces: {forces}",
     ]
 
 

@@ -42,9 +42,9 @@ class GlobalOptions(Options):
     Attributes
     ----------
     time_limit: time for both ends of the bracket, in seconds. Each program has at least one second.
-    rate_bound: largest sum of slips and edge openings that is assumed if kinematics set no limit, in units of
-        the live load's mean velocity. The bound is then valid for states below this sum. The default is ten
-        times the sum in the lowest known state, and at least 100.
+    rate_bound: largest sum of slips and edge openings that is assumed if kinematics imposes no limit,
+        relative to the mean velocity of the live load. The lower bound of λ is then valid for states below
+        this sum. The default is ten times the sum in the lowest known state, and at least 100.
     """
 
     time_limit: Annotated[float, Strict(), Field(gt=0, le=1e6)] = 60.0

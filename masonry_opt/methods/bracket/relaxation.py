@@ -25,8 +25,8 @@ from masonry_opt.solution.acceptance import BEYOND_LIMITS, CLOSED, SMALLEST
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 
-#: Limit of the joint forces that method "global" assumes if statics set no limit, relative to the sum of all
-#: loads. A smaller value may exclude states with large forces.
+#: Limit that method "global" assumes for each joint force that statics does not limit, relative to the sum of
+#: all loads. A smaller value may exclude states with large forces.
 _TIMES_LOADS = 10.0
 
 #: Largest rate or velocity of the mechanisms that an infeasibility proof must exclude. Faster mechanisms are
@@ -63,9 +63,11 @@ _MOST_PROGRAM_ITERATIONS = 500
 #: Smallest time limit of one program of method "global", in seconds.
 LEAST_TIME = 1.0
 
-#: Largest distances, in blocks, between the two factors of a product: one pair of distances for each program.
-#: The first distance is for products of a force and a rate, the second for products of a force and a
-#: velocity. The next pair is used if the bounds of λ still differ and time remains.
+#: Pairs of distances that select the products in the successive programs of method "global". A program
+#: contains a product only if the places of its two factors are at most a distance apart, in blocks (see
+#: :func:`distances`). The first distance of a pair is for products of a force and a rate, and the second
+#: distance for products of a force and a velocity. The next pair is used if the bounds of λ still differ and
+#: time remains.
 RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
 #: Relative margin by which the largest λ of the programs exceeds the lowest known λ. Without a margin, the
@@ -81,13 +83,13 @@ _WORTH_REPEATING = 0.5
 #: products are skipped, because they would need too much memory.
 _MOST_PRODUCTS = 400_000
 
-#: Smallest limit of the sum of all rates that method "global" assumes if kinematics set no limit, in units of
-#: the mean velocity of the live load.
+#: Smallest limit of the sum of all rates that method "global" assumes if kinematics imposes no limit,
+#: relative to the mean velocity of the live load. A smaller value may exclude states with large rates.
 _LEAST_RATES = 100.0
 
-#: Limit of the sum of all rates that method "global" assumes if kinematics set no limit, relative to the sum
-#: in the lowest known state. A smaller value may exclude states with large rates. On walls, the sum in the
-#: lowest known state is 30 to 140.
+#: Limit of the sum of all rates that method "global" assumes if kinematics imposes no limit, relative to the
+#: sum in the lowest known state. A smaller value may exclude states with large rates. On walls, the sum in
+#: the lowest known state is 30 to 140 times the mean velocity of the live load.
 _OVER_KNOWN = 10.0
 
 
@@ -102,10 +104,10 @@ class StateBounds:
     #: replaces the bound of z₀.
     forces: np.ndarray
     rates: float  #: upper bound of the sum of all slips and edge openings
-    #: True if statics imply the limits of the forces. If False, some limits are assumed, and a bound is valid
-    #: only for states whose forces are within the limits.
+    #: True if statics implies the limits of the forces. If False, some limits are assumed, and a bound is
+    #: valid only for states whose forces are within the limits.
     forces_derived: bool
-    #: True if kinematics imply the limit of the rates. If False, the limit is assumed.
+    #: True if kinematics implies the limit of the rates. If False, the limit is assumed.
     rates_derived: bool
 
     def allow(self, problem: Problem, q: np.ndarray, d: np.ndarray) -> bool:
@@ -126,7 +128,7 @@ def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Ef
     With this restriction no state is excluded if dilatancy is not negative: a joint at yield in both senses
     carries no force, and may open instead. A joint without friction and cohesion must not dilate.
 
-    ``assumed_rates`` is the sum of rates that is used if kinematics set no limit.
+    ``assumed_rates`` is the sum of rates that is used if kinematics imposes no limit.
     """
     normal, forces, derived = _force_limits(problem, (0.0, highest), effort)
     rates = _most_rates(problem, highest, effort)
@@ -264,7 +266,8 @@ class BoundStep:
 def distances(problem: Problem) -> Pairs:
     """Return distances, in blocks, between joints, shape (c, c), and from joints to blocks, shape (c, b).
 
-    A distance is the number of steps from block to block through joints.
+    A distance is the number of steps from block to block through joints. Two joints of one block have the
+    distance 0.
     """
     touches = problem.matrices.ends.toarray()
     between = shortest_path(touches @ touches.T, directed=False, unweighted=True)
@@ -434,7 +437,7 @@ def a_little_above(best: float) -> float:
 
 
 def assumed_rates(problem: Problem, d: np.ndarray | None) -> float:
-    """Return the assumed limit of the sum of slips and edge openings if kinematics set no limit.
+    """Return the limit of the sum of slips and edge openings that is assumed if kinematics imposes no limit.
 
     The limit is a multiple of the sum in the state with the lowest λ, whose velocities d have shape (3b,),
     and has a minimum. ``d`` is None if no state is known.
