@@ -15,7 +15,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 
 class CvxpyForces:
-    """Program for forces in equilibrium and within yield that minimise a linear cost.
+    """Program for forces that satisfy equilibrium and the yield conditions, and minimise a linear cost.
 
         min  a λ + b·q    s.t.    B q + λ f_L + f_D = 0,    0 ≤ z = C(μ) q + c ≤ room,    λ within an interval
 

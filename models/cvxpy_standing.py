@@ -22,7 +22,7 @@ def by_cones(problem: Problem) -> bool:
 
 
 class CvxpyStanding:
-    """Static program, eq. (9), without live load: find any forces in equilibrium and within yield.
+    """Static program, eq. (9), without live load: find forces that satisfy equilibrium and yield conditions.
 
     B q + f_D = 0,    z = C(slope) q + c ≥ 0;    in space n ≥ 0,    |(s, t)| ≤ c + slope · n
     """
@@ -70,9 +70,9 @@ class CvxpyDriven:
         max  f_D·d − c·p    s.t.    Bᵀ d = D(slope) p,    p ≥ 0,    −1 ≤ d ≤ 1
         min  Σ|B q + f_D|   s.t.    C(slope) q + c ≥ 0
 
-    The second line is the dual program. It finds the forces within yield that are nearest to equilibrium. In
-    space, the friction limits are cones, or polygons if ``senses`` is passed; see
-    :class:`~.cvxpy_cone.ConeMechanism`.
+    The second line is the dual program. It finds the forces that satisfy the yield conditions and
+    are nearest to equilibrium. In space, the friction limits are cones, or polygons if ``senses`` is passed;
+    see :class:`~.cvxpy_cone.ConeMechanism`.
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits, senses: Senses | None = None) -> None:

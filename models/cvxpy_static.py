@@ -8,7 +8,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class CvxpyStatic:
-    """Static program, eq. (9): maximise λ over all forces in equilibrium and within yield.
+    """Static program, eq. (9): maximise λ over forces that satisfy equilibrium and the yield conditions.
 
         max  λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    z = C(slope) q + c ≥ 0
 
