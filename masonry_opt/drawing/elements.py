@@ -223,7 +223,7 @@ def heading(result: Outcome) -> str:
         drawn = f"; drawn: {movement}" if shows_last_motion else ""
         return f"no load factor ({result.status}){drawn}"
     load_factor = numeral(result.load_factor, ".5f")
-    line = f"collapses at λ = {load_factor} times the live load (method {result.method})"
+    line = f"collapses at the load factor λ = {load_factor} (method {result.method})"
     tilt = result.tilt_angle
     if tilt is None:
         return line

@@ -14,7 +14,7 @@ _FILL_OPACITY = 0.22  #: Opacity of fill. Backing is drawn over fill and has the
 
 
 def draw_fill(axes: Axes, assembly: Assembly) -> list[Patch]:
-    """Draw the areas of fill and backing at rest, and return their legend entries."""
+    """Draw the areas of fill and backing above the undisplaced blocks, and return their legend entries."""
     fills, backings = _areas(assembly)
     look: dict[str, Any] = {"facecolor": FILL, "alpha": _FILL_OPACITY, "linewidth": 0, "zorder": 0.2}
     handles = []

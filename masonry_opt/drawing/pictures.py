@@ -165,7 +165,7 @@ def _frame(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> 
 
 
 def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> None:
-    """Draw supports, outlines at rest, blocks after a fraction of the magnified motion, and marks."""
+    """Draw supports, undisplaced outlines, blocks after a fraction of the magnified motion, and marks."""
     assembly, origin = elements.assembly, elements.assembly.geometry.origin
     rings, supports = outlines(assembly.geometry.polygons), elements.supports
     blocks = np.setdiff1d(np.arange(len(rings)), supports)

@@ -100,7 +100,7 @@ def group(name: str, elements: Iterable[str], **attributes: object) -> str:
 
 
 def blocks_svg(elements: Elements, canvas: Canvas) -> str:
-    """Return all blocks as SVG: outlines at rest, moved blocks, and hatched supports."""
+    """Return all blocks as SVG: outlines of undisplaced blocks, moved blocks, and hatched supports."""
     assembly, shapes = elements.assembly, elements.assembly.geometry.polygons
     drawn = ["".join(canvas.line(ring, closed=True) for ring in rings) for rings in outlines(shapes)]
     movable = np.isin(np.arange(len(shapes)), assembly.movable)

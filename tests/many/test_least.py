@@ -94,7 +94,7 @@ def test_a_margin_is_not_passed_off_as_a_load_factor():
         assert result.status is (mo.Status.STABLE if trial.holds else mo.Status.UNSTABLE)
         assert (result.solution.q is None, result.solution.d is None) == (not trial.holds, trial.holds)
         assert "load factor λ" not in str(result)
-    assert "collapses at λ" not in found.fails.result.plot().axes[0].get_title()
+    assert "collapses at the load factor λ" not in found.fails.result.plot().axes[0].get_title()
     assert [reason.code for reason in found.fails.result.reasons] == [Code.FALLS]
 
 
