@@ -19,7 +19,7 @@ LEAST = "least, proven"
 #: Name of the load factor of a crossing, if it is proven that no state at the worst position has a lower λ,
 #: but nothing is proven for positions that were not solved.
 LEAST_AT_POSITION = "least at this position, proven"
-#: Name of the load factor of a crossing that the user or the time limit ended.
+#: Name of the load factor of a crossing that was stopped by the user or by the time limit.
 LEAST_SO_FAR = "the least at the positions solved so far"
 #: Name of the load factor of a state that is not exact. The name is also used for an exact state if the load
 #: history ends at a smaller load factor.

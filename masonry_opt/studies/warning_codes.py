@@ -19,12 +19,12 @@ class StudyCode(StrEnum):
     #: ``message`` of the first run.
     RUNS_UNDECIDED = "runs undecided"
     #: The load factor decreases as a friction, cohesion or strength increases. The record has the name of
-    #: this ``parameter``. For a sweep it also has the two ``values`` and ``load_factors`` at the largest
-    #: decrease of λ, and the values of the other parameters, ``fixed``. For a sample it also has the
-    #: ``rank_correlation``.
+    #: this ``parameter``. For a sweep it also has ``values`` and ``load_factors``, the two parameter values
+    #: and the two load factors at the largest decrease of λ. The values of the other parameters are
+    #: ``fixed``. For a sample the record also has the ``rank_correlation`` of the parameter and λ.
     FALLS_WITH_STRENGTH = "falls with strength"
-    #: The scene meets the requirement at some values beyond the threshold, although it should fail there. The
-    #: record has these ``values``.
+    #: The scene meets the requirement at some parameter values beyond the threshold, although it should fail
+    #: there. The record has the list ``values`` of these parameter values.
     SEVERAL_THRESHOLDS = "several thresholds"
     #: The ``load_factor`` of a crossing is less than its lower ``bound``, which is a contradiction.
     BELOW_BOUND = "below bound"

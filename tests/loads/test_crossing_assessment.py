@@ -260,7 +260,7 @@ def test_chords_are_named_as_a_reason():
     found = mo.crossing(scene, axles(60.0, road=[(-1.8, 2.3), (1.8, 2.3)]), method="static")
     facts = found.facts()
     assert "(chords inside the parabola lower λ by " in facts["first look"]
-    assert "Coulomb friction and chords may lower λ below this bound" in facts["bound"]
+    assert "chords inside the crushing parabola may lower λ below this bound" in facts["bound"]
 
 
 @pytest.mark.slow

@@ -210,8 +210,8 @@ def _solve_first_positions(
 
     Returns the answers, and the exception that ended the solves.
 
-    A load case that is not known to carry its dead load is the last that is solved. The exception is None
-    unless the user or the time limit ended the solves. A solve that ended without an answer is then left out.
+    After a load case that is not known to carry its dead load, no further load case is solved. The exception
+    is None unless the user or the time limit ended the solves. A solve that ended without answer is left out.
     """
     firsts: list[_FirstPosition] = []
     for passage in passages:
@@ -247,7 +247,7 @@ def _limit_of(session: Session) -> TimeLimitReached:
 
 
 def _stop_of(session: Session, result: Result) -> KeyboardInterrupt | None:
-    """Return the exception of a solve that the user or the session's time limit ended, or None.
+    """Return the exception if the user or the session's time limit has stopped a solve, or None.
 
     A method may have a time limit of its own. This limit does not end a crossing.
     """

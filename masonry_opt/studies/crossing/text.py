@@ -156,7 +156,7 @@ def _associative_facts(answer: CrossingLoadFactors) -> dict[str, str]:
         proven = "proven lower bound of the associative load factor along the whole road"
         lower = "Coulomb friction may lower λ below this bound"
         if worst.crushing:
-            lower = "Coulomb friction and chords may lower λ below this bound"
+            lower = "Coulomb friction and chords inside the crushing parabola may lower λ below this bound"
         lines["bound"] = f"{numeral(answer.bound, '.6f')}: {proven}{law}; {lower}"
     return lines
 
