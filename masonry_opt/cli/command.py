@@ -115,9 +115,10 @@ _SHARED: dict[str, Any] = {
 
 
 class Given(dict[str, Any]):
-    """Arguments that the user typed for the functions of a command, by parameter name.
+    """Arguments from the command line for the functions that a command calls, by parameter name.
 
-    Arguments of the command itself are not included. The functions use their defaults for missing arguments.
+    The dictionary contains only arguments that the user typed, and no arguments of the command itself. The
+    functions use their defaults for missing arguments.
     """
 
     called: Mapping[str, str] = {}  #: Name of the command-line option for each parameter name.

@@ -322,10 +322,10 @@ def _gravity_warnings(gravity: float, extent: float, height: float, period: floa
 
 
 def _strut_changes(struts: Sequence[StrutPath], ultimate: float, d: np.ndarray) -> Iterator[StrutChange]:
-    """Generate the ties that lengthen and the props that shorten until a displacement is reached.
+    """Generate the ties that lengthen and the props that shorten as blocks move to the ultimate displacement.
 
-    ``d`` are the displacements of the states of the curve. The change of a length is the largest change in
-    all states up to the displacement.
+    ``d`` are the displacements d* of the oscillator at the states of the capacity curve, and ``ultimate`` is
+    the ultimate displacement. The largest change of a length up to the ultimate displacement is reported.
     """
     for strut in struts:
         on_the_way = strut.change[d <= ultimate]

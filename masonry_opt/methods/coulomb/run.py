@@ -162,7 +162,10 @@ class LowestState:
 
     @cached_property
     def _alternation(self) -> "Alternation":
-        """Finder of exact states, which solves kinematic and static programs by interior-point methods."""
+        """Return the finder of exact states that solves kinematic and static programs alternately.
+
+        Interior-point methods solve the programs.
+        """
         from masonry_opt.methods.exact.alternation import alternation_of
 
         return alternation_of(self._task, self._settings)

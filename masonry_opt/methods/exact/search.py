@@ -65,7 +65,10 @@ class StateRecord:
         return [reason(Code.STATES_MET, **values), *below]
 
     def recorded_in(self, solution: Solution) -> Solution:
-        """Return the solution, with the number of starts and the number of exact states added."""
+        """Return a solution that also contains the number of starts and the number of exact states found.
+
+        If no exact state was found, the solution is returned unchanged.
+        """
         if not self.load_factors:
             return solution
         below_zero = self.lowest if self._has_state_below else inf

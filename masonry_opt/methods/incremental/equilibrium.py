@@ -78,11 +78,13 @@ class _Step:
     response: Response
     displacement: np.ndarray  #: d, shape (3b,)
     unbalanced: np.ndarray  #: r, shape (3b,)
-    residual: np.ndarray  #: residual of eq. (2), or of eq. (1) if there is no damping, shape (3b,)
+    #: Residual of the damped motion, or of equilibrium if there is no damping, shape (3b,): eq. (2) or
+    #: eq. (1) of the module docstring.
+    residual: np.ndarray
 
 
 class EquilibriumSolver:
-    """Solver for equilibrium, eq. (1), and for damped motion, eq. (2), of the blocks of one problem.
+    """Solver for equilibrium and damped motion of the blocks of one problem: eqs (1) and (2) of the module.
 
     Attributes
     ----------
@@ -142,7 +144,7 @@ class EquilibriumSolver:
         return Equilibrium(step.state, step.response, by_motion=False)
 
     def move(self, state: BlockState, load: np.ndarray) -> Equilibrium | Collapse | SlowMotion:
-        """Follow the damped motion, eq. (2), up to equilibrium, collapse or the largest number of solves."""
+        """Follow the damped motion up to equilibrium, collapse or the largest number of linear solves."""
         rigid = self._find_rigid_motion(state, load)
         if rigid is not None:
             return Collapse(state, rigid)
@@ -264,7 +266,7 @@ class EquilibriumSolver:
         return motion if self.size(change) <= self.settings.steady * self.size(step.unbalanced) else None
 
     def _step_in_time(self, start: _Step, load: np.ndarray, damping: float) -> tuple[_Step | None, float]:
-        """Return an implicit Euler step of eq. (2), and the fraction of the full step length that was taken.
+        """Return an implicit Euler step of the damped motion, and the taken fraction of the full step length.
 
         Newton's method continues as long as each iteration halves the residual. If the method fails, the
         direction of the first iteration is shortened. The step is None if it would become too short.
@@ -303,7 +305,10 @@ class EquilibriumSolver:
         return None, 0.0
 
     def _solve(self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None) -> _Step | None:
-        """Solve eq. (1) by Newton's method with backtracking. Return None if the method fails."""
+        """Solve equilibrium, eq. (1) of the module docstring, by Newton's method with backtracking.
+
+        None is returned if the method fails.
+        """
         step = self._evaluate(state, load, 0.0, predictor)
         size = self.size(step.residual)
         for _ in range(self.settings.newton_iterations):
