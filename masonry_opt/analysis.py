@@ -49,7 +49,7 @@ class Session:
     how: HowToSolve  #: how to solve each scene: method, solver and options
     #: Cache of compiled optimisation programs, which are reused for scenes that differ only in joint
     #: properties. The cache also stores joint forces of earlier scenes, because the forces may show that a
-    #: later scene is stable. The cache does not change any result.
+    #: later scene is stable. The cache does not change any load factor.
     kept: ProgramCache = field(default_factory=ProgramCache)
     #: If True, the session decides whether a scene without live load is stable. If False, a scene without
     #: live load raises an error.
@@ -269,7 +269,7 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     if incremental is None or incremental.load_factor is None or not solution.proven_none:
         return solution
     # It is proven that the scene never collapses, so remove the incremental load factor. Under this load
-    # factor contacts slip, but the slip stops before the blocks collapse.
+    # factor contacts slip, but they lock, and the blocks do not collapse.
     incremental = replace(
         incremental,
         found=FinalState(),
@@ -282,7 +282,7 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
 
 
 def _with_only_state(problem: Problem, solution: Solution) -> Solution:
-    """Record whether the load factor of a solution is proven to be the only λ > 0 at collapse."""
+    """Record whether it is proven that no λ > 0 other than the solution's load factor causes collapse."""
     load_factor = solution.load_factor
     if load_factor is None or solution.kind in (Kind.ASSOCIATIVE, Kind.INCREMENTAL):
         return solution
@@ -352,8 +352,8 @@ def solve(  # noqa: PLR0913 - each option of the public API is an argument
     tolerance: Feasibility and gap tolerance of the solver, for "static", "kinematic" and "nonassociative"
         (default 1e-9). With cones of friction in space the solver may miss the tolerance; the reasons of the
         result then say so.
-    incremental: True if Coulomb methods compute the incremental load factor too (up to 3000 joints, or 3000
-        contacts in space).
+    incremental: True if Coulomb methods compute the incremental load factor too (up to 3000 joints; in space,
+        contact points).
     time_limit: Seconds after which the analysis ends with the lowest collapse state found so far, or without
         an answer. The reasons of the result then say so. In method "global" it limits the search for the two
         bounds. If a scene has load cases, each has this time.

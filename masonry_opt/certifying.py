@@ -40,10 +40,10 @@ _FRICTION_LAWS = ("cone", "polygon")
 _CRUSHING_LAWS = ("chords", "parabola")
 
 #: Limits of the residuals up to which :func:`certify` accepts a state as exact. The limits are those of this
-#: package's exact states, except for a smaller limit of ``work``: unbalanced forces change λ by at most this
-#: fraction of λ. The residual ``work`` of this package's exact states reaches 7e-12 on the scenes of
-#: ``cases/``, 4e-10 on random scenes, and 3e-7 if the live load acts on blocks 20,000 times lighter than
-#: others.
+#: package's exact states, except for a smaller limit of ``work``. Unbalanced forces can then change λ by at
+#: most this fraction of λ, and cannot hide a wrong λ. The residual ``work`` of this package's exact states
+#: reaches 7e-12 on the scenes of ``cases/``, 4e-10 on random scenes, and 3e-7 if the live load acts on blocks
+#: 20,000 times lighter than others.
 _LIMITS_OF_USERS_STATES: Limits = replace(LIMITS[Kind.EXACT], work=1e-6)
 
 

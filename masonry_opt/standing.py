@@ -124,7 +124,7 @@ class DeadLoadCheck:
                 return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **error.values), None
         if falling is None:
             return None, forces
-        self.effort.begins("search for the falling blocks, and effect of more friction or strength")
+        self.effort.begins("falling blocks of an unstable scene, and the effect of more friction or strength")
         with self.effort.measure("dead_load"):
             falling = diagnosis.as_it_falls(assembly, falling, Effort())
             falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))

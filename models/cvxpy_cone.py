@@ -10,8 +10,8 @@ from masonry_opt.models.cvxpy_terms import CvxpyMechanism, CvxpyStatics
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, ShearLimits
 
-#: Factor that multiplies the objective of ConeMotion. Solvers stop at a fixed duality gap. The larger the
-#: factor, the smaller is this gap relative to the objective.
+#: Factor that multiplies the objective of ConeMotion. Solvers stop at an absolute duality gap. The larger the
+#: factor, the smaller this gap is relative to the objective.
 _ENERGY_SCALE = 100.0
 
 

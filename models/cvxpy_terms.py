@@ -60,7 +60,7 @@ class CvxpyStatics:
         return np.asarray(self.within_yield[0].dual_value)
 
     def forces(self) -> tuple[float, np.ndarray]:
-        """Return λ and the forces q of the c joints, shape (3c,), at the optimum."""
+        """Return λ and the forces q of c joints and t limited forces, shape (3c + t,), at the optimum."""
         return float(self.load_factor.value), np.asarray(self.q.value)
 
 

@@ -95,7 +95,8 @@ def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> 
     others = [given.called[name] for name in given if name in of_sample]
     if vary and others:
         raise OptionError(
-            f"{', '.join(others)} cannot be used with --vary: use --sample, or omit this option"
+            f"{', '.join(others)} cannot be used with --vary: use --sample instead of --vary, or omit "
+            "every option that needs --sample"
         )
     values = dict(vary or drawn)
     if len(values) < len(vary or drawn):
@@ -134,7 +135,7 @@ def _names(text: str) -> list[str]:
 @command(
     mo.compare,
     methods=typer.Option(
-        help="Methods, separated by commas. Non-default methods, such as global, are possible.",
+        help="Methods, separated by commas. Methods that do not run by default, such as global, are allowed.",
         parser=_names,
     ),
     solvers=typer.Option(help=_SOLVERS, parser=_names),

@@ -193,7 +193,7 @@ def least(
     time_limit: float | None = None,
     json: bool = False,
 ) -> None:
-    """Find the value of a parameter at which CASE is just stable, or just carries the load.
+    """Search a range for the value of a parameter at which CASE is just stable, or just carries the load.
 
     Exit code 0: the value was found; 1: an analysis could not decide whether a scene is stable, or carries
     the load; 2: wrong input. Exit code 2 also means that both ends of the range have the same answer: the
@@ -258,7 +258,9 @@ def settle(
 
 @command(mo.solve, mo.report, leave="answer", out=typer.Option(metavar="FILE", help=_REPORT_FILE_HELP))
 def report(given: Given, case: Path, load_case: str | None = None, out: Path | None = None) -> bool:
-    """Write a report on all load cases, or only on the named load case. Axles of CASE move over the road.
+    """Solve all load cases, or only the named load case, and report the results.
+
+    If CASE has axles, they move over the road.
 
     Exit code 0: all load factors were found; 1: a load factor is missing or the time limit was reached, and
     the page says so; 2: wrong case file or option; 130: interrupted, and no page was written.
@@ -295,7 +297,7 @@ def _is_complete(answer: Any) -> bool:
 
 
 def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]) -> list[Any]:
-    """Return the answers of a report: of all load cases and of the crossing axles, or of a single scene."""
+    """Return the answers for a report: of load cases and of crossing axles, or else of the scene alone."""
     cases = scene.load_cases if scene.load_case is None else []
     answers: list[Any] = []
     if cases and not all(case.moves for case in cases):

@@ -284,7 +284,10 @@ def points_in_unit(axes: Axes) -> float:
 
 
 def letters_in(name: str, wide: float) -> float:
-    """Return the largest font size, up to ``_MAX_LETTERS``, with which a name fits into a given width."""
+    """Return the largest font size, up to ``_MAX_LETTERS``, with which a name fits into the width ``wide``.
+
+    Font size and width are in points.
+    """
     return min(wide / (_LETTER_WIDTH * len(name)), _MAX_LETTERS)
 
 

@@ -373,7 +373,7 @@ def _line_of_thrust(lines: np.ndarray, points: np.ndarray, shrink: float) -> Ite
 
 
 def _force_scale(assembly: Assembly, largest: float, unit: float) -> Marks:
-    """Return a scale bar for forces. The bar represents a round number of at most ``largest``.
+    """Return a scale bar for forces. The bar represents a force with a round value of at most ``largest``.
 
     ``unit`` is the drawn length of a unit force.
     """

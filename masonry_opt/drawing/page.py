@@ -307,7 +307,7 @@ def notebook_html(result: Outcome) -> str:
     lines += [status, load_factor_rows(result)]
     lines += [f"Warning: {text(words)}" for words in sentences(result.warnings)]
     if result.size.blocks <= MOST_BLOCKS_DRAWN:
-        # The picture already contains its title and its legend, so no title or legend is added below it.
+        # The picture contains a legend, so the page adds no legend below the picture.
         source = elements_picture(elements).source()
         lines.append(f'<img alt="picture of {text(elements.title)}" style="width:100%" src="{source}">')
     lines.append(caption(elements))

@@ -28,9 +28,11 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.sense import warnings_of
 
-_SMALLEST_NAME_SIZE = 3.0  #: Smallest font size of block names, in points.
-#: Smallest font size of block names in scenes with many blocks, in points. Names of this size are legible
-#: only if the picture is enlarged.
+#: Smallest font size of block names in scenes of up to ``_MANY`` blocks, in points. A name of this size may
+#: be wider than its block.
+_SMALLEST_NAME_SIZE = 3.0
+#: Smallest font size of block names in scenes of more than ``_MANY`` blocks, in points. Names of this size
+#: are legible only if the picture is enlarged.
 _TINY_NAME = 1.0
 #: Number of blocks above which names of blocks may be smaller than ``_SMALLEST_NAME_SIZE`` and have no white
 #: rim.

@@ -286,8 +286,8 @@ def export(
     method = method or "static"
     _refuse_program(path, method, force)
     assembly = assemble(scene.assembly.scene if isinstance(scene, Result) else as_scene(scene))
-    # For Coulomb methods, refuse dilatancy that depends on stress. A method would then solve several
-    # programs, but only a single program can be exported.
+    # For Coulomb methods, refuse dilatancy that depends on stress. With such dilatancy a method solves
+    # several programs, but only a single program can be exported.
     entry = METHODS["coulomb" if method == "mcp" else method]
     refuses = entry.refuses if entry.associative else entry.refuses | {"dilatancy"}
     refuse_unsuited(replace(entry, name=method, refuses=refuses), assembly)

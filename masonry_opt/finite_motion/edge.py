@@ -27,7 +27,7 @@ from masonry_opt.solution.thresholds import same
 #: velocities are relative to the speed of the fastest corner, and deviations of lengths to the size of the
 #: scene. With a larger value, more mechanisms count as rotations about an edge.
 _ROTATION_TOLERANCE = 1e-3
-#: If λ grows without bound near an angle, the path ends before this angle, by this fraction of the angle.
+#: If λ grows without bound as an angle is approached, the path ends earlier, by this fraction of the angle.
 _POLE_DISTANCE = 1e-3
 #: A joint is reported as opening or sliding if its rate exceeds this fraction of the largest rate.
 _REPORTED_SHARE = 1e-3
@@ -160,7 +160,7 @@ class EdgePath:
         return -dead, live
 
     def _follow(self, count: int) -> Reason:
-        """Compute a number of states up to the largest angle, and return the reason why the path ends.
+        """Compute ``count`` states up to the largest angle, and return the reason why the path ends.
 
         λ vanishes at the largest angle, or grows without bound just beyond it. The path ends earlier if
         blocks meet or no admissible forces exist.

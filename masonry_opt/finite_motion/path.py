@@ -247,10 +247,10 @@ class HingingPath:
         return stretch if event_back else back
 
     def _onward(self, chain: Chain, point: np.ndarray, hint: np.ndarray) -> _Stretch | None:
-        """Return the part of the path that starts at a point and continues a motion in the same direction.
+        """Return the part of the path that starts at a point and continues in the direction of ``hint``.
 
-        The result is None if no block can move. The path ends at a bifurcation, at which several tangents
-        exist.
+        ``hint`` are rates of the poses of all blocks. The result is None if no block can move. The path ends
+        at a bifurcation, at which several tangents exist.
         """
         tangents = chain.tangents(point)
         if len(tangents) > 1:

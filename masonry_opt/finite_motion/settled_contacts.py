@@ -250,7 +250,10 @@ class Contacts:
         return np.append(parts[0], change), parts[1][sticks], derivative
 
     def _lengthening(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lengthening of each tie or prop, and its derivatives with respect to the poses."""
+        """Return the lengthening of each tie or prop, and its derivatives with respect to the poses.
+
+        The shapes are (k,) and (k, 3 bodies).
+        """
         change, slope = np.zeros(len(self.struts)), np.zeros((len(self.struts), *poses.shape))
         for row, strut in enumerate(self.struts):
             apart = np.zeros(2)

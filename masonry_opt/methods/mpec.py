@@ -64,7 +64,8 @@ class MpecOptions(Options):
     Attributes
     ----------
     start: "loop" (the answer of the loop), "cold" (no forces and no motion), or a result of the same scene.
-    epsilon: first bound ε of each product z p, in median block weights times the live load's mean velocity.
+    epsilon: first bound ε of each product z p, relative to the median dead load of a block times the live
+        load's mean velocity.
     epsilon_min: last bound ε, in the same unit.
     """
 

@@ -164,8 +164,7 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
 def _size(load_factor: float, at: float, share: float) -> float:
     """Return the factor s for which the modified loads at λ are s times the loads of the scene at λ / s.
 
-    The factor s is 1 at λ = ``at``. ``share``
-    is the fraction of the dead load that grows with the live load.
+    The factor s is 1 at λ = ``at``. ``share`` is the fraction of the dead load that grows with the live load.
     """
     return 1 + share * (load_factor / at - 1)
 

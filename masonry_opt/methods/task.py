@@ -68,7 +68,7 @@ class Method:
 
     name: str  #: name of the method, as users write it
     runs: str  #: function that runs the method, as "module:name" in package ``methods``
-    takes: str = ""  #: class of the options, as "module:name" in package ``methods``, or "" for none
+    takes: str = ""  #: class of the options, as "module:name" in package ``methods``; "" if there are none
     #: Names of the solvers that the method can use, by model (one of ``MODELS``). The first model and its
     #: first solver are the defaults. An empty tuple means all solvers of linear programs.
     solvers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"cvxpy": (), "pyomo": ()})

@@ -92,7 +92,7 @@ class SettledState:
         return tuple(replace(piece, ends=placed(piece.ends, self.poses[piece.block])) for piece in at_rest)
 
     def road(self, scene: Scene, at_rest: Geometry, line: np.ndarray, called: str = "the road") -> np.ndarray:
-        """Return the points of a road that moves up and down with the blocks below it.
+        """Return the points of a road that keeps its height above the blocks below it as they move.
 
         Abscissae do not change. Where two blocks meet, the road has the greater of the heights above both.
         Over empty space the road stays as drawn.

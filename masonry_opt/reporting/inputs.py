@@ -14,9 +14,8 @@ from masonry_opt.scene.typical_sizes import GRAVITY_BY_UNIT
 from masonry_opt.solution.reasons import Code
 from masonry_opt.solution.typical_units import units_in_words
 
-#: Smallest number of pairs of almost parallel joints at which a warning may say that their angles are
-#: probably errors of a survey. With a smaller value, the warning would say this about intended wedges, such
-#: as a keystone.
+#: Smallest number of nearly parallel joints at which a warning may say that the angles are probably errors of
+#: a survey. With a smaller value, the warning would also say this about intended wedges, such as a keystone.
 _MANY_PAIRS = 10
 
 #: Smallest ratio of the upper to the lower quartile of the wedge angles at which a warning may say that the

@@ -230,7 +230,7 @@ def _upper_bound(result: Outcome) -> str:
 
 
 def _associative_remark(result: Outcome) -> str:
-    """Return the remark that an associative load factor is an upper bound, and whether its state is exact."""
+    """Return the remark that an associative load factor is an upper bound; it says if its state is exact."""
     if result.exact:
         exact = "it is also an exact collapse state with Coulomb friction"
         return f"{_upper_bound(result)}; {exact}, {_not_proven(result)}"

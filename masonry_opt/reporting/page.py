@@ -15,7 +15,10 @@ from masonry_opt.solution.stability import Stability
 #: Explanation of each residual of the certificate, as printed on an HTML page.
 RESIDUAL_MEANINGS = {
     "equilibrium": "out-of-balance forces, relative to the dead load",
-    "yield": "violation of a yield condition (friction, compression, rocking), in median block weights",
+    "yield": (
+        "violation of a yield condition (friction, compression, rocking), relative to the median dead load "
+        "of a block"
+    ),
     "flow": "motion that violates the flow rule, relative to the largest velocity",
     "complementarity": (
         "energy of joints that move but do not yield, relative to the work of the live load at λ = 1"

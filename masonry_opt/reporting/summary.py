@@ -380,7 +380,7 @@ def _technical(result: Outcome) -> dict[str, str]:
 
 
 def log_sentences(result: Outcome) -> Iterator[str]:
-    """Describe each step of the method in a sentence, with the step's duration and the λ reached."""
+    """Describe each step of the method in a sentence, with its duration and the lowest λ known after it."""
     for entry in result.solution.log:
         known = "no load factor yet"
         if entry.load_factor is not None:

@@ -100,7 +100,8 @@ BORNE_OUT = 1e-3
 #: Largest residual of a condition in a proof that no load factor exists, or that every multiple of the live
 #: load can be carried. Residuals of forces are relative to the sum of the live loads, residuals of motions to
 #: the energy that the motion gains. With this value, a proof that no load factor exists does not exclude
-#: extreme states, whose forces or motions are at least about 1e8 times as large as those due to the loads.
+#: extreme states: forces of at least about 1e8 times the loads, or motions of at least about 1e8 times the
+#: mean velocity of the live load.
 PROOF = 1e-8
 
 #: Largest relative difference between λ and its lower bound at which λ counts as proven to be the least load
@@ -121,9 +122,9 @@ BEYOND_LIMITS = 1e-6
 FEASIBLE = 1e-11
 
 #: A mechanism proves a scene unstable only if its violation of the associative flow rule is at most this
-#: fraction of its power. The power is the rate of work of the dead load less that of the cohesion, with
-#: forces in median block weights. With this value, only joint forces whose sum exceeds a million median block
-#: weights could stop the mechanism.
+#: fraction of its power. The power is the rate of work of the dead load, minus the rate of work that
+#: cohesion, strength and limited forces resist, with forces in median block weights. With this value, only
+#: joint forces whose sum exceeds a million median block weights could stop the mechanism.
 DEPARTS = 1e-6
 
 #: A slip, a shear or a violation of the associative flow rule below this magnitude counts as a rounding

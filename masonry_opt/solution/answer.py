@@ -60,9 +60,9 @@ def certify(
 ) -> Certificate:
     """Return the residuals of a collapse state under a given flow rule.
 
-    The state consists of the load factor, the joint forces q, shape (3c,), and the block velocities d, shape
-    (3b,). The flow rule is defined by ``slope``, shape (k,): the ratio of opening to slip of the joints that
-    can slide. The slope is μ for associative flow and tan φ₀ for the joints' own flow rule.
+    The state consists of the load factor, the joint forces q, shape (3c + t,), and the block velocities d,
+    shape (3b,). The flow rule is defined by ``slope``, shape (k,): the ratio of opening to slip of the joints
+    that can slide. The slope is μ for associative flow and tan φ₀ for the joints' own flow rule.
     """
     total_dead = problem.force_sizes(problem.dead).sum() or problem.live_norm
     z, p = problem.slacks(q), problem.rates(d, slope)
@@ -137,7 +137,7 @@ def violation_shares(problem: Problem, z: np.ndarray, acting: np.ndarray) -> np.
 class FinalState:
     """Joint forces and block velocities with which a method ended; each is None if unknown."""
 
-    q: np.ndarray | None = None  #: joint forces, shape (3c,)
+    q: np.ndarray | None = None  #: joint forces, shape (3c + t,)
     d: np.ndarray | None = None  #: block velocities, shape (3b,)
     #: Ratio of opening to slip of each joint that can slide, in the flow rule of the mechanism, shape (k,).
     slope: np.ndarray | None = None
@@ -156,7 +156,7 @@ class Answer(FinalState):
     """
 
     load_factor: float  #: load factor λ
-    q: np.ndarray  #: joint forces, shape (3c,)
+    q: np.ndarray  #: joint forces, shape (3c + t,)
     d: np.ndarray  #: block velocities, shape (3b,)
     slope: np.ndarray  #: ratio of opening to slip of each joint that can slide, shape (k,)
     certificate: Certificate  #: residuals of the scene as a whole
@@ -289,8 +289,8 @@ def ray_residuals(
     """Return the residuals of joint forces q that carry the live load alone, without cohesion.
 
     They are the residuals of B q + f_L = 0 and of C(slope) q ≥ 0, each divided by Σ|f_L|. The joint forces q
-    have shape (3c,). The second condition is not tested for the faces (yield conditions) for which ``still``,
-    shape (faces,), is True.
+    have shape (3c + t,). The second condition is not tested for the faces (yield conditions) for which
+    ``still``, shape (faces,), is True.
     """
     equilibrium = float(np.abs(problem.B @ q + problem.live).max())
     violation = np.where(still, 0.0, -(problem.C(slope) @ q))

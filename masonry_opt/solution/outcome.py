@@ -93,8 +93,9 @@ class Outcome:
     end: load factor at the end of the load history, when the blocks move without end; None if the history was
         not followed to its end.
     incremental_reasons: reasons why the load history ended, or why there is no incremental load factor.
-    at_incremental: result at the incremental collapse, with the times and solvers of the whole analysis.
-        None if the incremental load factor is switched off.
+    at_incremental: result of the incremental analysis, with the times and solvers of the whole analysis. None
+        if the incremental load factor is switched off, for methods with associative flow, and if the scene is
+        unstable under its dead load.
     associative: load factor with associative flow, an upper bound of all Coulomb load factors; None if
         unlimited.
     q, d: joint forces and block velocities as arrays, in the units of the problem's matrices
@@ -376,9 +377,9 @@ class Outcome:
 
     @property
     def infeasibility(self) -> InfeasibilityCertificate | None:
-        """Result of the attempt to prove that no load factor exists, with the residuals of the proof.
+        """Result of the attempt to prove that no load factor exists, with its residuals.
 
-        None if a load factor is known.
+        None if a load factor is known, or if no proof was attempted.
 
         The indices ``clamped`` refer to rows of ``joints``.
         """
@@ -395,7 +396,10 @@ class Outcome:
 
     @cached_property
     def at_incremental(self) -> Self | None:
-        """Result of the incremental analysis; None if the incremental load factor is switched off."""
+        """Result of the incremental analysis; None if no incremental load factor was requested.
+
+        It is also None if the scene is unstable under its dead load.
+        """
         if self.kind is Kind.INCREMENTAL:
             return self
         solution = self.solution.incremental

@@ -219,7 +219,7 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
         return []
     if solution.load_factor is None or solution.q is None:
         # If the analysis finds no limit of the live load, crushing at corners may limit the load in reality.
-        # The warning then names all corners, because their normal forces are unknown.
+        # The warning then names all these corners without normal forces, because no collapse state is known.
         pairs = assembly.pairs(limited)
         if solution.status.unlimited and pairs:
             return [reason(Code.CORNERS_BEAR, pairs=pairs, normal_forces=[])]

@@ -47,7 +47,7 @@ class Solution:
     #: Status of the program for the associative load factor, if a separate program was solved.
     associative_ended: Status | None = None
     #: Solution of method "incremental". If the method was not run, the reasons in this solution state why.
-    #: None if the incremental load factor is switched off, or if the scene is unstable under its dead load.
+    #: None if the incremental load factor was not requested, or if the scene is unstable under its dead load.
     incremental: "Solution | None" = None
     #: Lower bound of λ from a proof or from method "global". The reasons list the assumptions of the bound.
     bound: float | None = None
@@ -85,7 +85,7 @@ class Solution:
 
     @property
     def q(self) -> np.ndarray | None:
-        """Joint forces of the state in which the method ended, shape (3c,); None if unknown."""
+        """Joint forces of the state in which the method ended, shape (3c + t,); None if unknown."""
         return self.found.q
 
     @property

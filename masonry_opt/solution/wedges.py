@@ -42,9 +42,9 @@ _MOST_JOINTS_COMPARED = 300
 def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     """Generate warnings about wedges: blocks with nearly parallel sliding joints.
 
-    A first warning names the joints that the alignment rotated. A second warning names pairs of nearly
-    parallel joints of the aligned scene, if at least one joint of the pair slides or is at its friction
-    limit.
+    The first warning names the joints that the alignment rotated by more than ``_NAMED_TURN``. The second
+    warning names pairs of nearly parallel joints of the aligned scene, if at least one joint of the pair
+    slides or is at its friction limit. There is no second warning for associative flow.
     """
     able = _slides_without_lifting(assembly)
     joints = assembly.joints

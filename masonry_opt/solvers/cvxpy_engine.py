@@ -60,7 +60,7 @@ class CvxpyEngine:
         self._purpose = purpose
 
     def restart(self, effort: Effort) -> None:
-        """Record the time and the iterations of all later solves in the record ``effort``.
+        """Add the time and the iterations of all later solves to ``effort``.
 
         Each solve is independent of earlier solves.
         """

@@ -281,10 +281,11 @@ class HighsSession:
         return self._present_program().least(self.multipliers())
 
     def contradiction(self) -> tuple[float, np.ndarray]:
-        """Return an inequality that every feasible point of the present program satisfies, from a dual ray.
+        """Compute from a dual ray an inequality that every feasible x of the present program satisfies.
 
         The results ``value`` and ``short``, shape (columns,), define the inequality ``short·|x| ≥ value``. If
-        no x satisfies the inequality, the program is infeasible. A value of 0 proves nothing.
+        an upper bound of each |x| is known, and the inequality is violated at these bounds, the program has
+        no feasible x within the bounds. A value of 0 proves nothing.
         """
         no_cost = np.zeros(len(self.lp.cost))
         _, has_ray, ray = self._highs.getDualRay()

@@ -44,7 +44,7 @@ class PyomoEngine:
             self._highs.set_instance(program)
 
     def restart(self, effort: Effort) -> None:
-        """Record all later solves in the record ``effort``, and discard the basis of earlier solves."""
+        """Add all later solves to ``effort``, and discard the basis of earlier solves."""
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
         highs = self._highs._solver_model

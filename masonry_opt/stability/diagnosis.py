@@ -39,7 +39,7 @@ _MOST_PROGRAMS = 40
 
 #: Largest number of joints for which programs are solved by the simplex method if the first program does not
 #: decide if a load drives a mechanism. A simplex run takes half a minute for so many joints. With more
-#: joints, it remains undecided if the load drives a mechanism.
+#: joints, it then remains undecided if the load drives a mechanism.
 _SIMPLEX_UP_TO = 2000
 
 #: Largest number of joints for which the smallest stabilising factor on friction is computed. On larger
@@ -86,7 +86,7 @@ class _Standing:
 
     model: CvxpyStanding
     engine: CvxpyEngine
-    #: Joint forces, shape (3c,), that carried the dead load in the most recent stable scene.
+    #: Joint forces, shape (3c + t,), that carried the dead load in the most recent stable scene.
     forces: np.ndarray | None = None
 
     def again_for(self, problem: Problem, effort: Effort) -> "_Standing":
@@ -248,7 +248,7 @@ def locking_joints(
 def _carrying_live_load(
     problem: Problem, slope: np.ndarray, solver: Solver, effort: Effort
 ) -> np.ndarray | None:
-    """Return joint forces, shape (3c,), that carry the live load alone, or None if none are found.
+    """Return joint forces, shape (3c + t,), that carry the live load alone; None if none are found.
 
     ``slope`` is the slope of the shear limits, shape (k,).
     """
@@ -321,7 +321,7 @@ def _finer(
 
     Polygons inside the circles alternate with polygons around the circles. The first directions are evenly
     spaced. The directions of slip in a motion, shape (3b,), and the directions opposite to the shears in
-    forces, shape (3c,), are added.
+    forces, shape (3c + t,), are added.
     """
     if senses is None:
         every, points = problem.layout.senses, np.arange(len(problem.sliding))

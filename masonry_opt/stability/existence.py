@@ -67,7 +67,7 @@ _TO_BLAME = 1e-9
 #: most frequent face.
 _OF_LATE = 200
 
-#: Value of a face (yield condition) in branch and cut: its rate is not yet decided to be zero or nonzero.
+#: Value of a face (yield condition) in branch and cut: it is not yet decided if its rate is zero.
 _OPEN = -1
 
 #: Value of a face (yield condition) in branch and cut: its rate is zero.
@@ -303,7 +303,7 @@ def _ray(
 ) -> tuple[np.ndarray, tuple[float, float]] | None:
     """Return joint forces that balance the live load alone, and the residuals of equilibrium and yield.
 
-    The forces have the shape (3c,). ``slope`` is the slope of the shear limits, shape (k,); cohesion is
+    The forces have the shape (3c + t,). ``slope`` is the slope of the shear limits, shape (k,); cohesion is
     ignored. The result is None if no forces are found, or if their residuals are too large for a proof.
     """
     model = CvxpyNoMotion(problem, slope)

@@ -77,7 +77,7 @@ def framed(
 
 
 def columns(result: Result) -> dict[str, Any]:
-    """Return a result as a row of a table of runs, without the column ``seconds``."""
+    """Return a result as a row with the columns of ``ANSWER_COLUMNS``, except ``seconds``."""
     assembly, solution = result.assembly, result.solution
     spread = _spread_values(solution)
     certificate = solution.answer.certificate.as_dict() if solution.answer else {}
@@ -101,10 +101,10 @@ def columns(result: Result) -> dict[str, Any]:
 
 
 def _spread_values(solution: Solution) -> list[float]:
-    """Return the limits of the ranges of the incremental load factor under random changes of the scene.
+    """Return the limits of the ranges of the incremental load factor that the option ``spread`` computed.
 
-    The option ``spread`` computes two ranges, one with random stiffness and one with random self-stress. The
-    list is empty without the option.
+    There are two ranges, one with random stiffness and one with random self-stress. The list is empty without
+    the option.
     """
     values: list[float] = []
     for reason in solution.reasons:
@@ -115,7 +115,7 @@ def _spread_values(solution: Solution) -> list[float]:
 
 
 def mechanism(assembly: Assembly, solution: Solution) -> dict[str, Any]:
-    """Return the kind of the mechanism, and how many joints slide, hinge, separate or crush, by column.
+    """Return table columns: kind of mechanism, and how many joints slide, hinge, separate or crush.
 
     The dictionary is empty if the solution has no mechanism.
     """

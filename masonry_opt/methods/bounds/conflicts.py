@@ -357,9 +357,9 @@ class Kinematics(Theory):
 def _balancing(
     problem: Problem, flow: sp.csr_array, unbalanced: np.ndarray, resistance: np.ndarray
 ) -> np.ndarray:
-    """Return the least change of forces that removes unbalanced forces and the resistances in ``resistance``.
+    """Return the least change of forces that restores equilibrium and sets small resistances to zero.
 
-    The shape is (3c + t,).
+    The change has shape (3c + t,). The small resistances are the nonzero entries of ``resistance``.
     """
     support = np.flatnonzero(resistance)
     rows = np.vstack([problem.B.toarray(), flow[support].toarray()])

@@ -239,7 +239,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
                 return
             if not self._descended():
                 # If the limit of linear programs ended the attempt before a state was found, this call raises
-                # an exception.
+                # ProgramLimitReached.
                 self._effort.check_programs()
                 return
 

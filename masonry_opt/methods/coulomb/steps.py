@@ -162,9 +162,9 @@ class LeastProven:
     name: str = "proof of the least"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if the run seeks states with a lower λ, and the scene has the budget of this step.
+        """Return True if the run seeks a lower λ, and a proof is tried with the budget of this step.
 
-        The budget is the number of linear programs. It is either full or reduced.
+        The budget is the number of linear programs. It is full or reduced, depending on the scene.
         """
         if run.incremental is None or not run.seeks_lower or not run.budget.tries_by_default(run.problem):
             return False

@@ -46,11 +46,11 @@ _RAY_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class ExactState:
-    """Collapse state from two linear programs: one computes the forces, the other the mechanism.
+    """Collapse state from two programs: one computes the forces, the other the mechanism.
 
-    The state is exact only if its residuals are within the limits of exact states, see :attr:`exact`. A joint
-    without normal force, for example, may slide in both directions at once: this satisfies every row of the
-    programs, but violates the flow rule.
+    The mechanism has the joints' own dilatancy. The state is exact only if its residuals are within the
+    limits of exact states, see :attr:`exact`. A joint without normal force, for example, may slide in both
+    directions at once: this satisfies every row of the programs, but violates the flow rule.
     """
 
     problem: Problem

@@ -32,7 +32,7 @@ class StateRecord:
         self.load_factors: list[float] = []  #: distinct load factors of exact states, in order of discovery
         self.candidates = 0  #: number of starts, including those without an exact state
         #: Lowest load factor of all physically meaningful states. The answer of the search may have a higher
-        #: load factor, because positive load factors are preferred.
+        #: load factor, for example because positive load factors are preferred.
         self.lowest = inf
 
     def count(self, state: ExactState | Answer | None) -> None:
@@ -105,7 +105,7 @@ class Search:
 
     @cached_property
     def _largest_load_factor(self) -> float | None:
-        """Largest λ at which admissible forces are in equilibrium, or None if it could not be computed."""
+        """Largest λ at which admissible forces are in equilibrium, or None if no largest λ is found."""
         return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
@@ -150,7 +150,7 @@ class Search:
 
     @property
     def _starts_with_weaker_ties(self) -> dict[str, "_Start"]:
-        """Return functions that draw random forces in which ties use only a fraction of their strength.
+        """Return functions that draw random forces in which ties use at most a fraction of their strength.
 
         There is one function for each fraction. The keys are the names of the starts. If a scene has ties or
         other limited forces, these starts come first, because states with a lower λ may exist in which a tie
@@ -299,10 +299,10 @@ _START_FUNCTIONS: dict[str, _Start] = {
 }
 
 #: Kinds of starts in the plane, in the order in which the search repeats them. Compared with a load history,
-#: random forces and neighbours take a tenth of the time, and fixed points take a third. On slopes that slide
-#: as a whole, starts from fixed points lead to states with a lower λ than the other kinds.
+#: random forces and neighbours take a tenth of the time, and fixed points take a third. Only fixed points
+#: lead to the lowest states of some slopes that slide as a whole (see ``benchmarks/README.md``).
 _KINDS_IN_PLANE = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
-#: Kinds of starts in space, in the order in which the search repeats them. Starts from random forces lower λ
-#: in less time than starts from load histories ("self-stress").
+#: Kinds of starts in space, in the order in which the search repeats them. Starts from random forces lead to
+#: states with a lower λ in less time than starts from load histories ("self-stress").
 _KINDS_IN_SPACE = (_RANDOM_FORCES, _RANDOM_FORCES, _STRESS, _RANDOM_FORCES)

@@ -59,9 +59,9 @@ class SearchSettings(Settings):
     #: states.
     released_share: float = zero_or_more(0.02)
 
-    #: Fractions of the strength of ties and other limited forces. The first starts, one for each fraction,
-    #: limit these forces to the fraction of their strength. With more fractions, states in which ties do not
-    #: yield are found more often.
+    #: Fractions of the strength of ties and other forces with two limits. In each round of starts, the first
+    #: starts, one for each fraction, limit these forces to the fraction of their strength. With more
+    #: fractions, states in which ties do not yield are found more often.
     strength_shares: tuple[float, ...] = (0.75, 0.5, 0.25)
 
     #: Largest number of linear programs in a fixed-point iteration, which is one kind of start of the search.
@@ -92,8 +92,8 @@ class SearchSettings(Settings):
     seconds_per_joint: float = 0.2
 
     #: Weight of the energy z·p (slacks times rates), relative to λ Σ|f_L|, in the program that computes the
-    #: forces if the mechanism is known only roughly. With a smaller weight more energy remains: on façades 50
-    #: % more with weight 10. With a larger weight λ is higher: by up to 0.2 % with weight 100.
+    #: forces if the mechanism is known only roughly. With a smaller weight more energy remains: with weight
+    #: 10, 50 % more on façades. With a larger weight λ is higher: with weight 100, by up to 0.2 %.
     weight: float = 30.0
 
     #: Weights of the energy z·p (slacks times rates) in the plane. The alternation between mechanisms and

@@ -206,7 +206,7 @@ class _LoadRaising:
         self.progress = progress
         self.reached, self.carried = preload, 0.0
         self.not_carried = self.unreached = inf
-        # Load factors tried since the last equilibrium under which the damped motion remained undecided.
+        # Load factors under which a damped motion remained undecided, since the last equilibrium was found.
         self.slow: list[float] = []
         self.collapse: Collapse | None = None
         self.state: Answer | None = None

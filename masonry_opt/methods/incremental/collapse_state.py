@@ -67,7 +67,8 @@ def find_collapse_state(
         state = Refiner(problem, effort).first(forces)
         answer = None if state is None else state.answer
     else:
-        # The import is local, because this module imports a modelling language, which takes seconds.
+        # The import is local, because the imported module needs a modelling language, whose import takes
+        # seconds.
         from masonry_opt.methods.exact.alternation import Alternation
 
         answer = Alternation(problem, effort).state_near(forces, None)

@@ -66,7 +66,7 @@ def mean_force_and_compliance(
 
 @dataclass(frozen=True)
 class Response:
-    """Response of the contacts to trial forces. Force arrays have a column per joint and limited force."""
+    """Response of all contacts to trial forces. Forces have one column per joint and per limited force."""
 
     #: Forces of the contacts, shape (3, m), with one column for each joint, and then one for each limited
     #: force (such as the force of a tie). The rows of a joint are n₁, n₂ and s (in space n, s and t). The

@@ -289,7 +289,7 @@ class EquilibriumSolver:
         return self._evaluate(start.state, load, damping, step.displacement + x)
 
     def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
-        """Halve a time step until the tangent predicts the forces well; return it and its relative length.
+        """Halve a time step until the tangent predicts the forces well; return the step and its fraction.
 
         The tangent predicts that the unbalanced forces change linearly to those that the damping balances.
         """

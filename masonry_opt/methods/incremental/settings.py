@@ -41,9 +41,9 @@ class IncrementalSettings(Settings):
     #: large scenes in space remain undecided.
     far: float = 3e3
 
-    #: Largest number of joints (in space: contacts) of scenes for which methods other than "incremental"
-    #: compute the incremental load factor in addition to their own. On larger scenes the computation would
-    #: take many minutes. The other methods always use the default value.
+    #: Largest number of joints (in space: contact points) of scenes for which Coulomb methods other than
+    #: "incremental" also compute the incremental load factor. On larger scenes the computation would take
+    #: many minutes. The other methods always use the default value.
     most_joints: int = 3000
 
     #: Smallest load increment, relative to the load factor. The load history also ends if a range of this
@@ -83,8 +83,8 @@ class IncrementalSettings(Settings):
     #: by ``far``. With fewer solves fewer exact states are found in space, because directions of slip may
     #: change from solve to solve. With more solves collapses without an exact state take longer. With 0 the
     #: load history uses no exact states. Then even a plane analysis usually ends with a range of the collapse
-    #: load (code ``range`` instead of ``collapse``), and load factors differ slightly from those of exact
-    #: states.
+    #: load (code ``range`` instead of ``collapse``), and its load factor differs slightly from that of the
+    #: exact state.
     exact_solves: int = zero_or_more(4)
     #: Blocks count as free to move without resistance if more than this fraction of the unbalanced forces
     #: remains even though all contacts stick. With a smaller fraction rounding errors may look like a free

@@ -120,7 +120,7 @@ class _Ran:
 
 
 def nonassociative(task: Task) -> Solution:
-    """Solve a problem with non-associative flow by the paper's loop of linear programs.
+    """Solve a problem with the joints' own flow rule, by the paper's loop of linear programs.
 
     If a run of the loop fails, further runs follow with the remedies that ``REMEDIES`` lists for the failure.
     The history and the reasons record each run.

@@ -60,8 +60,8 @@ class LoopOptions(Options):
     c0: small cohesion, relative to the largest normal force of the first sub-problem in the joint's connected
         component. This force counts up to 1000 times the largest force on the joint's own blocks.
     start: first sub-problem: "associative", or "cohesive" (|s| ≤ trial_cohesion).
-    trial_cohesion: cohesion of the cohesive start, in median block weights. It is raised as long as the first
-        sub-problem is infeasible.
+    trial_cohesion: cohesion of the cohesive start, relative to the median dead load of a block. It is raised
+        as long as the first sub-problem is infeasible.
     max_iterations: largest number of sub-problems in a run of the loop.
     always: True to run the loop even if the associative answer obeys the joints' own flow rule. The loop may
         then find a lower load factor.

@@ -77,9 +77,11 @@ class Iteration:
     load_factor: float
     #: Slope α of the shear limit, relative to μ; NaN for the first sub-problem, which has the true limit.
     alpha: float
-    #: Largest change of a normal force from the previous sub-problem, relative to the median block weight.
+    #: Largest change of a normal force from the previous sub-problem, relative to the median dead load of a
+    #: block.
     change: float
-    violation: float  #: largest violation of Coulomb's law, relative to the median block weight
+    #: Largest violation of the true Coulomb law, relative to the median dead load of a block.
+    violation: float
     raising: float  #: work done against the dead load (paper, Fig. 12)
     sliding: float  #: energy dissipated by sliding in the sub-problem
     #: Energy that the slips of the sub-problem would dissipate with the true shear limits: the paper's
@@ -137,8 +139,8 @@ class Run:
         #: True if the run may end before λ converges, as soon as an exact state is found.
         self.early = self.parameters.finish and self.parameters.tolerance is not None
         #: True if the first load factor is reported as the associative load factor. If sub-problems are
-        #: solved to a large tolerance, the first load factor is not reported, because its error is up to 0.4
-        #: %.
+        #: solved to a large tolerance, the first load factor is not reported, because it is wrong by up to
+        #: 0.4 %.
         self.first_is_associative = self.parameters.start == "associative" and not self.parameters.tolerance
 
     def follow(self, progress: Callable[[Iteration], None]) -> Solution:
@@ -237,8 +239,8 @@ class Run:
         if not is_rough:
             end = accurate_end(problem, state, corrected(problem, last), solver, effort)
         # In a sub-problem sliding joints contract, and in joints of limited strength this contraction may
-        # represent crushing. If no exact state is found for such joints, try the method for rough
-        # sub-problems too.
+        # represent crushing. If no exact state is found for a scene with such joints, try the method for
+        # rough sub-problems too.
         if is_rough or (end is None and len(problem.crushing)):
             end = rough_end(problem, state, solver, effort)
         if end is None:
@@ -249,8 +251,8 @@ class Run:
         """Return the solution of a converged run. Its λ has no contribution of the small cohesion."""
         state, ended, first = last.state, self.ending, self.load_factors[0]
         load_factor = corrected(self.problem, last)
-        # Limit λ to the associative load factor, which is an upper bound of λ if the dilatancy is smaller
-        # than the friction.
+        # Limit λ to the associative load factor, which is an upper bound of λ for any dilatancy smaller than
+        # the friction.
         if self.first_is_associative and load_factor > first:
             ended = ended.telling(reason(Code.ABOVE_ASSOCIATIVE, by=load_factor - first))
             load_factor = first

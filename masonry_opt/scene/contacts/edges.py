@@ -194,10 +194,10 @@ def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
 
 
 def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
-    """Join consecutive segments of one pair of blocks to chains, and simplify each chain.
+    """Join consecutive segments of one pair of blocks to chains, and yield each chain in simplified form.
 
-    Two segments are consecutive if the second segment begins within two tolerances of the end of the first
-    segment. For curved edges across a gap, the tolerance is at least a tenth of the gap.
+    In a chain, each segment is followed by the segment that begins nearest to its end. The distance may be at
+    most two tolerances, or a fifth of the widest gap between the edges, whichever is larger.
     """
     nearest = max(tolerance, LEAN * float(parts.most.max()))
     distance = np.hypot(*np.moveaxis(parts.end[:, None] - parts.start[None], 2, 0))

@@ -87,7 +87,7 @@ def closing(scene: Scene, shapes: Extents, pairs: np.ndarray, apart: Facing) -> 
 
 
 def aligning_tolerance(facing: Facing) -> float:
-    """Return the tolerance that aligns sides with angles due to errors of the drawing; 0 without errors.
+    """Return the tolerance that aligns sides whose angle is an error of the drawing; 0 if there are none.
 
     The median of the errors is decisive, because a drawing also contains sides of wedges.
     """

@@ -257,8 +257,9 @@ def _points(entity: Any, sagitta: float) -> list[Any]:
                 points += part_points[-2::-1] if is_reversed else part_points[1:]
             return points[:-1] if entity.is_closed else points
         case "SPLINE" if not entity.construction_tool().is_clamped:
-            # Refuse periodic splines, because ezdxf would continue them beyond their ends.
-            raise ValueError("the curve is a periodic spline")
+            # Refuse splines that are not clamped at their ends, such as periodic splines, because ezdxf would
+            # continue them beyond their ends.
+            raise ValueError("the curve is a periodic spline, or a spline that is not clamped at its ends")
         case _:
             found = entity.flattening(sagitta)
     points = list(islice(found, _MOST_POINTS + 1))

@@ -222,7 +222,7 @@ class Plan(SolidGenerator):
                 )
 
     def _wrong_openings(self, stretches: list[WallStretch]) -> Iterator[str]:
-        """Generate an error message for each opening that is not in its wall or overlaps another opening."""
+        """Generate an error message for each opening that does not fit its wall or overlaps another one."""
         valid = {(stretch.wall.name, hole.number) for stretch in stretches for hole in stretch.holes}
         for wall in self.walls:
             top = wall.courses or self.courses

@@ -1,7 +1,7 @@
 """Axles that move over a road, and the search for the position with the least load factor.
 
 ``least_associative`` proves a lower bound of the associative load factor along the whole road.
-``least_coulomb`` searches with other methods, without a proof.
+``least_coulomb`` searches with Coulomb methods, and proves no lower bound.
 """
 
 import math
@@ -392,10 +392,10 @@ def _inverse(load_factor: float) -> float:
 
 
 def least_coulomb(solved: PassageTrials, within: float) -> None:
-    """Search for the position with the least load factor, by a method that proves no lower bound.
+    """Search for the position at which the load factor of a Coulomb method is least.
 
-    The associative load factors of the passage must be known; they are upper bounds. The search does not
-    prove that its answer is the least:
+    The associative load factors of the passage must be known; they are upper bounds. The search proves no
+    lower bound: at a position that was not solved, the load factor may be lower. The steps are:
 
     1. Solve the position with the least associative load factor, and a few evenly spread positions. The
        position with the least associative load factor comes first, because an interrupted search then has a
@@ -426,7 +426,7 @@ def least_coulomb(solved: PassageTrials, within: float) -> None:
 
 
 def _estimates(associative: np.ndarray, load_factors: np.ndarray) -> np.ndarray:
-    """Return estimates of λ at all positions, shape (n,). Errors of the estimates are mostly on the low side.
+    """Return estimates of λ at all positions, shape (n,), which are more often too low than too high.
 
     An estimate is the associative load factor times a ratio: the lesser ratio λ / λ_associative of the two
     solved neighbours, reduced by half of the difference of both ratios. At positions at which the scene
@@ -449,7 +449,7 @@ def _estimates(associative: np.ndarray, load_factors: np.ndarray) -> np.ndarray:
 
 
 def _halve(solved: PassageTrials, at: np.ndarray, within: float) -> None:
-    """Solve positions halfway between the worst position and its neighbours, as long as λ decreases."""
+    """Solve positions halfway between the worst position and its neighbours until λ hardly decreases."""
     for _ in range(_MOST_HALVINGS):
         load_factors = {x: solved.at(x) for x in solved.answers}
         decided = {x: value for x, value in load_factors.items() if math.isfinite(value)}

@@ -98,7 +98,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     off, failed = far[: len(frame)], frame["load_factor"].isna()
     on_axis = ~failed & ~off
     incremental = frame["incremental"].mask(far[len(frame) :])
-    # If both load factors are equal, only one is drawn, because one line would cover the other.
+    # If both load factors are equal in all runs, only one is drawn: one line would cover the other.
     same = np.allclose(frame["incremental"], frame["load_factor"], rtol=SAME, equal_nan=True)
     series = mechanism = frame["mechanism"].fillna("none")
     looks = {kind: look for kind, look in _LOOKS.items() if kind in {*mechanism[on_axis]}}

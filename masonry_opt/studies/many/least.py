@@ -404,8 +404,8 @@ class _Search:
             """Return the excess of a trial's number over the required number; it is finite and not zero."""
             trial = self.trials.get(value) or self.at(value)
             ends[trial.holds] = trial
-            # Brent's method needs finite values. At a value of zero the method would stop, and only one end
-            # of the interval would then be known.
+            # Brent's method needs a finite excess. At an excess of zero the method would stop, and only one
+            # end of the interval would then be known.
             distance = float(np.clip(abs(trial.number - self.required), LOWER * size, size))
             return distance if trial.holds else -distance
 

@@ -80,9 +80,9 @@ def recorded_state(problem: Problem, solution: Solution) -> dict[str, str]:
 def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterator[SharedAnswer]:
     """Generate a new answer for each run whose answer is improved by a state of another run.
 
-    The new answer is a state with a lower load factor. It is certified as exact by the matrices and limits of
-    the run whose answer it replaces. If several states are certified, the lowest is yielded. The answers do
-    not depend on the order in which runs ended.
+    The new answer is a state with a lower load factor or, if the run has no answer, any state. It is
+    certified as exact by the matrices and limits of the run whose answer it replaces. If several states are
+    certified, the lowest is yielded. The answers do not depend on the order in which runs ended.
 
     Parameters
     ----------

@@ -111,7 +111,7 @@ class Bound:
 
     @property
     def across_rest(self) -> float | None:
-        """Reaction of an exact state on the other side of the reaction at rest; None without such a state."""
+        """Reaction of an exact state on the other side of the reaction at rest; None if none was found."""
         load_factor = self.result.solution.below_zero
         return self._reaction(load_factor) if load_factor < -ZERO else None
 
@@ -174,7 +174,7 @@ class Bound:
 
     @property
     def is_proven(self) -> bool:
-        """True if a proof excludes exact states between this reaction and the reaction at rest."""
+        """True if it is proven that no exact state is between this reaction and the reaction at rest."""
         return bool(known_least(self.result))
 
     @property
