@@ -23,7 +23,7 @@ class Status(StrEnum):
     STABLE = "stable"
     UNLIMITED = "unlimited: the live load cannot cause collapse"
     LOCKED = "unlimited with associative flow: dilatancy locks the blocks"
-    JAMMED = "no limit was found: the compression of joints grows with the load"
+    JAMMED = "no limit was found: joints press ever harder"
     BELOW_ZERO = "no collapse state above zero was found"
     SOLVER_FAILED = "solver failed"
     TIME_LIMIT = "stopped by the time limit"
