@@ -40,12 +40,12 @@ def section(wall: float) -> mo.Scene:
 # %%
 # Without an end wall the room needs the same thickness as its section, because each wall leans along its
 # whole length. With an end wall the side walls may be thinner by 40 %.
-roughly = {"samples": 0, "tolerance": 1e-4}
+roughly = {"samples": 0, "tolerance": 1e-3}
 in_the_plane = mo.least(section, 0.2, 0.8, **roughly).value
 alone = mo.least(lambda wall: room(wall, end_wall=False), 0.2, 0.8, **roughly).value
 held = mo.least(lambda wall: room(wall, end_wall=True), 0.2, 0.8, **roughly).value
-print(f"section {in_the_plane:.3f} m, room {alone:.3f} m, with an end wall {held:.3f} m")
-assert abs(alone - in_the_plane) < 2e-4
+print(f"section {in_the_plane:.2f} m, room {alone:.2f} m, with an end wall {held:.2f} m")
+assert abs(alone - in_the_plane) < 2e-3
 assert 0.58 < held / alone < 0.62
 
 # %%
