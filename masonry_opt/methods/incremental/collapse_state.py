@@ -19,7 +19,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.methods.exact.settings import SEARCH
 from masonry_opt.methods.incremental.equilibrium import Collapse, EquilibriumSolver
 from masonry_opt.solution.answer import Answer, certified
@@ -63,12 +62,14 @@ def find_collapse_state(
     """
     problem, effort = solver.problem, effort or Effort()
     forces = solver.law.of_problem(solver.law.respond(collapse.state.trial).forces)
+    # The imports are local: few collapses need them. One module imports HiGHS, and the other also a modelling
+    # language, which takes seconds.
     if not problem.layout.round and problem.joints <= SEARCH.simplex_up_to:
+        from masonry_opt.methods.exact.refiner import Refiner
+
         state = Refiner(problem, effort).first(forces)
         answer = None if state is None else state.answer
     else:
-        # The import is local, because the imported module needs a modelling language, whose import takes
-        # seconds.
         from masonry_opt.methods.exact.alternation import Alternation
 
         answer = Alternation(problem, effort).state_near(forces, None)
