@@ -175,9 +175,7 @@ class DeadLoadCheck:
     def _is_carried_at_rest(self, effort: Effort) -> bool:
         """Return True if elastic contact forces in equilibrium with the dead load were found.
 
-        The forces are computed only for small scenes. They are not computed if the session keeps programs,
-        because forces of earlier scenes then decide at once.
+        The forces are computed only for small scenes.
         """
-        if self.kept.keeps or self.assembly.problem.joints > _MOST_JOINTS_AT_REST:
-            return False
-        return self._forces_at_rest(effort) is not None
+        is_small = self.assembly.problem.joints <= _MOST_JOINTS_AT_REST
+        return is_small and self._forces_at_rest(effort) is not None
