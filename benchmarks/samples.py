@@ -3,8 +3,8 @@
     git clone https://github.com/BlockResearchGroup/compas_assembly
     python benchmarks/samples.py compas_assembly
 
-If a file names no supports, the lowest blocks are supports. If a message recommends a tolerance, the file is
-read again with this tolerance.
+If a file names no supports, the lowest blocks are supports, or the first block if all blocks are equally low.
+If a message recommends a tolerance, the file is read again with this tolerance.
 
 The script prints a row for each file: the number of blocks, the numbers of joints and of contact points, and
 the arguments with which the file was read. If the file is refused, the row contains the first line of the
@@ -27,13 +27,17 @@ FOOT = 0.02
 TOLERANCE = re.compile(r"set '(contact_tolerance|tolerance)' to (\d[\d.e-]*\d)")
 #: Part of the message about a file without supports, with the height of the lowest corner.
 LOWEST = re.compile(r"the lowest corner is at z = (\S+)\)")
+#: Part of the message about a file in which all blocks are supports, with the name of the first block.
+ALL_FIXED = re.compile(r"every block is a support: .* \(blocks: ([^,)]+)")
 
 
-def arguments_from(message: str) -> dict[str, float]:
+def arguments_from(message: str) -> dict[str, Any]:
     """Return the arguments that a message recommends, or an empty dictionary."""
-    lowest, tolerance = LOWEST.search(message), TOLERANCE.search(message)
-    if lowest:
-        return {"fixed_below": float(lowest[1]) + FOOT}
+    if lowest := LOWEST.search(message):
+        return {"fixed_below": round(float(lowest[1]) + FOOT, 4)}
+    if first := ALL_FIXED.search(message):
+        return {"fixed_below": None, "fixed": [first[1]]}
+    tolerance = TOLERANCE.search(message)
     return {tolerance[1]: float(tolerance[2])} if tolerance else {}
 
 
@@ -50,7 +54,7 @@ def row_of(path: Path) -> tuple[bool, str]:
                 return False, f"refused | | {str(error).splitlines()[0].removeprefix(f'{path}: ')}"
             given |= further
             continue
-        words = ", ".join(f"{name}={value:g}" for name, value in given.items())
+        words = ", ".join(f"{name}={value}" for name, value in given.items() if value is not None)
         counts = f"{len(scene.blocks)} blocks | {len(assembly.joints.first)}, {assembly.problem.joints}"
         return True, f"{counts} | {words}"
 
