@@ -106,6 +106,11 @@ def _solved_alone(solved: Callable[..., bool]) -> Callable[..., bool]:
     return solved_alone
 
 
+def _no_excess(*_: Any) -> float:
+    """Replace the excess of a carried load that unbalanced forces explain by zero."""
+    return 0.0
+
+
 _WEIGHTS = _SETTINGS + "weight_series_in_space"
 _TOLERANCES, _SIDES = _SETTINGS + "tolerances", ".problem.matrices:SIDES"
 
@@ -163,6 +168,7 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "older-interior-point": ("global", {_BOUND + "_FEW_ROWS": 0}),
     "coarse-interior-point": ("global", {_BOUND + "_COARSE": 0.0}),
     "fastest-velocity": ("global", {_BOUND + "_FASTEST": 1e3}),
+    "excess-of-unbalanced-forces": ("incremental", {"incremental.analysis:_excess": lambda _: _no_excess}),
     "near-products-first": ("global", {_BOUND + "RADII": lambda old: old[3:]}),
     **IN_SPACE,
 }

@@ -2,11 +2,13 @@
 
     python benchmarks/proofs.py random --each 15 --first 1821000 --programs 100000 --out proofs.csv
     python benchmarks/proofs.py bonds --programs 400000 --out bonds.csv
+    python benchmarks/proofs.py arches --first 7800000 --each 8 --programs 15000 --out arches.csv
 
 Each scene is a row of the CSV file, written as soon as the scene is solved. Every proof is checked in exact
 arithmetic. For each range of joints, the table at the end contains the share of scenes that are proven within
-some seconds of processor time. Below the table are the scenes on which the default's lowest load factor is
-above the least load factor.
+some seconds of processor time. A second table counts the scenes that are proven by some numbers of linear
+programs, or by multiples of the number that the default solves without a proof. Below the tables are the
+scenes on which the default's lowest load factor is above the least load factor.
 """
 
 import argparse
@@ -23,7 +25,7 @@ import numpy as np
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
-from atlas.random_scenes import KINDS, random_scene  # noqa: E402
+from atlas.random_scenes import KINDS, arch, random_scene  # noqa: E402
 from atlas.small_scenes import bonded  # noqa: E402
 from csv_rows import read_rows  # noqa: E402
 
@@ -41,6 +43,13 @@ BOND_FRICTION = 0.65
 LONG = 1e5
 #: Seconds of processor time of the columns of the table.
 WITHIN = (0.2, 1, 5, 20, 60, 300)
+#: Ranges of the number of joints, and numbers of linear programs, in the table of budgets. The second numbers
+#: are relative to the number that the default solves without a proof.
+BUDGET_RANGES, BUDGETS, BUDGET_SHARES = ((8, 15), (16, 25), (26, 60)), (1500, 4500, 13_500), (0.2, 0.6, 2.0)
+#: Smallest and largest number of voussoirs of the arches.
+VOUSSOIRS = (16, 38)
+#: Setting of a default that tries no proof.
+NO_PROOF = mo.ProofBudget(most_joints=0)
 #: The default counts as above the least load factor if the relative difference exceeds this value.
 HIGHER = 1e-3
 #: Name of the step of the default that tries a proof.
@@ -50,7 +59,7 @@ NO_LOAD = 1e-6
 COLUMNS = (
     *("name", "joints", "associative", "before", "default", "default_proven", "default_seconds"),
     *("proof_seconds", "least", "proven", "why", "seconds", "programs"),
-    *("conflicts", "checked", "check_seconds"),
+    *("conflicts", "checked", "check_seconds", "cpu_seconds", "cpu_without_proof", "programs_without_proof"),
 )
 
 
@@ -86,7 +95,20 @@ def random_scenes(asked: argparse.Namespace) -> Iterator[tuple[str, mo.Scene]]:
         seed += 1
 
 
-FAMILIES = {"random": random_scenes, "bonds": bonds}
+def arches(asked: argparse.Namespace) -> Iterator[tuple[str, mo.Scene]]:
+    """Yield the names and the scenes of ``asked.each`` random arches of many voussoirs."""
+    for seed in range(asked.first, asked.first + asked.each):
+        yield f"arch {seed}", arch(np.random.default_rng(seed), *VOUSSOIRS)
+
+
+FAMILIES = {"random": random_scenes, "bonds": bonds, "arches": arches}
+
+
+def timed(scene: mo.Scene, **options: Any) -> tuple[mo.Result, float]:
+    """Solve a scene by the default, and return the result and the processor time."""
+    began = time.process_time()
+    result = mo.solve(scene, **options)
+    return result, round(time.process_time() - began, 3)
 
 
 def measured(name: str, scene: mo.Scene, programs: int) -> dict[str, Any]:
@@ -94,9 +116,11 @@ def measured(name: str, scene: mo.Scene, programs: int) -> dict[str, Any]:
     problem = mo.assemble(scene).problem
     row: dict[str, Any] = {"name": name, "joints": problem.joints}
     try:
-        result = mo.solve(scene)
+        result, row["cpu_seconds"] = timed(scene)
     except mo.MasonryError as error:
         return row | {"why": type(error).__name__}
+    without, row["cpu_without_proof"] = timed(scene, budget=NO_PROOF)
+    row["programs_without_proof"] = without.lp_solves
     answer = result.solution.answer
     if answer is None or not answer.exact or answer.load_factor <= NO_LOAD:
         return row | {"why": str(result.status)}
@@ -144,6 +168,7 @@ def summed_up(rows: list[dict[str, str]]) -> None:
         wrong = sum(row["checked"] == "False" for row in own)
         median = f"{np.median(proven):.2f}" if len(proven) else "-"
         print(f"{low}–{high:<8} {len(own):<7} {shares} {median:<10} {wrong:<7} {_slower(own)}")
+    budgets(solved)
     for row in solved:
         for name in ("before", "default"):
             if row[name] and float(row[name]) > float(row["least"]) * (1 + HIGHER):
@@ -151,6 +176,26 @@ def summed_up(rows: list[dict[str, str]]) -> None:
     for row in solved:
         if row["proven"] != "True":
             print(f"  {row['name']}: {row['joints']} joints, not proven: {row['why']}")
+
+
+def budgets(rows: list[dict[str, str]]) -> None:
+    """Print how many scenes are proven by some numbers of linear programs, and the time of the default."""
+    words = [f"{most:,}" for most in BUDGETS] + [f"× {share:g}" for share in BUDGET_SHARES]
+    print(f"joints     scenes  programs: {', '.join(words)}   default, time over that without proof")
+    for low, high in BUDGET_RANGES:
+        own = [row for row in rows if low <= int(row["joints"]) <= high]
+        if not own:
+            continue
+        needed = np.array([float(row["programs"]) if row["proven"] == "True" else np.inf for row in own])
+        before, with_proof, without = (
+            np.array([float(row[name]) for row in own])
+            for name in ("programs_without_proof", "cpu_seconds", "cpu_without_proof")
+        )
+        proven = [int((needed <= most).sum()) for most in BUDGETS]
+        proven += [int((needed <= share * before).sum()) for share in BUDGET_SHARES]
+        ratios = with_proof / without
+        told = f"median {np.median(ratios):.2f}, most {ratios.max():.2f}"
+        print(f"{low}–{high:<8} {len(own):<7} {', '.join(map(str, proven)):<20} {told}")
 
 
 def _slower(rows: list[dict[str, str]]) -> str:

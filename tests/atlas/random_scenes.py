@@ -81,9 +81,12 @@ def stack(rng: Rng) -> Scene:
     return assembled(rng, outlines, {"base": rectangle(-2, width + 2, -1, 0)})
 
 
-def arch(rng: Rng) -> Scene:
-    """Return an arch of random rise and thickness between skewbacks, with voussoirs of unequal length."""
-    count, half = int(rng.integers(4, 12)), float(rng.uniform(0.7, math.pi / 2))
+def arch(rng: Rng, fewest: int = 4, most: int = 11) -> Scene:
+    """Return an arch of random rise and thickness between skewbacks, with voussoirs of unequal length.
+
+    The random number of voussoirs is at least ``fewest`` and at most ``most``.
+    """
+    count, half = int(rng.integers(fewest, most + 1)), float(rng.uniform(0.7, math.pi / 2))
     thickness = float(rng.uniform(0.16, 0.4))
     parts = np.concatenate([[0], np.cumsum(rng.uniform(0.7, 1.3, count))])
     angles = (math.pi / 2 - half + 2 * half * parts / parts[-1]).tolist()

@@ -67,8 +67,8 @@ class ProofBudget(Settings):
     """
 
     #: Scenes with at most this number of joints have the full budget of linear programs, see ``programs``.
-    #: The full budget suffices for a proof on 95 % of random scenes of this size. On larger scenes most
-    #: searches would end without a proof.
+    #: The full budget suffices for a proof on about nine of ten random scenes of this size. On larger scenes
+    #: most searches would end without a proof.
     few_joints: int = zero_or_more(15)
 
     #: A scene with more than ``few_joints`` joints, but at most ``most_joints``, also has the full budget of
@@ -92,8 +92,8 @@ class ProofBudget(Settings):
     share: float = zero_or_more(0.6)
 
     #: Largest number of joints of scenes without the full budget on which a proof is tried by default. The
-    #: budget of these scenes, see ``share``, suffices for a proof on one in ten random scenes of 16 to 25
-    #: joints, and on hardly any larger scene. With option ``search``, a proof is also tried on larger scenes.
+    #: budget of these scenes, see ``share``, seldom suffices for a proof: on fewer than one in ten random
+    #: scenes of 16 to 25 joints. With option ``search``, a proof is also tried on larger scenes.
     most_joints_with_share: int = zero_or_more(25)
 
     #: Time limit of the search for a proof in seconds. The search reaches it only if linear programs are very
