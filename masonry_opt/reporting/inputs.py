@@ -8,19 +8,12 @@ from math import atan, degrees, radians, tan
 from typing import Any
 
 from masonry_opt.errors import rounded_up
-from masonry_opt.reporting.names import blocks, do, pairs, verb
+from masonry_opt.reporting.names import blocks, pairs, verb
 from masonry_opt.scene.tolerance_advice import set_both, set_contact_tolerance, set_tolerance
 from masonry_opt.scene.typical_sizes import GRAVITY_BY_UNIT
 from masonry_opt.solution.reasons import Code
-from masonry_opt.solution.typical_units import units_in_words
-
-#: Number of nearly parallel joints from which a warning compares them with errors of a survey. With a smaller
-#: value, the warning would doubt wedges that are intended, such as a keystone.
-_MANY_PAIRS = 10
-
-#: Ratio of the upper to the lower quartile of the angles of wedges from which a warning compares them with
-#: errors of a survey. Random errors have a ratio of 3 or more, and the voussoirs of an arch have about 1.
-_SCATTER_OF_SURVEY = 2.0
+from masonry_opt.solution.typical_units import typical_unit, units_in_words
+from masonry_opt.solution.wedges import MANY_JOINTS, SCATTER_OF_SURVEY
 
 
 def _rounded(value: float) -> str:
@@ -72,6 +65,15 @@ def stress_differs(v: dict[str, Any]) -> str:
     return f"the {v['key']} of joints is {own}, but {column}: use the same units for stresses and weights"
 
 
+def lengths_differ(v: dict[str, Any]) -> str:
+    """Return a warning that the lengths of a scene do not fit its unit weight, with both values."""
+    own, unit = _rounded(v["unit_weight"]), typical_unit(v["unit_weight"])
+    return (
+        f"the blocks extend over {_rounded(v['extent'])}, but their median unit weight, {own}, looks like "
+        f"{unit}: give lengths in metres, or the weights in the unit of length of the scene"
+    )
+
+
 def friction_high(v: dict[str, Any]) -> str:
     """Return a warning that a friction coefficient is high.
 
@@ -88,11 +90,13 @@ def friction_high(v: dict[str, Any]) -> str:
 
 
 def friction_low(v: dict[str, Any]) -> str:
-    """Return a warning that a friction angle is small, and may be a friction coefficient."""
+    """Return a warning that a friction angle is small, and may be a tangent or an angle in radians."""
     angle = f"{degrees(atan(v['friction'])):.3g}"
+    in_degrees = f"{degrees(degrees(atan(v['friction']))):.1f}"
     return (
         f"the friction angle of {_place_of_property(v)} is {angle}°, lower than in joints of masonry: if "
-        f"tan φ = {angle} is meant, use 'friction' instead of 'friction_angle'"
+        f"tan φ = {angle} is meant, use 'friction' instead of 'friction_angle'; if {angle} rad is meant, set "
+        f"'friction_angle' to {in_degrees}"
     )
 
 
@@ -172,7 +176,7 @@ def _gravity_differs(v: dict[str, Any]) -> str:
 def nearly_parallel(v: dict[str, Any]) -> str:
     """Return a warning that blocks have nearly parallel joints, with a tolerance that aligns the joints."""
     remedy = f"if the joints should be parallel, {set_tolerance(v['tolerance'])}"
-    if len(v["pairs"]) >= _MANY_PAIRS and v["scatter"] >= _SCATTER_OF_SURVEY:
+    if len(v["pairs"]) >= MANY_JOINTS and v["scatter"] >= SCATTER_OF_SURVEY:
         remedy = f"the angles scatter as errors of a survey do: {remedy}"
     return (
         f"a block with almost parallel joints (the angle is at most {v['angle']:.2g} rad) is a wedge, which "
@@ -205,10 +209,6 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.HELD_BY_CLAMPING: lambda v: (
         f"no load presses on some joints that hold blocks between supports by friction: {pairs(v)}; add the "
         "load that clamps these joints, or set their friction to 0"
-    ),
-    Code.FAR_AWAY: lambda v: (
-        f"{do(v, 'lie')} at least {v['distance']:.3g} away from all other blocks, which extend over "
-        f"{v['size']:.3g}: are all coordinates in the same unit?"
     ),
     Code.SMALL_GAPS: small_gaps,
     Code.LOST_JOINTS: lost_joints,
@@ -255,6 +255,7 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.FILL_ANGLE_LOW: fill_angle_low,
     Code.STRENGTH_DIFFERS: strength_differs,
     Code.STRESS_DIFFERS: stress_differs,
+    Code.LENGTHS_DIFFER: lengths_differ,
     Code.GRAVITY_DIFFERS: _gravity_differs,
     Code.ACTS_OUTSIDE: lambda v: (
         f"the {v['load']} force of {blocks(v['blocks'])} acts {v['distance']:.3g} outside the block: correct "

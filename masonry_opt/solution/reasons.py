@@ -281,10 +281,6 @@ class Code(StrEnum):
     # Some joints transfer friction only because of self-stress. Value: ``pairs``, the two blocks of each such
     # joint.
     HELD_BY_CLAMPING = "held by clamping"
-    # Some blocks are far away from all other blocks. The value ``blocks`` lists the names of the blocks far
-    # away. The value ``distance`` is the distance of the nearest group of these blocks from the box around
-    # all other blocks. The value ``size`` is the diagonal of this box.
-    FAR_AWAY = "far away"
     # Unit weights of blocks are so different that some of them probably have a wrong unit. The value
     # ``blocks`` lists the names of the blocks with an unusual unit weight. The value ``median`` is the median
     # of all unit weights. The value ``ratio`` is the unit weight of the first listed block divided by the
@@ -313,6 +309,10 @@ class Code(StrEnum):
     # stress for comparison: the stress that the weight of a column causes at its foot. The column has the
     # median unit weight, and is as high as the largest dimension of the scene.
     STRESS_DIFFERS = "stress differs"
+    # The unit weight of the blocks looks like a weight per cubic metre, but the scene is too large for
+    # lengths in metres. The value ``extent`` is the largest dimension of the movable blocks, and
+    # ``unit_weight`` is the median unit weight.
+    LENGTHS_DIFFER = "lengths differ"
     # Small gaps between blocks carry no force. The value ``pairs`` lists the two blocks at each gap. The
     # value ``widths`` lists the widths of the gaps. The value ``option`` is the option of the scene that
     # closes all gaps, "tolerance" or "contact_tolerance". The value ``tolerance`` is the value of this

@@ -35,9 +35,10 @@ class StudyCode(StrEnum):
     #: ``seconds``.
     CROSSING_STOPPED = "crossing stopped"
     #: The loads of axles and the weights seem to be in different units. The record has the ``name`` of the
-    #: axles. For a common set of axles in other units than the unit weights, it also has ``unit_weight``, the
-    #: median unit weight of the blocks. Otherwise it has ``load``, the sum of the axle loads on the scene,
-    #: and ``weight``, the sum of all dead loads.
+    #: axles. If the unit of the unit weights is another one, it also has ``unit_weight``, the median unit
+    #: weight of the blocks; unless the axles are a common set, also ``load``, the heaviest axle. For a common
+    #: set in a scene that is too large for metres, it has ``extent``, the largest dimension of the movable
+    #: blocks.
     AXLES_DIFFER = "axles differ"
     #: Some load cases have no axles, so the crossing skipped them. The record has the names of these load
     #: cases, ``cases``.
