@@ -12,16 +12,8 @@ from masonry_opt.reporting.names import blocks, do, pairs, verb
 from masonry_opt.scene.tolerance_advice import set_both, set_contact_tolerance, set_tolerance
 from masonry_opt.scene.typical_sizes import GRAVITY_BY_UNIT
 from masonry_opt.solution.reasons import Code
-from masonry_opt.solution.typical_units import units_in_words
-
-#: Smallest number of nearly parallel joints at which a warning may say that the angles are probably errors of
-#: a survey. With a smaller value, the warning would also say this about intended wedges, such as a keystone.
-_MANY_PAIRS = 10
-
-#: Smallest ratio of the upper to the lower quartile of the wedge angles at which a warning may say that the
-#: angles are probably errors of a survey. Random errors have a ratio of 3 or more. The voussoirs of an arch
-#: have equal angles, and therefore a ratio of about 1.
-_SCATTER_OF_SURVEY = 2.0
+from masonry_opt.solution.typical_units import typical_unit, units_in_words
+from masonry_opt.solution.wedges import MANY_JOINTS, SCATTER_OF_SURVEY
 
 
 def _rounded(value: float) -> str:
@@ -73,6 +65,15 @@ def stress_differs(v: dict[str, Any]) -> str:
     return f"the {v['key']} of joints is {own}, but {column}: use the same units for stresses and weights"
 
 
+def lengths_differ(v: dict[str, Any]) -> str:
+    """Return a warning that the lengths of a scene do not fit its unit weight, with both values."""
+    own, unit = _rounded(v["unit_weight"]), typical_unit(v["unit_weight"])
+    return (
+        f"the blocks extend over {_rounded(v['extent'])}, but their median unit weight, {own}, looks like "
+        f"{unit}: give lengths in metres, or the weights in the unit of length of the scene"
+    )
+
+
 def friction_high(v: dict[str, Any]) -> str:
     """Return a warning that a friction coefficient is high.
 
@@ -89,11 +90,13 @@ def friction_high(v: dict[str, Any]) -> str:
 
 
 def friction_low(v: dict[str, Any]) -> str:
-    """Return a warning that a friction angle is small, and may be a friction coefficient."""
+    """Return a warning that a friction angle is small, and may be a tangent or an angle in radians."""
     angle = f"{degrees(atan(v['friction'])):.3g}"
+    in_degrees = f"{degrees(degrees(atan(v['friction']))):.1f}"
     return (
         f"the friction angle of {_place_of_property(v)} is {angle}°, lower than in joints of masonry: if "
-        f"tan φ = {angle} is meant, use 'friction' instead of 'friction_angle'"
+        f"tan φ = {angle} is meant, use 'friction' instead of 'friction_angle'; if {angle} rad is meant, set "
+        f"'friction_angle' to {in_degrees}"
     )
 
 
@@ -173,7 +176,7 @@ def _gravity_differs(v: dict[str, Any]) -> str:
 def nearly_parallel(v: dict[str, Any]) -> str:
     """Return a warning that blocks have nearly parallel joints, with a tolerance that aligns the joints."""
     remedy = f"if the joints should be parallel, {set_tolerance(v['tolerance'])}"
-    if len(v["pairs"]) >= _MANY_PAIRS and v["scatter"] >= _SCATTER_OF_SURVEY:
+    if len(v["pairs"]) >= MANY_JOINTS and v["scatter"] >= SCATTER_OF_SURVEY:
         remedy = f"the angles scatter like errors of a survey: {remedy}"
     return (
         f"a block with almost parallel joints (the angle is at most {v['angle']:.2g} rad) is a wedge, which "
@@ -256,6 +259,7 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.FILL_ANGLE_LOW: fill_angle_low,
     Code.STRENGTH_DIFFERS: strength_differs,
     Code.STRESS_DIFFERS: stress_differs,
+    Code.LENGTHS_DIFFER: lengths_differ,
     Code.GRAVITY_DIFFERS: _gravity_differs,
     Code.ACTS_OUTSIDE: lambda v: (
         f"the {v['load']} force of {blocks(v['blocks'])} acts {v['distance']:.3g} outside the block: correct "

@@ -16,8 +16,8 @@ from masonry_opt.scene.generator import AnyGenerator, Generator, polar
 #: semicircle if its rise exceeds half its span by less than this fraction.
 _ARCH_LENGTH_TOLERANCE = 1e-9
 #: Largest ratio of the thickness of an arch to its span. A larger ratio is refused, because one of the
-#: lengths is probably in another unit.
-_GREATEST_THICKNESS = 10.0
+#: lengths is probably in another unit. A larger value misses thicknesses in cm beside spans in m.
+_GREATEST_THICKNESS = 3.0
 
 
 class Stone(NamedTuple):

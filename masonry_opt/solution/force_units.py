@@ -1,7 +1,8 @@
-"""Compare the strength and cohesion of joints with weights, to warn of inputs in different units.
+"""Compare the stresses of joints and the lengths of a scene with weights, to warn of different units.
 
 The package takes any consistent units. A stress is probably in another unit than the weights if it is far
-outside of the range that occurs in masonry.
+outside of the range that occurs in masonry. Lengths are probably not in metres, as the unit weights are, if
+the scene is far larger than masonry.
 """
 
 from collections.abc import Iterator
@@ -11,7 +12,10 @@ import numpy as np
 
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.loads import weights
+from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.typical_sizes import LARGEST_SCENE
 from masonry_opt.solution.reasons import Code, Reason, reason
+from masonry_opt.solution.typical_units import typical_unit
 
 
 class _Range(NamedTuple):
@@ -28,11 +32,11 @@ class _Range(NamedTuple):
 #: the scene. A ratio outside the range causes a warning. Rubble of 1 MPa carries its own weight up to 50 m,
 #: so its ratio in such a scene is 1. Stone of 50 MPa in a scene of 0.5 m has a ratio of 5000. The largest
 #: dimension is used because the thrust of a flat arch grows with its span, not with its height.
-_STRENGTH = _Range(0.1, 1e4)
+_STRENGTH = _Range(0.3, 1e4)
 #: Usual range of the ratio of a cohesion to the stress below a column as high as the largest dimension of the
 #: scene. A cohesion of 10 kPa in a scene of 30 m has a ratio of 0.02; 1 MPa in a scene of 0.5 m has a ratio
 #: of 100.
-_COHESION = _Range(1e-3, 1e3)
+_COHESION = _Range(0.01, 200.0)
 
 
 def unit_weights(assembly: Assembly) -> np.ndarray:
@@ -40,6 +44,12 @@ def unit_weights(assembly: Assembly) -> np.ndarray:
     scene, movable = assembly.scene, assembly.movable
     size = assembly.geometry.size[movable] * scene.thickness
     return weights(scene, assembly.geometry, movable) / size
+
+
+def is_per_area(scene: Scene) -> bool:
+    """Return True if unit weights are weights per area: in the plane without a thickness."""
+    has_thickness = "thickness" in scene.model_fields_set or scene.thickness != 1
+    return scene.dimension == 2 and not has_thickness
 
 
 def lower_median(values: np.ndarray) -> float:
@@ -69,3 +79,18 @@ def unusual_stresses(assembly: Assembly) -> Iterator[Reason]:
         if len(unusual):
             farthest = float(unusual[np.abs(np.log(unusual / weight)).argmax()])
             yield reason(Code.STRESS_DIFFERS, key=key, value=farthest, weight=weight)
+
+
+def unusual_lengths(assembly: Assembly) -> Iterator[Reason]:
+    """Generate a warning if the unit weight looks like a weight per cubic metre, but lengths not like metres.
+
+    In the plane without a thickness, the unit weight is that of a strip 1 m thick. If blocks have weights
+    instead of unit weights, the thickness of such a scene is unknown, so there is no warning.
+    """
+    blocks = assembly.scene.blocks
+    if is_per_area(assembly.scene) and all(blocks[index].unit_weight is None for index in assembly.movable):
+        return
+    unit_weight = median_unit_weight(assembly)
+    extent = float(assembly.geometry.extent_of(assembly.movable).max())
+    if typical_unit(unit_weight) and extent > LARGEST_SCENE:
+        yield reason(Code.LENGTHS_DIFFER, extent=extent, unit_weight=unit_weight)

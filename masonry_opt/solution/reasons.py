@@ -313,6 +313,10 @@ class Code(StrEnum):
     # stress for comparison: the stress that the weight of a column causes at its foot. The column has the
     # median unit weight, and is as high as the largest dimension of the scene.
     STRESS_DIFFERS = "stress differs"
+    # The unit weight of the blocks looks like a weight per cubic metre, but the scene is too large for
+    # lengths in metres. The value ``extent`` is the largest dimension of the movable blocks, and
+    # ``unit_weight`` is the median unit weight.
+    LENGTHS_DIFFER = "lengths differ"
     # Small gaps between blocks carry no force. The value ``pairs`` lists the two blocks at each gap. The
     # value ``widths`` lists the widths of the gaps. The value ``option`` is the option of the scene that
     # closes all gaps, "tolerance" or "contact_tolerance". The value ``tolerance`` is the value of this

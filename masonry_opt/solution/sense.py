@@ -13,34 +13,53 @@ from masonry_opt.scene.contacts.joints import Gaps
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.road import SMALL_FRICTION_ANGLE
 from masonry_opt.scene.rows import linked
-from masonry_opt.solution.force_units import lower_median, unit_weights, unusual_stresses
+from masonry_opt.solution.force_units import (
+    is_per_area,
+    lower_median,
+    unit_weights,
+    unusual_lengths,
+    unusual_stresses,
+)
 from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import IDLE
 from masonry_opt.solution.typical_units import in_other_unit
 from masonry_opt.solution.wedges import wedges
 
+#: Friction coefficient (tan 72°) above which a coefficient is higher than in any dry joint, and may be an
+#: angle in degrees. With a larger value, warnings miss angles.
+_HIGH_FRICTION = 3.0
+
+#: Friction coefficient (tan 1.1°) below which a friction angle is less than in any joint of masonry, and may
+#: be a tangent or an angle in radians. A smaller value misses steep angles in radians.
+_SMALL_FRICTION = 0.02
+
 
 def _is_small_angle(friction: float) -> bool:
-    """Return True if a friction coefficient below 0.02 (tan 1.1°) was given as an angle in degrees.
+    """Return True if a small friction coefficient was given as an angle in degrees, and may be another value.
 
-    Joints store the tangent only. The coefficient was given as an angle if the angle has at most six
-    significant digits, and the coefficient has more. A small coefficient that was given as a coefficient,
-    such as that of a bearing, is intended.
+    Joints store the tangent only. A coefficient with at most six significant digits was given as a
+    coefficient, and is intended, such as that of a bearing. Otherwise, the coefficient was given as an angle
+    if one of these values has at most six digits:
+
+    - the angle in degrees;
+    - the tangent of this number, as if an angle in radians had been computed from the tangent;
+    - this number converted from radians to degrees, as if it had been computed from degrees.
     """
 
     def is_round(value: float) -> bool:
         return math.isclose(value, float(f"{value:.6g}"), rel_tol=1e-12)
 
-    return 0.0 < friction < 0.02 and is_round(math.degrees(math.atan(friction))) and not is_round(friction)
+    if not 0.0 < friction < _SMALL_FRICTION or is_round(friction):
+        return False
+    angle = math.degrees(math.atan(friction))
+    return any(map(is_round, (angle, math.tan(angle), math.degrees(angle))))
 
 
 #: Tests for unusual joint properties, each with the code of its warning and the names of the properties.
-#: A friction coefficient above 3 (tan 72°) is higher than in any dry joint, and may be an angle in degrees.
-#: A friction angle below 1.1° is less than in any joint of masonry, and may be a tangent. Dilatancy below
-#: −friction is a contraction that friction cannot resist.
+#: Dilatancy below −friction is a contraction that friction cannot resist.
 _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], ...] = (
-    (Code.FRICTION_HIGH, ("friction",), lambda joint: 3.0 < joint.friction < np.inf),
+    (Code.FRICTION_HIGH, ("friction",), lambda joint: _HIGH_FRICTION < joint.friction < np.inf),
     (Code.FRICTION_LOW, ("friction",), lambda joint: _is_small_angle(joint.friction)),
     (Code.DILATANCY_LOW, ("dilatancy", "friction"), lambda joint: joint.dilatancy < -joint.friction),
 )
@@ -65,19 +84,15 @@ _OTHER_THICKNESS = 50.0
 #: with weights in kN.
 _DEAD_LOADS_TO_STRENGTH = 20.0
 
-#: Ratio of the median block weight to the strength of a tie or prop. Above this ratio, a warning says that
-#: the strength is too small to have an effect.
-_WEIGHT_TO_STRENGTH = 100.0
-
 #: Ratio of the sum of all dead loads to the strength of a tie or prop. If the ratio is larger, and the
 #: strength is smaller than a fifth of the median block weight, a warning says that the strength is too small
 #: to have an effect.
-_SUM_TO_STRENGTH = 1000.0
+_SUM_TO_STRENGTH = 300.0
 
 #: Ratio of a block's weight to a dead force on the block. Above this ratio, a warning says that the force is
-#: too small to have an effect. Small live forces cause no warning, because a live force is often a unit
-#: force.
-_WEIGHT_TO_FORCE_RATIO = 3000.0
+#: too small to have an effect. With a larger value, warnings miss forces in MN beside weights in kN. Small
+#: live forces cause no warning, because a live force is often a unit force.
+_WEIGHT_TO_FORCE_RATIO = 1000.0
 
 #: Largest distance of a force from its block that counts as rounding, relative to the size of the block (the
 #: root of its area or volume). A force at a larger distance causes a warning.
@@ -115,6 +130,7 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
         *_idle_backings(assembly),
         *_strengths(assembly),
         *unusual_stresses(assembly),
+        *unusual_lengths(assembly),
     )
 
 
@@ -311,8 +327,7 @@ def _weights(assembly: Assembly) -> list[Reason]:
     median = lower_median(density[heavy])
     ratio = np.where(heavy, density / median, 1.0)
     most = (_OTHER_UNITS, _OTHER_UNITS)
-    has_thickness = "thickness" in scene.model_fields_set or scene.thickness != 1
-    per_area = scene.dimension == 2 and not has_thickness
+    per_area = is_per_area(scene)
     by_size = np.array([scene.blocks[index].unit_weight is not None for index in movable]) | (not per_area)
     differs = by_size | (np.maximum(ratio, 1 / ratio) > _OTHER_THICKNESS)
     mixed = heavy & differs & in_other_unit(density, median)
@@ -382,7 +397,7 @@ def _strengths(assembly: Assembly) -> Iterator[Reason]:
         return
     median = lower_median(weight[weight > 0])
     all_dead = float(np.hypot.reduce(problem.forces(problem.dead), axis=1).sum()) * problem.force_unit
-    least_strength = max(median / _WEIGHT_TO_STRENGTH, min(all_dead / _SUM_TO_STRENGTH, median / 5))
+    least_strength = min(all_dead / _SUM_TO_STRENGTH, median / 5)
     # The limit is lower for prestress than for strength: a small prestress is not an error, because a tie may
     # be tightened by hand.
     least = {"strength": least_strength, "prestress": median / _WEIGHT_TO_FORCE_RATIO}

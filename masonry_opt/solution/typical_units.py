@@ -15,8 +15,8 @@ _TYPICAL: dict[str, tuple[float, float]] = {
     "t/m³": (1.2, 3.3),
 }
 
-#: Value of 1 kN/m³, expressed in each unit.
-_PER_KILONEWTON: dict[str, float] = {"kN/m³": 1.0, "N/m³": 1000.0, "kg/m³": 102.0, "t/m³": 0.102}
+#: Value of 1 kN/m³, expressed in each unit. It is also the value of 1 kN in the unit of force.
+PER_KILONEWTON: dict[str, float] = {"kN/m³": 1.0, "N/m³": 1000.0, "kg/m³": 102.0, "t/m³": 0.102}
 
 
 def typical_unit(unit_weight: float) -> str:
@@ -51,5 +51,5 @@ def units_in_words(one: float, other: float) -> str:
     units = typical_unit(one), typical_unit(other)
     if "" in units or units[0] == units[1]:
         return ""
-    kilonewtons = [f"{_PER_KILONEWTON[unit]:g} {unit}" for unit in units if unit != "kN/m³"]
+    kilonewtons = [f"{PER_KILONEWTON[unit]:g} {unit}" for unit in units if unit != "kN/m³"]
     return f"the values seem to be in {units[0]} and {units[1]} (1 kN/m³ is {' or '.join(kilonewtons)}); "

@@ -28,6 +28,15 @@ _PARALLEL_ANGLE = 1e-9
 #: frequent.
 _NAMED_TURN = 1e-3
 
+#: Number of joints from which their angles are compared with errors of a survey. With a smaller value, wedges
+#: that are intended, such as a keystone, count as errors.
+MANY_JOINTS = 10
+
+#: Ratio of the upper to the lower quartile of angles from which the angles count as errors of a survey.
+#: Errors have a ratio of about 2.2 or more. The voussoirs of an arch have equal angles, and the alignment
+#: rotates their joints by angles with a ratio of at most 2.
+SCATTER_OF_SURVEY = 2.1
+
 #: A joint counts as about to slide if its shear exceeds this fraction of the friction limit. With a smaller
 #: value, warnings name joints that carry less shear. With a larger value, joints at the limit are missed in
 #: answers of interior-point solvers.
@@ -45,11 +54,16 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     The first warning names the joints that the alignment rotated by more than ``_NAMED_TURN``. The second
     warning names pairs of nearly parallel joints of the aligned scene, if at least one joint of the pair
     slides or is at its friction limit. There is no second warning for associative flow.
+
+    Rotations by the alignment that scatter as errors of a survey cause no warning, because the alignment is
+    meant to remove these errors.
     """
     able = _slides_without_lifting(assembly)
     joints = assembly.joints
     turned = np.where(able, joints.turn, 0.0)
-    if turned.max(initial=0.0) > _NAMED_TURN:
+    turns = turned[turned > _PARALLEL_ANGLE]
+    is_survey = len(turns) >= MANY_JOINTS and _scatter(turns) >= SCATTER_OF_SURVEY
+    if turned.max(initial=0.0) > _NAMED_TURN and not is_survey:
         worst = np.flatnonzero(turned > _NAMED_TURN)
         worst = worst[np.argsort(-turned[worst], kind="stable")]
         values = {"turn": float(turned[worst[0]]), "tolerance": assembly.geometry.tolerance}
@@ -68,9 +82,14 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     closing = joints.closing.tolerance if joints.closing.option == "tolerance" else 0.0
     tolerance = max(TOLERANCE_OVER_ERROR * float(error.max()), closing)
     named = list(dict.fromkeys(np.column_stack([one, other]).ravel().tolist()))
-    lower, upper = np.quantile(angle, [0.25, 0.75])
-    values = {"angle": float(angle[0]), "tolerance": tolerance, "scatter": float(upper / lower)}
+    values = {"angle": float(angle[0]), "tolerance": tolerance, "scatter": _scatter(angle)}
     yield reason(Code.NEARLY_PARALLEL, pairs=assembly.pairs_of(np.array(named)), **values)
+
+
+def _scatter(angles: np.ndarray) -> float:
+    """Return the ratio of the upper to the lower quartile of positive angles."""
+    lower, upper = np.quantile(angles, [0.25, 0.75])
+    return float(upper / lower)
 
 
 def _slides_without_lifting(assembly: Assembly) -> np.ndarray:

@@ -35,10 +35,10 @@ class StudyCode(StrEnum):
     #: ``seconds``.
     CROSSING_STOPPED = "crossing stopped"
     #: The loads of axles and the weights seem to be in different units. The record has the ``name`` of the
-    #: axles. If the axle loads are too large, the record also has the sum of the axle loads, ``load``, and
-    #: the sum of all dead loads, ``weight``. If the axle loads are too small, it has the largest axle load,
-    #: ``load``, and the median unit weight of the blocks, ``unit_weight``. For a common set of axles, it has
-    #: ``unit_weight`` only.
+    #: axles. If the unit of the unit weights is another one, it also has ``unit_weight``, the median unit
+    #: weight of the blocks; unless the axles are a common set, also ``load``, the heaviest axle. For a common
+    #: set in a scene that is too large for metres, it has ``extent``, the largest dimension of the movable
+    #: blocks.
     AXLES_DIFFER = "axles differ"
     #: Some load cases have no axles, so the crossing skipped them. The record has the names ``cases`` of
     #: these load cases.

@@ -151,12 +151,12 @@ def test_weights_of_other_units(weights, names, ratio, shaped, quantity):
         ("live", 1e-6, False),  # a unit force in a small unit
         ("dead", 590, False),
         ("dead", 610, True),
-        ("dead", 2 / 2900, False),
-        ("dead", 2 / 3100, True),
+        ("dead", 2 / 990, False),
+        ("dead", 2 / 1010, True),
     ],
 )
 def test_forces_of_other_units(load, force, told):
-    """A force above 300 times the weight of its block, 2, causes a warning, as does a dead force below 1/3000
+    """A force above 300 times the weight of its block, 2, causes a warning, as does a dead force below 1/1000
     of it. On a light plate, a force that is usual for the other blocks causes none."""
     found = warned(row(2, 2, 2, **{load: (0.6 * force, 0.8 * force)}), Code.FORCES_DIFFER)
     assert [values["load"] for values in found] == ([load] if told else [])

@@ -76,19 +76,19 @@ def tied(strength, weight, prestress=0.0):
 @pytest.mark.parametrize(
     ("strength", "prestress", "expected"),
     [
-        (1 / 99, 0.0, []),
-        (1 / 101, 0.0, [("strength", 1 / 101, 1.0)]),
+        (1 / 149, 0.0, []),
+        (1 / 151, 0.0, [("strength", 1 / 151, 1.0)]),
         (39.0, 0.0, []),
         (41.0, 0.0, [("strength", 41.0, 2.0)]),
         (None, 0.0, []),
         (None, 41.0, [("prestress", 41.0, 2.0)]),
-        (1.0, 1 / 2999, []),
-        (1.0, 1 / 3001, [("prestress", 1 / 3001, 1.0)]),
+        (1.0, 1 / 999, []),
+        (1.0, 1 / 1001, [("prestress", 1 / 1001, 1.0)]),
     ],
 )
 def test_a_tie_of_another_unit_than_the_weights(strength, prestress, expected):
-    """Two blocks weigh 1 each. A warning appears for a strength below 1/100, for a prestress below 1/3000,
-    and for either value above 40."""
+    """Two blocks weigh 1 each, together 2. A warning appears for a strength below 2/300, for a prestress
+    below 1/1000, and for either value above 40."""
     found = warned(tied(strength, 1.0, prestress), Code.STRENGTH_DIFFERS)
     assert [(values["key"], values["value"], values["weight"]) for values in found] == [
         (key, value, pytest.approx(weight)) for key, value, weight in expected
@@ -213,11 +213,12 @@ def test_a_force_that_violates_its_limit_is_shown_as_it_is():
 
 @pytest.mark.parametrize(
     ("key", "value", "is_unusual"),
-    [("strength", value, value in (0.5, 5e6)) for value in (0.5, 500, 5e4, 5e6)]
-    + [("cohesion", value, value in (0.01, 1e5)) for value in (0.01, 1.0, 200, 1e5)],
+    [("strength", value, value in (11, 4.1e5)) for value in (11, 13, 3.9e5, 4.1e5)]
+    + [("cohesion", value, value in (0.39, 8100)) for value in (0.39, 0.41, 7900, 8100)],
 )
 def test_stresses_in_another_unit_than_the_weights(key, value, is_unusual):
-    """A block 2 high of 20 kN/m³ presses with 40 kN/m²: strengths of 0.5 and 5e6 look like MPa and Pa."""
+    """A block 2 high of 20 kN/m³ presses with 40 kN/m². A warning appears for a strength outside of 0.3 to
+    10,000 times this stress, and for a cohesion outside of 0.01 to 200 times this stress."""
     scene = block_on_floor(weight=40).replace(**{key: value})
     found = warned(scene, Code.STRESS_DIFFERS)
     assert found == ([{"key": key, "value": value, "weight": pytest.approx(40)}] if is_unusual else [])
@@ -236,8 +237,8 @@ def test_a_low_scene_is_compared_with_a_column_as_high_as_the_scene_is_long():
 
 @pytest.mark.slow
 def test_axles_in_another_unit_than_the_weights():
-    """The axles of CS 454 are in kN and m, so a unit weight of 22,000 looks like N/m³. The deck weighs 88:
-    axles of 89,000, more than 1000 times as much, cause a warning, and 87,000 cause none."""
+    """The axles of CS 454 are in kN and m, so a unit weight of 22,000 looks like N/m³. No axle has a load of
+    more than 1500 kN."""
     deck = rectangle("deck", 0, 0, 4, 1, unit_weight=22)
     piers = [rectangle(f"pier {x}", x, -2, x + 1, 0) for x in (0, 3)]
     road = [(0, 1), (4, 1)]
@@ -251,8 +252,9 @@ def test_axles_in_another_unit_than_the_weights():
     heavy = scene.replace(blocks={"deck": {"unit_weight": 22_000}})
     assert warned_of(scene, set=common) == []
     assert "the median unit weight of the blocks, 22000, looks like N/m³" in warned_of(heavy, set=common)[0]
-    assert warned_of(scene, loads=[87_000]) == []
-    assert "add up to 89000, but all dead loads to 88" in warned_of(scene, loads=[89_000])[0]
+    assert warned_of(scene, loads=[1500]) == []
+    in_kilonewtons = "is 1510, but the median unit weight of the blocks, 22, looks like kN/m³"
+    assert in_kilonewtons in warned_of(scene, loads=[1510])[0]
     in_newtons = "is 120, but the median unit weight of the blocks, 22000, looks like N/m³"
     assert in_newtons in warned_of(heavy, loads=[120])[0]
     assert warned_of(heavy, loads=[1]) == warned_of(heavy, loads=[120_000]) == []
@@ -271,6 +273,58 @@ def test_relative_axle_loads_have_no_unit():
     (sentence,) = warned_of(120, 60, width=3.0)
     assert "the largest load of axles 'lorry' is 120, but the median unit weight" in sentence
     assert "is 162, but" in warned_of(120, factor=1.35)[0]
+
+
+@pytest.mark.parametrize(("length", "warns"), [(999.0, False), (1001.0, True)])
+def test_lengths_in_another_unit_than_the_unit_weight(length, warns):
+    """A beam of 1000 m is longer than any scene. The value 20 looks like a weight in kN/m³, and the values 1
+    and 2e-5 (N/mm³) look like no unit weight in metres."""
+    ground = rectangle("ground", 0, -1, length, 0)
+
+    def lengths(unit_weight):
+        beam = rectangle("beam", 0, 0, length, 1, unit_weight=unit_weight, live=(1, 0))
+        return warned(mo.Scene(joints={"friction": 0.5}, blocks=[beam, ground]), Code.LENGTHS_DIFFER)
+
+    expected = {"extent": pytest.approx(length), "unit_weight": pytest.approx(20)}
+    assert lengths(20.0) == ([expected] if warns else [])
+    assert lengths(1.0) == lengths(2e-5) == []
+
+
+def test_the_length_of_a_scene_with_weights_of_unknown_thickness_is_not_doubted():
+    """A beam of 0.1 m by 20 m in N and cm, 1 m thick, weighs 2 N/cm², a number that is usual in t/m³."""
+    beam, ground = rectangle("beam", 0, 0, 2000, 10, weight=40e3, live=(1, 0)), rectangle("g", 0, -1, 2000, 0)
+    scene = mo.Scene(joints={"friction": 0.5}, blocks=[beam, ground])
+    assert warned(scene, Code.LENGTHS_DIFFER) == []
+    assert len(warned(scene.replace(thickness=1.0), Code.LENGTHS_DIFFER)) == 1
+
+
+def test_a_warning_of_lengths_names_the_unit_weight():
+    values = {"extent": 5000.0, "unit_weight": 2200.0}
+    sentence = message([reason(Code.LENGTHS_DIFFER, **values)])
+    assert sentence.startswith(
+        "the blocks extend over 5000, but their median unit weight, 2200, looks like kg/m³: give lengths in"
+    )
+
+
+def test_common_axles_in_a_scene_in_millimetres():
+    """A set of axles is in kN and m. The unit weight of 2.2e-5 N/mm³ is not recognized, but 4000 m is longer
+    than any scene."""
+    deck, pier = rectangle("deck", 0, 0, 4e3, 1e3, unit_weight=2.2e-5), rectangle("pier", 0, -2e3, 4e3, 0)
+    scene = mo.Scene(joints={"friction": 0.6}, blocks=[deck, pier], thickness=1e3)
+    (warning,) = unusual_axles(assemble(scene), [mo.Axles(name="lorry", set="CS 454 single")])
+    assert warning["extent"] == pytest.approx(4e3)
+    assert "the set of axles 'lorry' is in kN and m, but the blocks extend over 4000" in warning["sentence"]
+
+
+def test_an_angle_in_radians_given_in_degrees():
+    """The angle may be computed from the tangent 0.6 or from 31°. The warning converts it to degrees."""
+    for angle, degrees in ((np.arctan(0.6), "31.0"), (np.radians(31), "31.0"), (0.5, "28.6")):
+        scene = block_on_floor().replace(joints={"friction_angle": float(angle)})
+        (values,) = warned(scene, Code.FRICTION_LOW)
+        sentence = message([reason(Code.FRICTION_LOW, **values)])
+        assert f"set 'friction_angle' to {degrees}" in sentence
+    # A small coefficient that was computed is intended.
+    assert warned(block_on_floor(friction=0.01234567890123), Code.FRICTION_LOW) == []
 
 
 def test_a_tangent_given_as_an_angle():

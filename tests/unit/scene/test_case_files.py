@@ -195,6 +195,17 @@ def test_a_misspelt_key_is_not_reported_as_missing_too(tmp_path):
         mo.load(path)
 
 
+@pytest.mark.parametrize(("thickness", "is_refused"), [(17.9, False), (18.1, True)])
+def test_an_arch_thicker_than_three_spans_is_refused(thickness, is_refused):
+    """The arch has a span of 6 and a radius of 18.3."""
+    keys = {"span": 6, "rise": 0.25, "thickness": thickness, "voussoirs": 25, "unit_weight": 22}
+    if is_refused:
+        with pytest.raises(mo.CaseError, match=r"'thickness' is 3\.02 times the span"):
+            mo.Arch(**keys)
+    else:
+        assert mo.Arch(**keys).thickness == thickness
+
+
 @pytest.mark.parametrize("name", WRONG_CASES)
 def test_wrong_case_file(name, tmp_path, monkeypatch, capsys):
     old, new, expected = WRONG_CASES[name]

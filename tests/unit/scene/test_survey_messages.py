@@ -105,6 +105,33 @@ def test_overlaps_of_a_survey_are_advised_to_set_both(error, meant):
     assert len(contacts_of(scene.replace(**values)).first) == 53
 
 
+def turned(scene: mo.Scene) -> list[dict[str, object]]:
+    """Return the values of the warning about joints that the alignment turned."""
+    return [each.values for each in warnings_of(assemble(scene), None) if each.code is Code.ALIGNED]
+
+
+def test_joints_of_a_survey_are_turned_without_a_warning():
+    """The tolerance of three times the error turns joints by more than 0.001 rad, by very different angles.
+
+    A single course has too few joints to distinguish errors from wedges.
+    """
+    scene = surveyed(drawn_to_touch(WALL)).replace(tolerance=3 * ERROR)
+    assert assemble(scene).joints.turn.max() > 2e-3
+    assert turned(scene) == []
+    course = surveyed(drawn_to_touch(facade(2, 1, length=0.24))).replace(tolerance=3 * ERROR)
+    assert len(turned(course)) == 1
+
+
+@pytest.mark.parametrize(("voussoirs", "rise"), [(40, 1.5), (60, 0.665), (100, 2.0)])
+def test_a_fine_arch_that_a_tolerance_flattens_is_named(voussoirs, rise):
+    """The joints of the arch differ by 0.009 to 0.03 rad, and become parallel within a tolerance of 1 cm."""
+    arch = mo.Arch(span=10, rise=rise, thickness=0.5, voussoirs=voussoirs, unit_weight=20)
+    scene = mo.Scene(joints={"friction": 0.3}, blocks=arch.blocks())
+    (values,) = turned(scene.replace(tolerance=0.01))
+    assert len(values["pairs"]) >= 10
+    assert turned(scene.replace(tolerance=0.001)) == []
+
+
 @pytest.mark.parametrize(
     ("number", "scatter", "survey"), [(2, 4.0, False), (97, 4.0, True), (97, 1.0, False)]
 )
