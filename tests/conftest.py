@@ -18,6 +18,21 @@ def pytest_collection_finish():
     gc.set_threshold(100_000, 50, 100)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def fork_server_with_all_modules():
+    """Let the fork server of studies import the modelling languages once.
+
+    Otherwise the worker processes of each study import what its method needs, which takes them a second.
+    """
+    from masonry_opt.studies import runner
+
+    modules = {*runner._MODULES_OF_WORKERS, *runner._MODULES_OF_RUN_ALONE, "models.cvxpy_static"}
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("_MODULES_OF_WORKERS", "_MODULES_OF_RUN_ALONE"):
+            patch.setattr(runner, name, tuple(sorted(modules)))
+        yield
+
+
 @pytest.fixture
 def command(monkeypatch, capsys):
     from scenes import Command  # imports the whole package, which not every test needs
