@@ -218,6 +218,14 @@ def test_scanned_stones_are_read(tolerance):
     assert len(contacts_of(scene).extent) > 0
 
 
+def test_a_tolerance_that_is_already_sufficient_is_not_advised():
+    """The default tolerance is larger than the tolerance that would align the sides of the gaps."""
+    scene = mo.read_mesh(SCANNED, friction=0.7, unit_weight=20.0, up="x", fixed=["stone_1"])
+    with pytest.raises(mo.CaseError, match="set 'contact_tolerance' to") as refusal:
+        contacts_of(scene)
+    assert "survey" not in str(refusal.value)
+
+
 def test_surfaces_that_cross_are_refused_with_a_place_in_both(tmp_path):
     """Two boxes are in one object. The place that the error names is in both of them, at 1 < x < 2 and 2 < z
     < 3."""
