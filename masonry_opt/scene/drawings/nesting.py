@@ -27,6 +27,19 @@ _LIMIT_PRECISION = 1.01
 #: block with one hole would count as a frame.
 _FEWEST_IN_FRAME = 2
 
+#: Fraction of the area of a block above which a hole that shares a side with the block's outline counts as
+#: a copy of the block. With a larger value, small copies of a stone become holes. With a smaller value, large
+#: openings that reach the edge of a wall are refused.
+_LARGEST_OPENING = 0.5
+
+#: Mean thickness of a block round a hole, relative to the width of the block, below which the hole counts as
+#: a copy of the block. With a larger value, thin pipes are refused.
+_THINNEST_RING = 0.02
+
+#: Length of the side that a hole shares with the outline of its block, relative to the tolerance, from which
+#: the side is not only a corner.
+_SHORTEST_SIDE = 10.0
+
 
 class OutlineTolerance(NamedTuple):
     """Length below which details of outlines are ignored."""
@@ -236,6 +249,35 @@ def add_frames(
         mistake = f"is a frame around {len(most)} outlines, which would become holes"
         several = "frames are drawn around other outlines, which would become holes"
         defects.add(Defect(shape.curve.where, mistake, several, remedy))
+
+
+def add_smaller_copies(found: Sequence[Outline], tolerance: float, defects: Defects) -> None:
+    """Add a defect for each hole that seems to be a smaller copy of its block.
+
+    One of these conditions is satisfied:
+
+    - The hole shares a side with the outline of the block, and has more than half of its area.
+    - Only a thin ring remains of the block.
+    """
+    for shape in found:
+        block = shapely.Polygon(shape.polygon.exterior)
+        # Cells of a net have interiors, but no curves of holes.
+        for curve, ring in zip(shape.holes, shape.polygon.interiors, strict=False):
+            hole = shapely.Polygon(ring)
+            near_outline = block.exterior.buffer(tolerance)
+            shares_side = ring.intersection(near_outline).length > _SHORTEST_SIDE * tolerance
+            thickness = 2 * (block.area - hole.area) / (block.length + hole.length)
+            is_copy = (shares_side and hole.area > _LARGEST_OPENING * block.area) or (
+                thickness < _THINNEST_RING * least_width(block)
+            )
+            if is_copy:
+                mistake = f"is a smaller copy of {shape.curve.where}"
+                several = "outlines are smaller copies of other outlines"
+                remedy = (
+                    "delete one of the two outlines, because the smaller one would be a hole; if it is a "
+                    "hole, draw the rest of the block as one outline"
+                )
+                defects.add(Defect(curve.where, mistake, several, remedy, near(*curve.points[0])))
 
 
 def _share_side(polygon: shapely.Polygon) -> bool:

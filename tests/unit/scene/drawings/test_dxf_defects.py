@@ -12,6 +12,7 @@ from touching_solids import contacts_of
 
 import masonry_opt as mo
 from masonry_opt.errors import DrawingWarning
+from masonry_opt.scene.geometry import geometry
 
 FLOOR = "fixed", [(-1, -1), (3, -1), (3, 0), (-1, 0)]
 GIVEN = {"friction": 0.7, "unit_weight": 20.0, "live": (1, 0)}
@@ -69,6 +70,28 @@ def test_a_hole_may_be_drawn_with_its_filling_and_further_copies(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert len(mo.read_dxf(drawn(path, FLOOR, around, *[brick(1, 1)] * 2), **GIVEN).blocks) == 3
+
+
+@pytest.mark.parametrize(
+    ("left", "low", "right", "high"),
+    [(0, 0, 0.96, 1), (0.3, 0, 1, 1), (-0.1, 0, 1, 1), (0.002, 0.002, 0.998, 0.998)],
+)
+def test_a_copy_of_another_size_is_named(tmp_path, left, low, right, high):
+    """The smaller outline would be a hole, and only a strip or a thin ring of the stone would remain."""
+    copy = ("", [(left, low), (right, low), (right, high), (left, high)])
+    path = drawn(tmp_path / "a.dxf", FLOOR, ("", [(0, 0), (1, 0), (1, 1), (0, 1)]), copy)
+    with pytest.raises(mo.CaseError, match=r"LWPOLYLINE .* is a smaller copy of LWPOLYLINE .*delete one"):
+        mo.read_dxf(path, **GIVEN)
+
+
+@pytest.mark.parametrize("door", [(0.3, 0, 0.7, 0.8), (0.1, 0.1, 0.9, 0.9)])
+def test_doors_and_large_windows_are_holes(tmp_path, door):
+    """A door shares a side with the outline of its wall. A large window leaves a ring of the wall."""
+    left, low, right, high = door
+    hole = ("", [(left, low), (right, low), (right, high), (left, high)])
+    path = drawn(tmp_path / "a.dxf", FLOOR, ("", [(0, 0), (1, 0), (1, 1), (0, 1)]), hole)
+    size = geometry(mo.read_dxf(path, **GIVEN)).size
+    assert min(size) == pytest.approx(1 - (right - left) * (high - low), rel=1e-6)
 
 
 def test_lines_drawn_twice_are_read_once(tmp_path):
