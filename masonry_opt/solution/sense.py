@@ -357,11 +357,14 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _fill_angles(assembly: Assembly) -> Iterator[Reason]:
-    """Generate warnings about friction angles of fills and backings that look like tangents."""
+    """Generate warnings about friction angles of fills and backings that look like tangents.
+
+    The angle 0 is that of a fluid.
+    """
     for number, fill in enumerate(assembly.scene.fills, start=1):
         of_backing = fill.backing.friction_angle if fill.backing else None
         for backing, angle in ((False, fill.friction_angle), (True, of_backing)):
-            if fill.pressure and angle is not None and angle < SMALL_FRICTION_ANGLE:
+            if fill.pressure and angle and angle < SMALL_FRICTION_ANGLE:
                 yield reason(Code.FILL_ANGLE_LOW, fill=number, backing=backing, friction_angle=angle)
 
 
