@@ -336,6 +336,10 @@ class Code(StrEnum):
     # is a value of the option ``tolerance`` that aligns these joints. The value ``scatter`` is the ratio of
     # the upper to the lower quartile of the angles.
     NEARLY_PARALLEL = "nearly parallel"
+    # Most blocks touch in several joints that are nearly parallel, because their sides are not flat. The
+    # value ``pairs`` lists the two blocks of each such side. The values ``angle`` and ``tolerance`` have the
+    # same meaning as for ``NEARLY_PARALLEL``.
+    UNEVEN_SIDES = "uneven sides"
     # Two blocks have a joint although only their corners touch (in space, only parallel edges). Value:
     # ``pairs``, the two blocks of each such joint.
     JOINT_AT_CORNERS = "joint at corners"

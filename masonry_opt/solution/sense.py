@@ -18,7 +18,7 @@ from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import IDLE
 from masonry_opt.solution.typical_units import in_other_unit
-from masonry_opt.solution.wedges import wedges
+from masonry_opt.solution.wedges import uneven_sides, wedges
 
 
 def _is_small_angle(friction: float) -> bool:
@@ -105,6 +105,7 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
         *_gaps_of(assembly, Code.BRIDGED_BY_TOLERANCE, joints.bridged, aligning=joints.aligning),
         *_blocks(assembly),
         *of_wedges,
+        *uneven_sides(assembly),
         *_bearing_corners(assembly, solution),
         *_loads(assembly),
         *_far_away(assembly),
