@@ -298,7 +298,7 @@ class _Search:
             # Check the arguments first, so that an error about a misspelt argument suggests the correct name.
             prepare(method, function=least, **options)
             named = ", ".join(options) or f"method '{method}'"
-            raise OptionError(f"{named}: add 'load', such as load=1, because without 'load' it has no effect")
+            raise OptionError(f"{named}: add 'load' (--load), such as 1, because it has no effect alone")
         self.session = prepare(method, function=least, keeps=True, **({"incremental": False} | options))
         if not callable(make):
             raise OptionError(
