@@ -72,6 +72,9 @@ class Code(StrEnum):
     FRICTION_WOULD_HOLD = "friction would hold"
     # The scene would be stable if no joint could crush. The message needs no values.
     STRENGTH_WOULD_HOLD = "strength would hold"
+    # The scene would be stable if no tie or prop could yield. Value: ``names``, the ties and props that
+    # yield, such as "tie 'rod'".
+    TIES_WOULD_HOLD = "ties would hold"
     # Solvers could not decide if the scene is stable. The value ``word`` is the status of the last solver.
     # The value ``ratio`` is the largest dead load of a block divided by the smallest.
     DEAD_LOAD_UNDECIDED = "dead load undecided"
