@@ -147,9 +147,19 @@ def _blocks(
 
 
 def _without_details(curve: Curve, tolerance: float) -> shapely.Polygon:
-    """Return the polygon of a closed curve without sides that are shorter than a tolerance."""
-    step = np.hypot(*(curve.points - np.roll(curve.points, 1, axis=0)).T)
-    points = curve.points[step > tolerance]
+    """Return the polygon of a closed curve without sides that are shorter than a tolerance.
+
+    The end of a short side is removed. If the sides next to it are long, the removed end is the one that
+    changes the area less, so that a gap in a side does not tilt the next side.
+    """
+    before, after = (np.roll(curve.points, shift, axis=0) for shift in (1, -1))
+    side = curve.points - before
+    is_short = np.hypot(*side.T) <= tolerance
+    area = np.abs(np.linalg.det(np.stack([side, after - curve.points], axis=1)))
+    is_alone = is_short & ~np.roll(is_short, 1) & ~np.roll(is_short, -1)
+    begins = is_alone & (np.roll(area, 1) < (1 - _EQUAL_AREA_TOLERANCE) * area)
+    is_removed = (is_short & ~begins) | np.roll(begins, -1)
+    points = curve.points[~is_removed]
     return shapely.Polygon(points if len(points) > 2 else None)
 
 
@@ -198,7 +208,13 @@ def _polygon(curve: Curve, tolerance: float, defects: Defects) -> shapely.Polygo
     polygon = _without_details(curve, tolerance)
     if not _has_area(curve, tolerance):
         place = near(*curve.points[0])
-        defects.add(Defect(curve.where, "has no area", "outlines have no area", "delete it", place))
+        defect = Defect(curve.where, "has no area", "outlines have no area", "delete it", place)
+        size = float(np.ptp(curve.points, axis=0).max())
+        if _has_area(curve, RELATIVE_TOLERANCE * size):
+            smaller = f"smaller than the tolerance {tolerance:.3g}"
+            remedy = "delete it; if other outlines are far away by mistake, delete these instead"
+            defect = Defect(curve.where, f"is {smaller}", f"outlines are {smaller}", remedy, place)
+        defects.add(defect)
         return None
     if polygon.is_valid:
         return shapely.orient_polygons(polygon)

@@ -327,3 +327,24 @@ def test_the_command_names_the_option_that_closes_gaps(tmp_path, command):
     message = command.refused("convert", path, tmp_path / "a.toml", *options)
     assert "set 'tolerance' (--tolerance) to 0.011" in message
     assert command("convert", path, tmp_path / "a.toml", *options, "--tolerance", "0.011")
+
+
+def test_an_outline_far_away_is_not_blamed_on_the_others(tmp_path):
+    """The default tolerance is a millionth of the drawing, so it is larger than the stones."""
+    far = ("", [(1e7, 0), (1e7 + 1, 0), (1e7 + 1, 1), (1e7, 1)])
+    with pytest.raises(mo.CaseError) as error:
+        mo.read_dxf(drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0), far), **GIVEN)
+    assert "3 outlines are smaller than the tolerance 10" in str(error.value)
+    assert "if other outlines are far away by mistake, delete these instead" in str(error.value)
+
+
+@pytest.mark.parametrize("number", [1, 4])
+def test_a_short_side_does_not_tilt_another_side(tmp_path, number):
+    """A corner that is on a side of the brick, next to another corner, is the one to remove."""
+    ring = [(0, 0), (2, 0), (2, 1), (0, 1)]
+    ring.insert(number, (0.001, 0) if number == 1 else (0, 0.001))
+    path = drawn(tmp_path / "a.dxf", FLOOR, ("", ring))
+    scene = mo.read_dxf(path, **GIVEN, outline_tolerance=0.01)
+    (block,) = [block for block in scene.blocks if not block.fixed]
+    assert sorted(block.vertices) == [(0, 0), (0, 1), (2, 0), (2, 1)]
+    assert mo.solve(scene, "static").load_factor == pytest.approx(0.7)
