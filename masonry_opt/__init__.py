@@ -54,6 +54,10 @@ if not (_Path(__file__).parent / "models").is_dir() and (_CLONE / "models" / "__
 
 
 def __getattr__(name: str) -> object:
+    if name == "__version__":
+        from importlib.metadata import version  # its import takes 0.03 s
+
+        return version("masonry_opt")
     if name not in _HOMES:
         raise AttributeError(f"module 'masonry_opt' has no attribute '{name}'")
     value = getattr(_import_module(_HOMES[name]), name)

@@ -1,5 +1,7 @@
 """The names of the package: ``__init__.py`` reads them here, and imports each when it is first wanted."""
 
+__version__: str
+
 from masonry_opt.analysis import solve as solve
 from masonry_opt.certifying import StateCheck as StateCheck
 from masonry_opt.certifying import certify as certify

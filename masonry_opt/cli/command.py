@@ -24,7 +24,7 @@ from typer.models import OptionInfo
 
 from masonry_opt.analysis import solve
 from masonry_opt.effort import Phases
-from masonry_opt.errors import InterruptedByUserError, OptionError
+from masonry_opt.errors import DrawingWarning, InterruptedByUserError, LongAnalysisWarning, OptionError
 from masonry_opt.files import WRITER, writing
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.reporting.sentences import numeral
@@ -190,7 +190,9 @@ def command(
                 value, parse = typed.pop(name), parsers[name] or (lambda text: text)
                 if ctx.get_parameter_source(name).name != "DEFAULT":  # type: ignore[union-attr]
                     given[name] = [*map(parse, value)] if isinstance(value, list) else parse(value)
-            if own(given, **typed) not in (None, True):
+            with _warnings_printed():
+                succeeds = own(given, **typed) in (None, True)
+            if not succeeds:
                 raise typer.Exit(1)
 
         context = Parameter("ctx", Parameter.KEYWORD_ONLY, annotation=typer.Context)
@@ -299,15 +301,23 @@ def waiting(line: str, quiet: bool = False, if_interrupted: str = "nothing was f
 
 
 @contextlib.contextmanager
-def warnings_printed(category: type[Warning]) -> Iterator[None]:
-    """Print Python warnings of a category on standard error when they occur, without their source lines."""
+def _warnings_printed() -> Iterator[None]:
+    """Print warnings about drawings and long analyses on standard error, without their source lines.
+
+    Each warning is printed when it occurs for the first time in a command.
+    """
+
+    printed: set[str] = set()
 
     def show(message: Warning | str, *_: Any, **__: Any) -> None:
-        """Print a warning."""
-        print_warnings([str(message)])
+        """Print a warning that has not been printed before."""
+        if str(message) not in printed:
+            print_warnings([str(message)])
+        printed.add(str(message))
 
     with warnings.catch_warnings():
-        warnings.simplefilter("always", category)
+        for category in (DrawingWarning, LongAnalysisWarning):
+            warnings.simplefilter("always", category)
         warnings.showwarning = show
         yield
 

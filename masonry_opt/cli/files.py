@@ -13,12 +13,12 @@ import numpy as np
 import typer
 
 import masonry_opt as mo
-from masonry_opt.cli.command import Given, command, numbers, reader, waiting, warnings_printed
+from masonry_opt.cli.command import Given, command, numbers, reader, waiting
 from masonry_opt.drawing.elements import counts
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.drawing.pictures import doubts, scene_picture
 from masonry_opt.drawing.solids import refuse_view
-from masonry_opt.errors import CaseError, DrawingWarning, OptionError, counted, printable
+from masonry_opt.errors import CaseError, OptionError, counted, printable
 from masonry_opt.exports.solid_files import SOLID_ENDS
 from masonry_opt.files import refuse_replacing, refuse_unwritable, writing
 from masonry_opt.problem.assembly import assemble
@@ -172,11 +172,10 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
     with waiting(reading, if_interrupted="no file was written") as work, _options_named(given.called):
         layers: list[str] = []
         unit, metres = "", None
-        with warnings_printed(DrawingWarning):
-            if read is mo.read_dxf:
-                scene, layers, unit, metres = read_with_layers(drawing, DxfDrawing.of(given))
-            else:
-                scene = read(drawing, **given)
+        if read is mo.read_dxf:
+            scene, layers, unit, metres = read_with_layers(drawing, DxfDrawing.of(given))
+        else:
+            scene = read(drawing, **given)
         # Find the joints before the case file is written. If the geometry of the blocks is wrong, the search
         # for joints raises CaseError, and no file is written.
         work.show("convert: finding joints")

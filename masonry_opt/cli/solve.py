@@ -14,9 +14,8 @@ from masonry_opt.cli.command import (
     print_json,
     save,
     waiting,
-    warnings_printed,
 )
-from masonry_opt.errors import InterruptedByUserError, LongAnalysisWarning, OptionError, printable
+from masonry_opt.errors import InterruptedByUserError, OptionError, printable
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.reporting.terminal import print_result, print_text, print_warnings
@@ -124,7 +123,7 @@ def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, 
     If ``quiet`` is True, no line is shown. Raises InterruptedByUserError if Ctrl-C ended the computation
     without an answer.
     """
-    with waiting(name, quiet) as work, interrupts() as check_interrupt, warnings_printed(LongAnalysisWarning):
+    with waiting(name, quiet) as work, interrupts() as check_interrupt:
 
         def show_step(step: Any) -> None:
             check_interrupt()

@@ -12,10 +12,14 @@ def per_joint(name: str, value: Any, joints: int) -> np.ndarray:
 
     A single number applies to all joints.
 
-    Raises OptionError, which names the argument, if the value is neither a number nor an array of this shape.
+    Raises OptionError, which names the argument, if the value is neither a number nor an array of this shape,
+    or if a number is not finite.
     """
     needed = f"a number, or one number for each of the {joints} joints that can slide, shape ({joints},)"
     array = _numbers(name, value, needed)
+    is_wrong = ~np.isfinite(array)
+    if is_wrong.any():
+        raise OptionError(f"{name} must contain only finite numbers (found {array[is_wrong].flat[0]})")
     if array.ndim == 0:
         return np.full(joints, float(array))
     if array.shape != (joints,):

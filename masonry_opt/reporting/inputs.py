@@ -184,6 +184,15 @@ def nearly_parallel(v: dict[str, Any]) -> str:
     )
 
 
+def _uneven_sides(v: dict[str, Any]) -> str:
+    """Return a warning that blocks touch in several nearly parallel joints, with the tolerance to set."""
+    return (
+        "blocks touch in several joints that are almost, but not exactly, in one plane or line (the angle is "
+        f"at most {v['angle']:.2g} rad), so λ depends on small errors of the drawing: {pairs(v)}; if their "
+        f"sides should be flat, {set_tolerance(v['tolerance'])}"
+    )
+
+
 def _corners_bear(v: dict[str, Any]) -> str:
     """Return a warning that the strength does not limit forces at corners, with the corners to check."""
     forces = [f"{force:.4g}" for force in v["normal_forces"]]
@@ -223,6 +232,7 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "'tolerance'"
     ),
     Code.NEARLY_PARALLEL: nearly_parallel,
+    Code.UNEVEN_SIDES: _uneven_sides,
     Code.JOINT_AT_CORNERS: lambda v: (
         f"{pairs(v)} meet corner on corner (in space, edge along edge). A joint is made on the bisector of "
         "the facing sides, or on both sides of a notch: check the direction of the joint"

@@ -11,7 +11,7 @@ from typing import Any
 
 from masonry_opt.errors import counted, rounded_up
 from masonry_opt.reporting.inputs import INPUT_SENTENCES
-from masonry_opt.reporting.names import blocks, do, pairs, verb
+from masonry_opt.reporting.names import blocks, do, pairs, some, verb
 from masonry_opt.solution.reasons import Code, Reason, Status
 from masonry_opt.solution.thresholds import SLIDES
 
@@ -326,6 +326,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.NO_FRICTION_HOLDS: lambda v: f"no friction can hold {blocks(v['blocks'])}",
     Code.FRICTION_WOULD_HOLD: _friction_would_hold,
     Code.STRENGTH_WOULD_HOLD: "joints crush: with more 'strength' the scene would be stable",
+    Code.TIES_WOULD_HOLD: lambda v: (
+        f"{some(v['names'])} {verb(len(v['names']), 'yield')}: with more 'strength' the scene would be stable"
+    ),
     Code.DEAD_LOAD_UNDECIDED: _undecided,
     Code.WEDGED: _wedged,
     Code.BELOW_ZERO: lambda v: (

@@ -1,5 +1,6 @@
 """Write the safety margins of a stable scene without live load: one text for each label."""
 
+from masonry_opt.errors import rounded_up
 from masonry_opt.reporting.names import pairs
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.solution.outcome import Outcome
@@ -44,7 +45,10 @@ def reserves(result: Outcome) -> dict[str, str]:
 
 
 def _least_friction(stability: Stability, friction: list[float]) -> str:
-    """Return a text about the least friction with which a scene is stable, or "" if it is unknown."""
+    """Return a text about the least friction with which a scene is stable, or "" if it is unknown.
+
+    The number is rounded up, because with less friction than the least the scene is unstable.
+    """
     factor = stability.least_friction_factor
     if factor is None:
         return ""
@@ -53,23 +57,24 @@ def _least_friction(stability: Stability, friction: list[float]) -> str:
     if factor <= _NEGLIGIBLE_RESERVE:
         return f"less than {_NEGLIGIBLE_RESERVE:g} times the friction of the joints"
     if stability.least_friction is None:
-        times = numeral(factor, ".4g")
+        times = rounded_up(factor)
         return f"{times} times the friction of each joint; with less friction the scene is unstable"
-    least = numeral(stability.least_friction, ".4g")
+    least = rounded_up(stability.least_friction)
     return f"{least}; with less friction the scene is unstable (the joints have friction {friction[0]:g})"
 
 
 def _thrust(stability: Stability) -> str:
     """Return a text about the geometric margin: how far the joints can shrink towards their middles.
 
-    The text is "" if the margin is unknown.
+    The text is "" if the margin is unknown. The remaining percentage is rounded up, so that the margin is not
+    overstated.
     """
     margin = stability.geometric_margin
     if margin is None:
         return ""
     if margin >= 1 - _NEGLIGIBLE_RESERVE:
         return "all resultants can act at the middles of their joints"
-    return f"all resultants can act within the middle {numeral(100 * (1 - margin), '.3g')} % of their joints"
+    return f"all resultants can act within the middle {rounded_up(100 * (1 - margin), 3)} % of their joints"
 
 
 def _worst_joint(stability: Stability) -> str:

@@ -191,7 +191,7 @@ class Backing(Record):
 
     line: RoadLine
     unit_weight: Positive
-    friction_angle: Annotated[Number, Field(gt=0, lt=90)] | None = None
+    friction_angle: Annotated[Number, Field(ge=0, lt=90)] | None = None
     mobilised: Annotated[Number, Field(gt=0, le=1)] | None = None
 
 
@@ -210,7 +210,8 @@ class Fill(Record):
     ----------
     road: The line of the road, ``[[x, y], ...]`` from left to right. The fill ends where the road ends.
     unit_weight: Weight per unit area, or per unit volume if the scene has a ``thickness``.
-    friction_angle: φ in degrees, for its pressure: Rankine's K_a = tan²(45° - φ/2) and K_p = 1 / K_a.
+    friction_angle: φ in degrees, for its pressure: Rankine's K_a = tan²(45° - φ/2) and K_p = 1 / K_a. With φ
+        = 0 the fill presses like a fluid: ``mobilised`` must be 1, and the pressure is σ.
     mobilised: The fraction m of the passive pressure that the fill may reach. The horizontal pressure lies
         between K_a σ and m K_p σ, where σ is the unit weight times the depth below the road.
     weight: True if the fill's weight acts on the blocks.
@@ -225,7 +226,7 @@ class Fill(Record):
 
     road: RoadLine
     unit_weight: Positive
-    friction_angle: Annotated[Number, Field(gt=0, lt=90)] | None = None
+    friction_angle: Annotated[Number, Field(ge=0, lt=90)] | None = None
     mobilised: Annotated[Number, Field(gt=0, le=1)] | None = None
     weight: YesNo = True
     spread: Annotated[float | Literal[False], PlainValidator(_spread)] = 30.0
@@ -261,7 +262,7 @@ class Fill(Record):
     def _angle_advice(self) -> str:
         """Return advice to use degrees if the friction angle looks like a tangent, otherwise ""."""
         angle = self.friction_angle
-        if angle is None or angle >= SMALL_FRICTION_ANGLE:
+        if not angle or angle >= SMALL_FRICTION_ANGLE:
             return ""
         tangent = math.degrees(math.atan(angle))
         return f", or give 'friction_angle' in degrees (atan {angle:g} = {tangent:.1f}°)"

@@ -9,14 +9,20 @@ from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag
 from masonry_opt.scene.blocks import SHAPES, Block, Body, Name, NonNegative, Number, Point, Record, YesNo
 
 
+def _as_list(value: Any) -> Any:
+    """Return the entries of a NumPy array as a list of Python numbers or lists; return other values as is."""
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
+
 def _list_of(count: int, entries: str) -> BeforeValidator:
-    """Return a validator that accepts only lists of ``count`` entries.
+    """Return a validator that accepts only lists and arrays of ``count`` entries.
 
     Its error message is ``needs {entries}``, because the default message for short lists describes vectors in
     the plane.
     """
 
     def checked(value: Any) -> Any:
+        value = _as_list(value)
         if not isinstance(value, list | tuple) or len(value) != count:
             raise ValueError(f"needs {entries}")
         return value
@@ -50,7 +56,7 @@ Interval = Annotated[tuple[Number, Number], _list_of(2, "two numbers, [from, to]
 Box = Annotated[
     tuple[Interval, Interval, Interval], _list_of(3, "three intervals, [[x0, x1], [y0, y1], [z0, z1]]")
 ]
-Face = Annotated[list[Annotated[int, Strict(), Field(ge=0)]], Field(min_length=3)]
+Face = Annotated[list[Annotated[int, Strict(), Field(ge=0)]], BeforeValidator(_as_list), Field(min_length=3)]
 #: Corners of a solid: at least four, because fewer corners enclose no volume.
 Corners = Annotated[list[Vector], Field(min_length=4)]
 #: Faces of a solid: at least four, because fewer faces enclose no volume.

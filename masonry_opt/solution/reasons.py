@@ -72,6 +72,9 @@ class Code(StrEnum):
     FRICTION_WOULD_HOLD = "friction would hold"
     # The scene would be stable if no joint could crush. The message needs no values.
     STRENGTH_WOULD_HOLD = "strength would hold"
+    # The scene would be stable if no tie or prop could yield. Value: ``names``, the ties and props that
+    # yield, such as "tie 'rod'".
+    TIES_WOULD_HOLD = "ties would hold"
     # Solvers could not decide if the scene is stable. The value ``word`` is the status of the last solver.
     # The value ``ratio`` is the largest dead load of a block divided by the smallest.
     DEAD_LOAD_UNDECIDED = "dead load undecided"
@@ -340,6 +343,10 @@ class Code(StrEnum):
     # is a value of the option ``tolerance`` that aligns these joints. The value ``scatter`` is the ratio of
     # the upper to the lower quartile of the angles.
     NEARLY_PARALLEL = "nearly parallel"
+    # Most blocks touch in several joints that are nearly parallel, because their sides are not flat. The
+    # value ``pairs`` lists the two blocks of each such side. The values ``angle`` and ``tolerance`` have the
+    # same meaning as for ``NEARLY_PARALLEL``.
+    UNEVEN_SIDES = "uneven sides"
     # Two blocks have a joint although only their corners touch (in space, only parallel edges). Value:
     # ``pairs``, the two blocks of each such joint.
     JOINT_AT_CORNERS = "joint at corners"

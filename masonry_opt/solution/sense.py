@@ -24,7 +24,7 @@ from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import IDLE
 from masonry_opt.solution.typical_units import in_other_unit
-from masonry_opt.solution.wedges import wedges
+from masonry_opt.solution.wedges import uneven_sides, wedges
 
 #: Friction coefficient (tan 72°) above which a coefficient is higher than in any dry joint, and may be an
 #: angle in degrees. With a larger value, warnings miss angles.
@@ -120,6 +120,7 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
         *_gaps_of(assembly, Code.BRIDGED_BY_TOLERANCE, joints.bridged, aligning=joints.aligning),
         *_blocks(assembly),
         *of_wedges,
+        *uneven_sides(assembly),
         *_bearing_corners(assembly, solution),
         *_loads(assembly),
         *_far_away(assembly),
@@ -373,11 +374,14 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _fill_angles(assembly: Assembly) -> Iterator[Reason]:
-    """Generate warnings about friction angles of fills and backings that look like tangents."""
+    """Generate warnings about friction angles of fills and backings that look like tangents.
+
+    The angle 0 is that of a fluid.
+    """
     for number, fill in enumerate(assembly.scene.fills, start=1):
         of_backing = fill.backing.friction_angle if fill.backing else None
         for backing, angle in ((False, fill.friction_angle), (True, of_backing)):
-            if fill.pressure and angle is not None and angle < SMALL_FRICTION_ANGLE:
+            if fill.pressure and angle and angle < SMALL_FRICTION_ANGLE:
                 yield reason(Code.FILL_ANGLE_LOW, fill=number, backing=backing, friction_angle=angle)
 
 

@@ -1,4 +1,4 @@
-"""Warn about joints that are nearly parallel: wedges that may be errors of the drawing."""
+"""Warn about joints that are nearly parallel: wedges and uneven sides that may be errors of the drawing."""
 
 from collections.abc import Iterator
 
@@ -47,6 +47,23 @@ _SHARE_OF_FRICTION_LIMIT = 0.999
 #: misses more wedges.
 _MOST_JOINTS_COMPARED = 300
 
+#: Angle, in radians, below which two joints of one pair of blocks count as one side that is drawn unevenly.
+#: With a larger value, warnings would name sides that are curved on purpose. With a smaller value, warnings
+#: would miss surveys with large errors.
+_UNEVEN_ANGLE = 0.05
+
+#: Angle, in radians, below which two joints of one pair of blocks may belong to one curved side. A side with
+#: joints at a larger angle than ``_UNEVEN_ANGLE`` is curved on purpose. With a larger value, sides next to a
+#: blunt corner count as curved.
+_CURVED_ANGLE = 0.3
+
+#: Fraction of the pairs of touching blocks with uneven sides from which a warning names them. With a smaller
+#: value, warnings would name scenes with a few sides that are curved on purpose.
+_UNEVEN_SHARE = 0.5
+
+#: Smallest number of pairs of touching blocks with uneven sides that a warning names.
+_FEWEST_UNEVEN = 3
+
 
 def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     """Generate warnings about wedges: blocks with nearly parallel sliding joints.
@@ -77,8 +94,7 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     one, other, angle = one[matters], other[matters], angle[matters]
     if not len(one):
         return
-    # Error of a corner's position that would turn the shorter joint by the angle between the two joints.
-    error = angle * assembly.geometry.tolerance / np.maximum(joints.accuracy[one], joints.accuracy[other])
+    error = _errors(assembly, one, other, angle)
     closing = joints.closing.tolerance if joints.closing.option == "tolerance" else 0.0
     tolerance = max(TOLERANCE_OVER_ERROR * float(error.max()), closing)
     named = list(dict.fromkeys(np.column_stack([one, other]).ravel().tolist()))
@@ -90,6 +106,50 @@ def _scatter(angles: np.ndarray) -> float:
     """Return the ratio of the upper to the lower quartile of positive angles."""
     lower, upper = np.quantile(angles, [0.25, 0.75])
     return float(upper / lower)
+
+
+def uneven_sides(assembly: Assembly) -> Iterator[Reason]:
+    """Generate a warning if most blocks touch in several joints that are nearly parallel, as in a survey.
+
+    The sides of such blocks are not flat, because their coordinates have errors.
+    """
+    joints = assembly.joints
+    rows = np.flatnonzero(joints.extent > 0)
+    pair = np.unique(
+        joints.first[rows] * len(assembly.scene.blocks) + joints.second[rows], return_inverse=True
+    )[1]
+    rows = rows[np.argsort(pair, kind="stable")]
+    count = np.bincount(pair)
+    first = np.cumsum(count) - count
+    compared = np.flatnonzero((count > 1) & (count <= _MOST_JOINTS_COMPARED))
+    number, one, other = combine(first[compared], count[compared], first[compared], count[compared])
+    one, other = rows[one], rows[other]
+    angle = _angles(assembly, one, other)
+    is_curved = (angle >= _UNEVEN_ANGLE) & (angle < _CURVED_ANGLE)
+    is_flat = np.bincount(number, is_curved, len(compared)) == 0
+    is_uneven = is_flat[number] & (one < other) & (angle > _PARALLEL_ANGLE) & (angle < _UNEVEN_ANGLE)
+    uneven = np.unique(compared[number[is_uneven]])
+    if len(uneven) < max(_FEWEST_UNEVEN, _UNEVEN_SHARE * len(count)):
+        return
+    tolerance = TOLERANCE_OVER_ERROR * float(np.median(_errors(assembly, one, other, angle)[is_uneven]))
+    values = {"angle": float(angle[is_uneven].max()), "tolerance": tolerance}
+    yield reason(Code.UNEVEN_SIDES, pairs=assembly.pairs_of(rows[first[uneven]]), **values)
+
+
+def _errors(assembly: Assembly, one: np.ndarray, other: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Return the errors of a corner's position that would turn joints by given angles, shape (pairs,).
+
+    The corner is a corner of the shorter one of the two joints ``one`` and ``other``.
+    """
+    accuracy = assembly.joints.accuracy
+    return np.asarray(angle * assembly.geometry.tolerance / np.maximum(accuracy[one], accuracy[other]))
+
+
+def _angles(assembly: Assembly, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the angles between the normals of nearly parallel joints, in radians, shape (pairs,)."""
+    normal = assembly.joints.normal
+    along = (normal[one] * normal[other]).sum(axis=1)
+    return np.asarray(lengths(normal[one] - along[:, None] * normal[other]))
 
 
 def _slides_without_lifting(assembly: Assembly) -> np.ndarray:
@@ -126,7 +186,6 @@ def _nearly_parallel(assembly: Assembly, able: np.ndarray) -> tuple[np.ndarray, 
     one, other = joint[one], joint[other]
     pairs = np.unique(np.column_stack([one, other])[one < other], axis=0)
     one, other = pairs.reshape(-1, 2).T
-    along = (joints.normal[one] * joints.normal[other]).sum(axis=1)
-    angle = lengths(joints.normal[one] - along[:, None] * joints.normal[other])
+    angle = _angles(assembly, one, other)
     near = (angle > _PARALLEL_ANGLE) & (angle < _NEARLY_PARALLEL_ANGLE)
     return one[near], other[near], angle[near]

@@ -342,17 +342,19 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
     """Return reasons that state if more friction or strength would make an unstable scene stable.
 
     - HANGS, if a falling block is not supported from below.
+    - TIES_WOULD_HOLD, if the scene is stable with ties and props of unlimited strength.
     - STRENGTH_WOULD_HOLD, if the scene is unstable with any friction, but stable with unlimited strength.
     - NO_FRICTION_HOLDS, if the scene is unstable with any friction and with unlimited strength.
     - FRICTION_WOULD_HOLD, if the scene is stable with larger friction.
 
-    The last three are omitted if the solver cannot decide. A scene counts as stable if eq. (9) without live
+    The last four are omitted if the solver cannot decide. A scene counts as stable if eq. (9) without live
     load is feasible, even if only wedging carries the dead load. ``falling`` are block velocities, shape
     (3b,).
     """
     problem = assembly.problem
     hanging = _hanging(assembly, moving_blocks(assembly, falling))
     reasons = [reason(Code.HANGS, blocks=assembly.names(assembly.movable[hanging]))] if len(hanging) else []
+    reasons += _ties_that_would_hold(assembly, falling, solver, effort)
     none, nothing = np.array([], dtype=int), np.array([])
     rough = replace(problem.law, sliding=none, friction=nothing, cohesion=nothing, dilatancy=nothing)
     rough = replace(rough, dilatancy_force=np.empty((0, 2)))
@@ -375,6 +377,29 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
     most_first = np.argsort(-assembly.most_of_joints(problem.slip_speed(falling)), kind="stable")
     pairs = assembly.pairs_of(most_first[slides[most_first]])
     return [*reasons, reason(Code.FRICTION_WOULD_HOLD, pairs=pairs, **values)]
+
+
+def _ties_that_would_hold(
+    assembly: Assembly, falling: np.ndarray, solver: Solver, effort: Effort
+) -> list[Reason]:
+    """Return the reason TIES_WOULD_HOLD with the ties and props that yield, or an empty list.
+
+    ``falling`` are block velocities, shape (3b,).
+    """
+    problem = assembly.problem
+    is_strut = np.array([force.role in (Role.TIE, Role.PROP) for force in assembly.limited], dtype=bool)
+    rates = np.abs(problem.B.T @ falling)[problem.B.shape[1] - len(is_strut) :]
+    yields = is_strut & np.isfinite(problem.highest) & (rates > SLIDES * np.abs(falling).max())
+    if not yields.any():
+        return []
+    highest = np.where(is_strut, np.inf, problem.highest)
+    strong = replace(problem, law=replace(problem.law, highest=highest))
+    with suppress(DeadLoadUndecided):
+        if falling_mechanism(strong, solver, effort) is None:
+            named = [assembly.limited[number] for number in np.flatnonzero(yields)]
+            names = [f"{force.role} '{force.name}'" for force in named]
+            return [reason(Code.TIES_WOULD_HOLD, names=names)]
+    return []
 
 
 def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[float | None, float]:

@@ -319,5 +319,8 @@ def test_slopes_and_motions_of_a_problem():
         for function in (problem.C, problem.D, lambda slope: problem.rates(d, slope)):
             with pytest.raises(mo.OptionError, match=words):
                 function(wrong)
+    for infinite in (np.nan, [np.inf] * joints):
+        with pytest.raises(mo.OptionError, match="slope must contain only finite numbers"):
+            problem.C(infinite)
     with pytest.raises(mo.OptionError, match="d must be an array of velocities of all movable blocks"):
         problem.rates(d[:-1], 0.3)

@@ -186,6 +186,7 @@ def test_a_missing_load_factor_by_the_parabola_is_undecided(watched, monkeypatch
     solved = watched(module.Session, "solve", ends)
     found = mo.crossing(STRONG, axles(3.0), method="nonassociative", incremental=False, required_factor=3.3)
     assert (found.by_parabola, found.no_parabola, found.interrupted) == (None, "interrupted", False)
+    assert found.as_dict()["no_parabola"] == "interrupted"
     assert "not decided, because 3.19" in found.facts()["required"]
     assert "no associative λ by the parabola: interrupted" in found.facts()["required"]
     assert "no associative λ by the parabola here: interrupted" in found.facts()["crushing"]

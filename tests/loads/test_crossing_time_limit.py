@@ -176,6 +176,7 @@ def test_the_limit_may_end_the_solve_of_the_default_method(time_is_over_at):
     found = mo.crossing(LOADED, method="static", time_limit=100)
     assert found.default is None
     assert found.no_default == "the time limit of 100 s ended the solve"
+    assert found.as_dict()["no_default"] == found.no_default
     assert "not compared with the default method: the time limit of 100 s ended the solve" in str(found)
     assert not found.interrupted
     assert found.bound is not None

@@ -116,7 +116,8 @@ LINE = [(0, 1), (9, 1)]
     ("keys", "words"),
     [
         ({"unit_weight": 0.0}, ["'unit_weight'", "greater than 0"]),
-        ({"friction_angle": 0.0}, ["'friction_angle'", "greater than 0"]),
+        ({"friction_angle": -1.0}, ["'friction_angle'", "0 or more"]),
+        ({"friction_angle": 0.0}, ["'mobilised' times K_p is 0.5, below K_a = 1: raise 'mobilised'"]),
         ({"friction_angle": 90.0}, ["'friction_angle'", "less than 90"]),
         ({"mobilised": 1.1}, ["'mobilised'", "1 or less"]),
         ({"mobilised": 0.05}, ["'mobilised'", "K_a"]),
@@ -219,6 +220,19 @@ def test_a_wall_that_retains_fill(push, friction, method, keys):
     found = mo.solve(retaining(push, friction), method, **keys)
     assert found.load_factor == pytest.approx(min(overturns, slides), rel=1e-9)
     assert (slides < overturns) == (friction < 0.5)
+
+
+@pytest.mark.parametrize("push", [-1.0, 1.0])
+@pytest.mark.parametrize(("method", "keys"), [("static", {"solver": "highs"}), ("coulomb", {})])
+def test_a_fill_without_friction_presses_like_a_fluid(push, method, keys):
+    """The pressure is γ times the depth in both directions: E = γ t h² / 2 at a third of the depth."""
+    made = retaining(push, 0.9)
+    fluid = made.replace(fills=[made.fills[0].replace(friction_angle=0.0, mobilised=1.0)])
+    earth = GAMMA * THICK * DEEP**2 / 2
+    found = mo.solve(fluid, method, **keys)
+    expected = (WEIGHT * WIDTH / 2 + math.copysign(earth, push) * DEEP / 3) / (HEIGHT / 2)
+    assert found.load_factor == pytest.approx(expected, rel=1e-9)
+    assert "fill angle low" not in [warning.code for warning in found.warnings]
 
 
 UPPER, BACKED, BACKED_SHARE = 1.2, 3.0, 0.9

@@ -58,6 +58,17 @@ def test_points_are_marked_by_mechanism():
     assert points[["at", "λ"]].to_numpy() == pytest.approx(swept[[NAME, "load_factor"]].to_numpy())
 
 
+def test_lines_that_coincide_are_named():
+    """The last line that is drawn hides the other one, unless a run of one of them has no load factor."""
+    rows = frame(["hinging"] * 8, [0.1, 0.2, 0.3, 0.2, 0.1, 0.4, 0.3, 0.4])
+    rows = rows.assign(**{NAME: [0.5, 0.5, 0.5, 0.5, 0.7, 0.7, 0.7, 0.7], "b": [1.0, 2.0, 3.0, 4.0] * 2})
+    (chart, _) = drawings(rows, [NAME, "b"])
+    assert "equal lines: b = 2, 4" in chart.notes
+    rows.loc[3, "load_factor"] = np.nan
+    (chart, _) = drawings(rows, [NAME, "b"])
+    assert "equal lines" not in chart.notes
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("statuses", [1, 4])
 def test_runs_without_a_load_factor_stand_below_all_values(statuses):

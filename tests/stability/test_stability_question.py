@@ -77,6 +77,14 @@ def test_a_block_on_a_slope_needs_the_tangent(degrees, size, weight, mirrored):
     assert stability.worst_joint.distance == pytest.approx(size * (1 - slope / 2), rel=1e-6)
 
 
+@pytest.mark.parametrize("degrees", [5, 11, 17, 23, 29])
+def test_the_printed_least_friction_is_not_below_the_true_one(degrees):
+    """The block slides with less friction than tan α. The number is printed with four digits."""
+    (line,) = re.findall("least friction +([0-9.]+);", str(mo.solve(ramp(math.radians(degrees)))))
+    slope = math.tan(math.radians(degrees))
+    assert slope <= float(line) < slope * (1 + BISECTED) + 1e-4
+
+
 def test_a_block_on_too_steep_a_slope_is_unstable():
     """tan 35° = 0.700 > 0.6: the block slides, and 1.1671 times the friction holds it."""
     result = mo.solve(ramp(math.radians(35)))

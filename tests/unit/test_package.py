@@ -38,8 +38,14 @@ def test_names_are_those_announced():
 
 def test_type_checkers_are_told_the_same_names_from_the_same_modules():
     stub = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
-    told = [(alias.asname, node.module) for node in stub.body[1:] for alias in node.names]
+    _, package_version, *imports = stub.body
+    assert ast.unparse(package_version) == "__version__: str"
+    told = [(alias.asname, node.module) for node in imports for alias in node.names]
     assert sorted(told) == sorted(mo._HOMES.items())
+
+
+def test_the_package_states_its_version():
+    assert mo.__version__ == version("masonry_opt")
 
 
 #: Subpackages in the order in which they build on each other.

@@ -282,8 +282,17 @@ class SolidCorners(sides.BlockCorners):
         off = [lengths(end - x[:, None] * along) for end, x in zip(ends, at, strict=True)]
         low, high = np.maximum(np.minimum(*at), 0.0), np.minimum(np.maximum(*at), length)
         meets = (np.maximum(*off) <= tolerance) & (high - low > NARROWEST * tolerance)
+        meets &= self._has_both_faces(i) & self._has_both_faces(j)
         start, end = (origin + x[:, None] * along for x in (low, high))
         return Meetings(pair, i, j, start, end).where(meets)
+
+    def _has_both_faces(self, edge: np.ndarray) -> np.ndarray:
+        """Return a mask of the edges of which two faces are known.
+
+        An edge has one face if the other face is narrower than the tolerance, because narrow faces are left
+        out. The sector that the block occupies is then unknown.
+        """
+        return (lengths(self.first[edge]) > 0) & (lengths(self.last[edge]) > 0)
 
     def bisected(self, meetings: Meetings) -> Touches:
         """Return the contacts at coinciding edges of two blocks.

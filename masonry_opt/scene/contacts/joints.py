@@ -423,7 +423,7 @@ def _nearest_block(scene: Scene, shapes: Extents, block: int, bridge: Bridge | N
     if bridge and block in bridge.neighbour:
         other, gap = bridge.neighbour[block]
         name = repr(scene.blocks[other].name)
-        if not bridge.gap:
+        if not bridge.gap or gap <= shapes.contact_tolerance:
             return (
                 f"its sides that face {name} are narrower than ten times 'tolerance': {bridge.advice(scene)}"
             )

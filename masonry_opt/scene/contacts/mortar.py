@@ -63,7 +63,10 @@ class Bridge:
     #: True if the scene's ``tolerance`` is as large as a mortar joint. The advice is then to remove
     #: ``tolerance``, and to set ``contact_tolerance`` instead.
     replaces_tolerance: bool
-    aligning: float  #: value of ``tolerance`` that aligns the sides of the gaps; 0 if the sides are parallel
+    lowers_tolerance: bool  #: True if ``closing`` is a value of ``tolerance`` below its present value
+    #: Value of ``tolerance`` that aligns the sides of the gaps; 0 if they are parallel, or if the present
+    #: value is sufficient.
+    aligning: float
 
     def advice(self, scene: Scene) -> str:
         """Return the part of a message that advises setting the option and describes its effect."""
@@ -75,14 +78,17 @@ class Bridge:
             )
         one, other = (repr(scene.blocks[index].name) for index in self.widest)
         advice = self.closing.advice
-        if self.replaces_tolerance:
-            advice += " and remove 'tolerance'"
+        if self.lowers_tolerance:
+            advice = advice.replace("set", "lower", 1)
         survey = ""
         if self.aligning:
+            otherwise = ", and otherwise remove 'tolerance'" if self.replaces_tolerance else ""
             survey = (
                 f"; if the drawing is a survey, also {set_tolerance(self.aligning)}, which makes nearly "
-                "parallel joints parallel"
+                f"parallel joints parallel{otherwise}"
             )
+        elif self.replaces_tolerance:
+            advice += " and remove 'tolerance'"
         return (
             f"{advice}, which makes {counted(self.joints, 'joint')} "
             f"across gaps of up to {self.gap:.3g} (the widest gap is between {one} and {other}) "
@@ -162,11 +168,23 @@ def find_bridge(
     if gap <= _fine_tolerance(scene, shapes):
         gap = 0.0
     replaces = option.option == "contact_tolerance" and has_large_tolerance(scene, shapes)
+    lowers = option.option == "tolerance" and option.tolerance < shapes.tolerance
     aligning = 0.0
     if option.option == "contact_tolerance" and not _are_parallel(closed):
         aligning = aligning_tolerance(closed)
+    if aligning <= shapes.tolerance and not replaces:
+        aligning = 0.0
     return Bridge(
-        option, gap, (first, second), len(closed.pair), connected, remaining, neighbour, replaces, aligning
+        closing=option,
+        gap=gap,
+        widest=(first, second),
+        joints=len(closed.pair),
+        blocks=connected,
+        remaining=remaining,
+        neighbour=neighbour,
+        replaces_tolerance=replaces,
+        lowers_tolerance=lowers,
+        aligning=aligning,
     )
 
 

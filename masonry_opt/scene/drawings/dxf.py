@@ -17,7 +17,12 @@ from masonry_opt.files import MARK, refuse_replacing
 from masonry_opt.scene.blocks import Block, Name, Number, Positive, YesNo
 from masonry_opt.scene.drawings import outlines, stones
 from masonry_opt.scene.drawings.defects import Defects
-from masonry_opt.scene.drawings.nesting import OutlineTolerance, add_frames, outlines_with_holes
+from masonry_opt.scene.drawings.nesting import (
+    OutlineTolerance,
+    add_frames,
+    add_smaller_copies,
+    outlines_with_holes,
+)
 from masonry_opt.scene.drawings.outlines import Curve, Outline
 from masonry_opt.scene.extrude import extrude
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
@@ -232,6 +237,7 @@ def _outlines(
         near = drawing.outline_tolerance or max(apart, drawing.sagitta or outlines.SAGITTA * diagonal)
         supports = [outline.polygon for outline in found]
         found = [*outlines.net_cells(joints, windows, supports, near, defects), *found]
+    add_smaller_copies(found, short, defects)
     add_frames(found, lambda curve: _is_support(curve, drawing), _are_fixed(found, drawing), defects)
     return found, [*copies, *nesting.copies]
 

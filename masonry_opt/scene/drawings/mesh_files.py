@@ -2,6 +2,7 @@
 
 import io
 import re
+import warnings
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Literal
 import numpy as np
 from pydantic import ConfigDict
 
+from masonry_opt.errors import DrawingWarning, counted, printable
 from masonry_opt.scene.blocks import LARGEST_NUMBER
 from masonry_opt.scene.drawings import stones
 from masonry_opt.scene.drawings.gltf_files import read_gltf
@@ -20,6 +22,16 @@ from masonry_opt.scene.tables import as_path, broken, library, read_bytes
 
 #: File name endings of the mesh formats that can be read.
 MESHES = (".obj", ".ply", ".stl", ".glb", ".gltf")
+
+#: File name endings of formats that may contain stones but cannot be read. Further endings make the warning
+#: about such files more complete.
+_UNREAD_FORMATS = (
+    *(".3dm", ".3ds", ".blend", ".dae", ".dxf", ".fbx", ".igs", ".iges", ".off", ".step", ".stp"),
+    *(".usd", ".usda", ".usdc", ".usdz", ".wrl", ".x3d"),
+)
+
+#: Largest number of files that a warning names.
+_MOST_FILES_NAMED = 3
 
 #: Upward axis of mesh files, by the ending of the file name. The glTF standard requires y. The upward axis of
 #: all other files is z.
@@ -65,7 +77,8 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
     - OBJ: the objects of the file, or its groups if it has no objects.
     - glTF: the nodes with a mesh.
     - A file with a single mesh, such as a PLY or STL file: the closed surfaces of the mesh.
-    - A folder: each file is a block, whose name is the file name without the ending.
+    - A folder: each file is a block, whose name is the file name without the ending. A DrawingWarning names
+      files of formats that cannot be read, such as ``.dae``.
 
     Faces in one plane are merged. If the corners of a block are at most four tolerances away from the planes
     of its faces, its faces are flattened. Other faces that are not flat are divided into triangles. If the
@@ -111,10 +124,12 @@ def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
     """Return the meshes of all files of a folder, named after their files.
 
     Files are sorted by name, with numbers in the order of their values. Files of other formats and hidden
-    files are ignored. Raises ValueError, with one line for each file that cannot be read.
+    files are ignored. A DrawingWarning names files of formats that may contain stones. Raises ValueError,
+    with one line for each file that cannot be read.
     """
     try:
-        files = [file for file in folder.iterdir() if file.suffix.lower() in MESHES and file.name[0] != "."]
+        visible = [file for file in folder.iterdir() if file.name[0] != "."]
+        files = [file for file in visible if file.suffix.lower() in MESHES]
         size = sum(file.stat().st_size for file in files)
     except OSError as error:
         raise ValueError(f"the folder cannot be read: {error.strerror}") from None
@@ -124,6 +139,7 @@ def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
         raise ValueError(
             f"the folder has more than {_LARGEST_MESH // 1_000_000} MB of meshes: simplify the blocks"
         )
+    _warn_of_unread(folder, visible)
     meshes: list[Mesh] = []
     mistakes: list[str] = []
     for file in sorted(files, key=_sort_key):
@@ -139,6 +155,23 @@ def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
             meshes.append(replace(mesh, name=name, layers=f"{mesh.name} {mesh.layers}"))
     stones.refuse(mistakes)
     return meshes
+
+
+def _warn_of_unread(folder: Path, files: list[Path]) -> None:
+    """Issue a DrawingWarning that names files whose format may contain stones, but cannot be read."""
+    unread = sorted((file for file in files if file.suffix.lower() in _UNREAD_FORMATS), key=_sort_key)
+    if not unread:
+        return
+    named = ", ".join(f"'{file.name}'" for file in unread[:_MOST_FILES_NAMED])
+    more = len(unread) - _MOST_FILES_NAMED
+    if more > 0:
+        named += f" and {more} more"
+    verb = "was" if len(unread) == 1 else "were"
+    warning = (
+        f"{folder}: {counted(len(unread), 'file')} of other formats {verb} left out: {named}; export each "
+        f"block in one of the formats {', '.join(MESHES)}"
+    )
+    warnings.warn(printable(warning), DrawingWarning, stacklevel=4)
 
 
 def _sort_key(file: Path) -> list[tuple[int, str]]:

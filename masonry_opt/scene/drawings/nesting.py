@@ -27,6 +27,19 @@ _LIMIT_PRECISION = 1.01
 #: value 1, a block with one hole would count as a frame.
 _FEWEST_IN_FRAME = 2
 
+#: Fraction of the area of a block above which a hole that shares a side with the block's outline counts as
+#: a copy of the block. With a larger value, small copies of a stone become holes. With a smaller value, large
+#: openings that reach the edge of a wall are refused.
+_LARGEST_OPENING = 0.5
+
+#: Mean thickness of a block round a hole, relative to the width of the block, below which the hole counts as
+#: a copy of the block. With a larger value, thin pipes are refused.
+_THINNEST_RING = 0.02
+
+#: Length of the side that a hole shares with the outline of its block, relative to the tolerance, from which
+#: the side is not only a corner.
+_SHORTEST_SIDE = 10.0
+
 
 class OutlineTolerance(NamedTuple):
     """Length below which details of outlines are ignored."""
@@ -135,9 +148,19 @@ def _blocks(
 
 
 def _without_details(curve: Curve, tolerance: float) -> shapely.Polygon:
-    """Return the polygon of a closed curve without sides that are shorter than a tolerance."""
-    step = np.hypot(*(curve.points - np.roll(curve.points, 1, axis=0)).T)
-    points = curve.points[step > tolerance]
+    """Return the polygon of a closed curve without sides that are shorter than a tolerance.
+
+    The end of a short side is removed. If the sides next to it are long, the removed end is the one that
+    changes the area less, so that a gap in a side does not tilt the next side.
+    """
+    before, after = (np.roll(curve.points, shift, axis=0) for shift in (1, -1))
+    side = curve.points - before
+    is_short = np.hypot(*side.T) <= tolerance
+    area = np.abs(np.linalg.det(np.stack([side, after - curve.points], axis=1)))
+    is_alone = is_short & ~np.roll(is_short, 1) & ~np.roll(is_short, -1)
+    begins = is_alone & (np.roll(area, 1) < (1 - _EQUAL_AREA_TOLERANCE) * area)
+    is_removed = (is_short & ~begins) | np.roll(begins, -1)
+    points = curve.points[~is_removed]
     return shapely.Polygon(points if len(points) > 2 else None)
 
 
@@ -186,7 +209,13 @@ def _polygon(curve: Curve, tolerance: float, defects: Defects) -> shapely.Polygo
     polygon = _without_details(curve, tolerance)
     if not _has_area(curve, tolerance):
         place = near(*curve.points[0])
-        defects.add(Defect(curve.where, "has no area", "outlines have no area", "delete it", place))
+        defect = Defect(curve.where, "has no area", "outlines have no area", "delete it", place)
+        size = float(np.ptp(curve.points, axis=0).max())
+        if _has_area(curve, RELATIVE_TOLERANCE * size):
+            smaller = f"smaller than the tolerance {tolerance:.3g}"
+            remedy = "delete it; if other outlines are far away by mistake, delete these instead"
+            defect = Defect(curve.where, f"is {smaller}", f"outlines are {smaller}", remedy, place)
+        defects.add(defect)
         return None
     if polygon.is_valid:
         return shapely.orient_polygons(polygon)
@@ -237,6 +266,35 @@ def add_frames(
         mistake = f"is a frame around {len(most)} outlines, which would become holes"
         several = "frames are drawn around other outlines, which would become holes"
         defects.add(Defect(shape.curve.where, mistake, several, remedy))
+
+
+def add_smaller_copies(found: Sequence[Outline], tolerance: float, defects: Defects) -> None:
+    """Add a defect for each hole that seems to be a smaller copy of its block.
+
+    One of these conditions is satisfied:
+
+    - The hole shares a side with the outline of the block, and has more than half of its area.
+    - Only a thin ring remains of the block.
+    """
+    for shape in found:
+        block = shapely.Polygon(shape.polygon.exterior)
+        # Cells of a net have interiors, but no curves of holes.
+        for curve, ring in zip(shape.holes, shape.polygon.interiors, strict=False):
+            hole = shapely.Polygon(ring)
+            near_outline = block.exterior.buffer(tolerance)
+            shares_side = ring.intersection(near_outline).length > _SHORTEST_SIDE * tolerance
+            thickness = 2 * (block.area - hole.area) / (block.length + hole.length)
+            is_copy = (shares_side and hole.area > _LARGEST_OPENING * block.area) or (
+                thickness < _THINNEST_RING * least_width(block)
+            )
+            if is_copy:
+                mistake = f"is a smaller copy of {shape.curve.where}"
+                several = "outlines are smaller copies of other outlines"
+                remedy = (
+                    "delete one of the two outlines, because the smaller one would be a hole; if it is a "
+                    "hole, draw the rest of the block as one outline"
+                )
+                defects.add(Defect(curve.where, mistake, several, remedy, near(*curve.points[0])))
 
 
 def _share_side(polygon: shapely.Polygon) -> bool:

@@ -105,7 +105,8 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         result = {key: worst[key] for key in of_worst} | {key: getattr(self, key) for key in own}
         result["default"] = self.default and self.default.load_factor
         result["default_associative"] = self.default and self.default.associative
-        result["by_parabola"] = self.by_parabola
+        result["no_default"] = self.no_default or None
+        result |= {"by_parabola": self.by_parabola, "no_parabola": self.no_parabola or None}
         result["warnings"] = self.warning_records
         return result | {"positions": records(self.table), "governing": records(self.told), "worst": worst}
 

@@ -102,7 +102,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     same = np.allclose(frame["incremental"], frame["load_factor"], rtol=SAME, equal_nan=True)
     series = mechanism = frame["mechanism"].fillna("none")
     looks = {kind: look for kind, look in _LOOKS.items() if kind in {*mechanism[on_axis]}}
-    lines = len(names) == 2 and frame[names[1]].nunique() <= _MOST_DRAWN_LINES
+    lines = _has_lines(frame, names)
     if lines:
         series = names[1] + " = " + frame[names[1]].map("{:g}".format)
         looks = {line: (colour, "circle") for line, colour in zip(series.unique(), SERIES, strict=False)}
@@ -158,9 +158,36 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     file = chart_names(names)[[*names].index(name)]
     notes = [_RING] if marks["least"].any() else []
     notes += [_DASHED] if len(beside) else []
-    notes += _names_of_load_factors(frame)
-    notes += _note_on_axles(frame)
+    notes += _note_on_equal_lines(frame, names) + _names_of_load_factors(frame) + _note_on_axles(frame)
     return NamedChart(file, f"{_LABEL} against {_label(name)}", alt.layer(*layers), "; ".join(notes))
+
+
+def _has_lines(frame: pd.DataFrame, names: Sequence[str]) -> bool:
+    """Return True if a sweep of two numbers is drawn with a line for each value of the second number."""
+    return len(names) == 2 and frame[names[1]].nunique() <= _MOST_DRAWN_LINES
+
+
+def _note_on_equal_lines(frame: pd.DataFrame, names: Sequence[str]) -> list[str]:
+    """Return a list with the note that some lines of a sweep of two numbers coincide; empty if none do.
+
+    The last of several lines that coincide hides the other lines.
+    """
+    if not _has_lines(frame, names):
+        return []
+    across, line = names
+    table = frame.pivot_table("load_factor", across, line, dropna=False).dropna(axis=1, how="all")
+    load_factors = table.to_numpy(float)
+    groups: list[list[float]] = []
+    drawn: list[np.ndarray] = []
+    for value, of_value in zip(table.columns.to_numpy(float), load_factors.T, strict=True):
+        is_equal = [np.allclose(of_value, other, rtol=SAME, equal_nan=True) for other in drawn]
+        if any(is_equal):
+            groups[is_equal.index(True)].append(value)
+        else:
+            drawn.append(of_value)
+            groups.append([value])
+    equal = [", ".join(f"{value:g}" for value in group) for group in groups if len(group) > 1]
+    return [f"equal lines: {line} = {'; '.join(equal)}"] if equal else []
 
 
 def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:

@@ -300,7 +300,7 @@ class _Search:
             prepare(method, function=least, **options)
             named = ", ".join(options) or f"method '{method}'"
             raise OptionError(
-                f"{named}: add 'load', such as load=1, because no method is used without 'load'"
+                f"{named}: add 'load' (--load), such as 1, because no method is used without 'load'"
             )
         self.session = prepare(method, function=least, keeps=True, **({"incremental": False} | options))
         if not callable(make):

@@ -236,3 +236,17 @@ def test_a_scene_of_solids_survives_being_written(name, ending, tmp_path):
     assert again == original
     assert again.dimension == 3
     assert again.gravity == original.gravity
+
+
+def test_arrays_are_accepted_as_lists():
+    """Corners, faces, boxes and forces may be NumPy arrays, also inside lists."""
+    corners = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
+    faces = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
+    lists = mo.Solid(name="s", vertices=corners.tolist(), faces=faces.tolist(), weight=1, live=(1, 0, 0))
+    push = np.array([1, 0, 0])
+    for vertices, rows in ((corners, faces), (list(corners), list(faces))):
+        assert mo.Solid(name="s", vertices=vertices, faces=rows, weight=1, live=push) == lists
+    box = np.array([(0, 1), (0, 2), (0, 3)])
+    assert mo.Solid(name="b", box=box, weight=1) == mo.Solid(name="b", box=box.tolist(), weight=1)
+    with pytest.raises(mo.CaseError, match="three numbers"):
+        mo.Solid(name="b", box=box, weight=1, live=np.array([1, 0]))

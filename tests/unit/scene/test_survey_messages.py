@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from brickwork import drawn_to_touch, facade
+from brickwork import drawn_to_touch, facade, voussoirs
 from drawing_errors import with_errors
 from touching_solids import contacts_of
 
@@ -169,3 +169,39 @@ def test_the_voussoirs_of_an_arch_are_not_compared_with_errors_of_a_survey(drawn
     assert len(warning.values["pairs"]) >= 10
     assert (warning.values["scatter"] > 2) == survey
     assert ("errors of a survey" in nearly_parallel(warning.values)) == survey
+
+
+def ring(gap: float, **keys: object) -> mo.Scene:
+    """Return an extruded ring of 15 voussoirs whose corners have independent errors, also out of their
+    faces."""
+    rng = np.random.default_rng(0)
+    solids = mo.extrude(voussoirs(15, gap), thickness=0.5)
+    blocks = [
+        block.replace(vertices=np.add(block.vertices, rng.uniform(-ERROR, ERROR, np.shape(block.vertices))))
+        for block in solids.blocks
+    ]
+    return solids.replace(blocks=blocks, **keys)
+
+
+def test_a_tolerance_that_hides_the_joints_of_a_survey_is_lowered():
+    """Sides of 0.3 m are narrower than ten times a tolerance of 0.06. The gaps of up to 2 mm are not the
+    cause."""
+    scene = ring(0.0, tolerance=0.06)
+    text = message(scene)
+    assert "its sides that face 'v1' are narrower than ten times 'tolerance': lower 'tolerance' to" in text
+    assert len(contacts_of(scene.replace(tolerance=advised(text, "tolerance"))).first) == 16
+
+
+def test_a_tolerance_is_replaced_or_removed_but_not_both():
+    text = message(ring(0.01, tolerance=0.06))
+    assert "also set 'tolerance' to" in text
+    assert "and otherwise remove 'tolerance'" in text
+    assert text.count("remove") == 1
+    assert "which makes 16 joints across gaps" in text
+
+
+@pytest.mark.filterwarnings("error")
+def test_edges_at_faces_narrower_than_the_tolerance_form_no_contact():
+    """Such an edge has one face, so the sector that its block occupies is not known."""
+    text = message(ring(0.0, tolerance=0.03, contact_tolerance=0.03))
+    assert "narrower than ten times 'tolerance'" in text

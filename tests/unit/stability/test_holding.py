@@ -157,3 +157,38 @@ def test_contacts_are_found_once_while_joints_alone_change(watched):
     for friction in (0.3, 0.4, 0.45):
         assert session.solve(box.replace(friction=friction)).load_factor == pytest.approx(friction, rel=1e-6)
     assert len(found) == 1
+
+
+def leaning(strength, friction=0.4, sideways=1.3):
+    """Return a leaning block with a tie at its top, which must carry 0.75 by moments about the right toe."""
+    floor = mo.Block(name="floor", vertices=[(-5, -1), (5, -1), (5, 0), (-5, 0)], fixed=True)
+    corners = [(0, 0), (0.5, 0), (sideways, 2), (sideways - 0.5, 2)]
+    block = mo.Block(name="leans", vertices=corners, weight=10)
+    at = ((sideways - 0.5, 2), (-3, 2))
+    tie = mo.Tie(name="rod", between=("leans", "ground"), at=at, strength=strength)
+    return mo.Scene(joints={"friction": friction}, blocks=[floor, block], ties=[tie])
+
+
+@pytest.mark.parametrize("method", ["static", "coulomb"])
+def test_a_tie_that_yields_under_the_dead_load_asks_for_strength(method):
+    result = mo.solve(leaning(0.7), method)
+    assert result.status is Status.UNSTABLE
+    codes = [reason.code for reason in result.reasons]
+    assert codes == [Code.FALLS, Code.TIES_WOULD_HOLD, Code.NO_FRICTION_HOLDS]
+    assert "tie 'rod' yields: with more 'strength' the scene would be stable" in str(result)
+    assert mo.solve(leaning(0.8), method).status is Status.STABLE
+
+
+def test_a_tie_that_does_not_help_asks_for_no_strength():
+    """The block needs a horizontal force of 0.75, but friction carries only 0.5."""
+    result = mo.solve(leaning(10.0, friction=0.05))
+    assert [reason.code for reason in result.reasons] == [Code.FALLS, Code.FRICTION_WOULD_HOLD]
+
+
+def test_a_prop_and_a_wire_that_are_too_weak_are_named():
+    brick = mo.Block(name="brick", vertices=[(0, 0), (1, 0), (1, 1), (0, 1)], weight=5)
+    wire = mo.Tie(name="wire", between=("brick", "ground"), at=((0.5, 1), (0.5, 4)), strength=2)
+    prop = mo.Prop(name="post", between=("brick", "ground"), at=((0.5, 0), (0.5, -4)), strength=2)
+    result = mo.solve(mo.Scene(joints={"friction": 0.5}, blocks=[brick], ties=[wire], props=[prop]))
+    (names,) = [each.values["names"] for each in result.reasons if each.code is Code.TIES_WOULD_HOLD]
+    assert names == ["tie 'wire'", "prop 'post'"]

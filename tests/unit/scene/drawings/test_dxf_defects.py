@@ -12,6 +12,7 @@ from touching_solids import contacts_of
 
 import masonry_opt as mo
 from masonry_opt.errors import DrawingWarning
+from masonry_opt.scene.geometry import geometry
 
 FLOOR = "fixed", [(-1, -1), (3, -1), (3, 0), (-1, 0)]
 GIVEN = {"friction": 0.7, "unit_weight": 20.0, "live": (1, 0)}
@@ -69,6 +70,28 @@ def test_a_hole_may_be_drawn_with_its_filling_and_further_copies(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert len(mo.read_dxf(drawn(path, FLOOR, around, *[brick(1, 1)] * 2), **GIVEN).blocks) == 3
+
+
+@pytest.mark.parametrize(
+    ("left", "low", "right", "high"),
+    [(0, 0, 0.96, 1), (0.3, 0, 1, 1), (-0.1, 0, 1, 1), (0.002, 0.002, 0.998, 0.998)],
+)
+def test_a_copy_of_another_size_is_named(tmp_path, left, low, right, high):
+    """The smaller outline would be a hole, and only a strip or a thin ring of the stone would remain."""
+    copy = ("", [(left, low), (right, low), (right, high), (left, high)])
+    path = drawn(tmp_path / "a.dxf", FLOOR, ("", [(0, 0), (1, 0), (1, 1), (0, 1)]), copy)
+    with pytest.raises(mo.CaseError, match=r"LWPOLYLINE .* is a smaller copy of LWPOLYLINE .*delete one"):
+        mo.read_dxf(path, **GIVEN)
+
+
+@pytest.mark.parametrize("door", [(0.3, 0, 0.7, 0.8), (0.1, 0.1, 0.9, 0.9)])
+def test_doors_and_large_windows_are_holes(tmp_path, door):
+    """A door shares a side with the outline of its wall. A large window leaves a ring of the wall."""
+    left, low, right, high = door
+    hole = ("", [(left, low), (right, low), (right, high), (left, high)])
+    path = drawn(tmp_path / "a.dxf", FLOOR, ("", [(0, 0), (1, 0), (1, 1), (0, 1)]), hole)
+    size = geometry(mo.read_dxf(path, **GIVEN)).size
+    assert min(size) == pytest.approx(1 - (right - left) * (high - low), rel=1e-6)
 
 
 def test_lines_drawn_twice_are_read_once(tmp_path):
@@ -304,3 +327,24 @@ def test_the_command_names_the_option_that_closes_gaps(tmp_path, command):
     message = command.refused("convert", path, tmp_path / "a.toml", *options)
     assert "set 'tolerance' (--tolerance) to 0.011" in message
     assert command("convert", path, tmp_path / "a.toml", *options, "--tolerance", "0.011")
+
+
+def test_an_outline_far_away_is_not_blamed_on_the_others(tmp_path):
+    """The default tolerance is a millionth of the drawing, so it is larger than the stones."""
+    far = ("", [(1e7, 0), (1e7 + 1, 0), (1e7 + 1, 1), (1e7, 1)])
+    with pytest.raises(mo.CaseError) as error:
+        mo.read_dxf(drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0), far), **GIVEN)
+    assert "3 outlines are smaller than the tolerance 10" in str(error.value)
+    assert "if other outlines are far away by mistake, delete these instead" in str(error.value)
+
+
+@pytest.mark.parametrize("number", [1, 4])
+def test_a_short_side_does_not_tilt_another_side(tmp_path, number):
+    """A corner that is on a side of the brick, next to another corner, is the one to remove."""
+    ring = [(0, 0), (2, 0), (2, 1), (0, 1)]
+    ring.insert(number, (0.001, 0) if number == 1 else (0, 0.001))
+    path = drawn(tmp_path / "a.dxf", FLOOR, ("", ring))
+    scene = mo.read_dxf(path, **GIVEN, outline_tolerance=0.01)
+    (block,) = [block for block in scene.blocks if not block.fixed]
+    assert sorted(block.vertices) == [(0, 0), (0, 1), (2, 0), (2, 1)]
+    assert mo.solve(scene, "static").load_factor == pytest.approx(0.7)

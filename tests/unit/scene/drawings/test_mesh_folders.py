@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from touching_solids import contacts_of
 
 import masonry_opt as mo
+from masonry_opt.errors import DrawingWarning
 from masonry_opt.scene.space.shapes import shapes
 
 #: A high stone on a low stone on the ground. A horizontal load overturns the high stone, which is 2 wide and
@@ -49,6 +50,30 @@ def test_a_folder_of_meshes_is_a_scene(folder):
     assert [block.fixed for block in scene.blocks] == [True, False, False]
     assert shapes(scene).size == pytest.approx([12, 2, 8], rel=1e-6)
     assert mo.solve(scene, "static").required() == pytest.approx(2 / 5, rel=1e-5)
+
+
+def test_files_of_formats_that_cannot_be_read_are_named(folder):
+    for name in ("stone_3.DAE", "stone_11.fbx", "stone_4.blend", "stone_12.3dm"):
+        (folder / name).write_bytes(b"a stone")
+    with pytest.warns(DrawingWarning) as warned:
+        mo.read_mesh(folder, **GIVEN)
+    (warning,) = warned
+    names = "'stone_3.DAE', 'stone_4.blend', 'stone_11.fbx' and 1 more"
+    assert f"4 files of other formats were left out: {names}" in str(warning.message)
+
+
+def test_the_command_line_prints_a_warning_about_a_drawing_once(folder, tmp_path, monkeypatch, capsys):
+    """The case file is read several times, and the source line of the warning is not printed."""
+    (folder / "stone_3.dae").write_bytes(b"a stone")
+    case = tmp_path / "case.toml"
+    case.write_text(
+        "[joints]\nfriction = 0.7\n[mesh]\nfile = 'stones'\nunit_weight = 10\nlive_per_weight = [1, 0, 0]\n"
+    )
+    options = ["--vary", "joints.friction=0.5:0.7:2", "--method", "static", "--out", tmp_path / "runs"]
+    code, _, err = run_command(monkeypatch, capsys, "sweep", case, *options)
+    assert code == 0
+    assert err.count("1 file of other formats was left out: 'stone_3.dae'") == 1
+    assert "mesh_files.py" not in err
 
 
 def test_a_folder_becomes_a_case_file_or_is_named_by_one(folder, tmp_path, monkeypatch, capsys):

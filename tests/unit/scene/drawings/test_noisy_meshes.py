@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from brickwork import voussoirs
 from meshes import divided_box, obj, prism
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
@@ -14,6 +15,7 @@ from touching_solids import contacts_of
 
 import masonry_opt as mo
 from masonry_opt.scene.space.shapes import shapes
+from masonry_opt.solution.wedges import uneven_sides
 
 #: Two stones of the EPFL data set Rigid-Block-3D, which come from scans of a wall (MIT licence).
 SCANNED = Path(__file__).parent / "stones" / "scanned_stone.obj"
@@ -218,6 +220,14 @@ def test_scanned_stones_are_read(tolerance):
     assert len(contacts_of(scene).extent) > 0
 
 
+def test_a_tolerance_that_is_already_sufficient_is_not_advised():
+    """The default tolerance is larger than the tolerance that would align the sides of the gaps."""
+    scene = mo.read_mesh(SCANNED, friction=0.7, unit_weight=20.0, up="x", fixed=["stone_1"])
+    with pytest.raises(mo.CaseError, match="set 'contact_tolerance' to") as refusal:
+        contacts_of(scene)
+    assert "survey" not in str(refusal.value)
+
+
 def test_surfaces_that_cross_are_refused_with_a_place_in_both(tmp_path):
     """Two boxes are in one object. The place that the error names is in both of them, at 1 < x < 2 and 2 < z
     < 3."""
@@ -262,3 +272,52 @@ def test_a_tolerance_above_the_smallest_stone_names_the_stone(tmp_path):
         (line,) = str(refusal.value).splitlines()
         advised = float(re.search(r"\(thickness 0.005\): set 'tolerance' to less than ([\d.]+),", line)[1])
         assert len(mo.read_mesh(path, **given, tolerance=0.99 * advised).blocks) == 3
+
+
+def surveyed_ring(path, error):
+    """Write a ring of 9 voussoirs, with gaps of 10 mm and errors of all corners, as meshes, and return its
+    supports."""
+    rng = np.random.default_rng(0)
+    solids = mo.extrude(voussoirs(9, 0.01), thickness=0.5).blocks
+    stones = {
+        solid.name: (np.add(solid.vertices, rng.uniform(-error, error, (8, 3))), solid.faces)
+        for solid in solids
+    }
+    path.write_bytes(obj(stones))
+    return [solid.name for solid in solids if solid.fixed]
+
+
+@pytest.mark.parametrize("error", [3e-4, 2e-3])
+def test_joints_that_errors_of_a_survey_divide_are_named_with_a_tolerance(tmp_path, error):
+    """The corners of a quadrilateral are not in one plane, so its two triangles have separate joints. With
+    the advised tolerance the ring has its 10 joints."""
+    given = {"friction": 0.6, "unit_weight": 1.0, "live": (1, 0, 0), "contact_tolerance": 0.02}
+    given["fixed"] = surveyed_ring(tmp_path / "ring.obj", error)
+    assembly = mo.assemble(mo.read_mesh(tmp_path / "ring.obj", **given))
+    assert len(assembly.joints.first) > 20
+    (warning,) = uneven_sides(assembly)
+    assert len(warning.values["pairs"]) == 10
+    merged = mo.assemble(mo.read_mesh(tmp_path / "ring.obj", **given, tolerance=warning.values["tolerance"]))
+    assert len(merged.joints.first) == 10
+    assert not list(uneven_sides(merged))
+    surveyed_ring(tmp_path / "exact.obj", 0.0)
+    exact = mo.solve(mo.read_mesh(tmp_path / "exact.obj", **given), "static")
+    assert mo.solve(merged.scene, "static").load_factor == pytest.approx(exact.load_factor, rel=0.01)
+
+
+@pytest.mark.parametrize("chords", [4, 16, 40])
+def test_curved_sides_are_not_errors_of_a_survey(chords):
+    """Layers of a vault touch along arcs in chords, which differ by 0.74 rad divided by their number."""
+
+    def arc(radius, start, end):
+        angles = np.linspace(start, end, chords + 1)
+        return [*zip((radius * np.cos(angles)).tolist(), (radius * np.sin(angles)).tolist(), strict=True)]
+
+    blocks = [mo.Block(name="base", vertices=[*arc(1.0, 1.2, 1.94), (-0.5, 0), (0.5, 0)], fixed=True)]
+    for layer in range(4):
+        low, high = 1 + 0.2 * layer, 1.2 + 0.2 * layer
+        outline = arc(high, 1.2, 1.94) + arc(low, 1.94, 1.2)
+        blocks.append(mo.Block(name=f"layer {layer}", vertices=outline, unit_weight=1))
+    assembly = mo.assemble(mo.Scene(joints={"friction": 0.6}, blocks=blocks))
+    assert len(assembly.joints.first) == 4 * chords
+    assert not list(uneven_sides(assembly))
