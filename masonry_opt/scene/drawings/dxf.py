@@ -15,14 +15,9 @@ from pydantic import ConfigDict, Field
 from masonry_opt.errors import CaseError, DrawingWarning, OptionError, OutputError, counted, printable
 from masonry_opt.files import MARK, refuse_replacing
 from masonry_opt.scene.blocks import Block, Name, Number, Positive, YesNo
-from masonry_opt.scene.drawings import outlines, stones
+from masonry_opt.scene.drawings import nesting, outlines, stones
 from masonry_opt.scene.drawings.defects import Defects
-from masonry_opt.scene.drawings.nesting import (
-    OutlineTolerance,
-    add_frames,
-    add_smaller_copies,
-    outlines_with_holes,
-)
+from masonry_opt.scene.drawings.nesting import OutlineTolerance
 from masonry_opt.scene.drawings.outlines import Curve, Outline
 from masonry_opt.scene.extrude import extrude
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
@@ -225,8 +220,8 @@ def _outlines(
     is_support = [_is_support(curve, drawing) for curve in closed]
     option = "tolerance" if drawing.outline_tolerance is None else "outline_tolerance"
     tolerance = OutlineTolerance(option, short, min(rounding, short))
-    nesting = outlines_with_holes(closed, is_support, tolerance, max(short, apart), defects)
-    found = nesting.blocks
+    nested = nesting.outlines_with_holes(closed, is_support, tolerance, max(short, apart), defects)
+    found = nested.blocks
     lines = [curve for curve in curves if drawing.net and not _is_support(curve, drawing)]
     windows = [curve for curve in lines if _has(curve, drawing.window_layers)]
     joints = [curve for curve in lines if not _has(curve, drawing.window_layers)]
@@ -237,9 +232,9 @@ def _outlines(
         near = drawing.outline_tolerance or max(apart, drawing.sagitta or outlines.SAGITTA * diagonal)
         supports = [outline.polygon for outline in found]
         found = [*outlines.net_cells(joints, windows, supports, near, defects), *found]
-    add_smaller_copies(found, short, defects)
-    add_frames(found, lambda curve: _is_support(curve, drawing), _are_fixed(found, drawing), defects)
-    return found, [*copies, *nesting.copies]
+    nesting.add_smaller_copies(found, short, defects)
+    nesting.add_frames(found, lambda curve: _is_support(curve, drawing), _are_fixed(found, drawing), defects)
+    return found, [*copies, *nested.copies]
 
 
 def _is_support(curve: Curve, drawing: DxfDrawing) -> bool:
