@@ -24,14 +24,14 @@ from masonry_opt.errors import OptionError, OutputError
 #: Name of this package in the metadata of the files that it writes.
 WRITER = "masonry_opt"
 
-#: Comment in a file that names the writer.
+#: Text of the comment that names this package as the writer of a file.
 MARK = f"written by {WRITER}"
 
 #: Key of a JSON file whose value is the name of the package that wrote the file.
 JSON_KEY = "written_by"
 
-#: Endings of the two lists of names that accompany an .nl file. The lists contain no mark of this package.
-#: They are attributed to this package if the .nl file contains the mark.
+#: Endings of the files with the names of rows and columns that accompany an .nl file. These two files cannot
+#: contain ``MARK``. This package counts as their writer if it has written the .nl file.
 _NAME_LISTS = (".row", ".col")
 
 #: Map from the ending of a file's name to a regular expression for the mark. The mark is the text in a file
@@ -90,7 +90,8 @@ def writing(path: Path, kept: str = "") -> Iterator[None]:
 def write_whole(path: str | Path, content: str | bytes) -> None:
     """Write a file in one step: readers see either the old content or the complete new content.
 
-    Raises OSError if the folder is missing, full or cannot be written; the old file then remains.
+    Raises OSError if the folder does not exist or cannot be written, or if the disk is full; the old file
+    then remains.
     """
     path = Path(path)
     # Each writer has a temporary file with a unique name, so two processes that write the same file do not
@@ -176,7 +177,7 @@ def refuse_outputs(folder: Path, names: Iterable[str], force: bool = False) -> N
 def refuse_unwritable(path: Path, force: bool = False) -> None:
     """Raise OptionError if a file cannot be written at a path; to be called before a long computation.
 
-    Without ``force``, OptionError is also raised if the file would replace one that another program wrote.
+    Without ``force``, OptionError is also raised if the file would replace a file of another program.
     """
     try:
         path.lstat()

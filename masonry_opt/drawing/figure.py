@@ -94,7 +94,9 @@ _MOTION_START_STYLES = {
 _NUMBER_WIDTH = 0.03
 
 _TEXT_GAP = 4.0  #: Smallest distance between the texts of two marks, in pixels.
-_MARK_TEXT = "text of a mark"  #: Matplotlib's label of the texts that marks draw at points.
+#: Matplotlib label of the texts that are written next to marks. The label is not visible; it identifies these
+#: texts when overlapping texts are removed.
+_MARK_TEXT = "text of a mark"
 
 
 class Picture(Figure):

@@ -1,4 +1,4 @@
-"""Pictures of solids: their surfaces, a raster of depths that finds visible parts, and the drawing."""
+"""Draw scenes in space: the surfaces of blocks, a depth buffer that finds visible parts, and the picture."""
 
 import math
 from dataclasses import dataclass, replace
@@ -30,7 +30,7 @@ ViewAngles = tuple[float, float]  #: Azimuth and elevation of the viewer, in deg
 #: Distance from the movable blocks at which drawn supports are cut off, relative to the size of the scene.
 _SUPPORT_CUT_DISTANCE = 0.2
 _HATCH = 0.03  #: Distance between hatching lines on supports, relative to the size of the scene.
-#: Distance below which points of a drawing in space coincide, relative to the size of the scene.
+#: Distance up to which points of a drawing in space count as equal, relative to the size of the scene.
 _COINCIDENT_POINT_TOLERANCE = 1e-9
 
 _ELEVATION = 22.0  #: Elevation of the default view, in degrees.
@@ -159,9 +159,9 @@ def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
 
 
 def _section(corners: np.ndarray, frames: Frames, at: int) -> shapely.Geometry:
-    """Return the intersection of a plane with the convex hull of corners, in coordinates of the plane.
+    """Return the intersection of a plane with the convex hull of points, in coordinates of the plane.
 
-    ``at`` is the index of the plane in ``frames``.
+    The points are ``corners``, shape (points, 3). ``at`` is the index of the plane in ``frames``.
     """
     height = frames.above(corners, np.full(len(corners), at))[:, None]
     over = (height >= 0).ravel()
@@ -312,7 +312,10 @@ def raster(triangles: np.ndarray, box: np.ndarray, pixels: int) -> Raster:
 
 
 class Solids:
-    """Drawing of a scene in space, with marks, after a fraction of the magnified motion."""
+    """Drawing of a scene in space, with marks such as arrows of loads and lines of joints.
+
+    Blocks and marks are displaced by the fraction ``share`` of the magnified motion of the mechanism.
+    """
 
     def __init__(
         self, axes: Axes, elements: Elements, marks: list[Marks], share: float, view: ViewAngles
@@ -350,7 +353,7 @@ class Solids:
     def draw(self, names: bool) -> None:
         """Draw faces, edges, marks, coordinate axes and, if ``names`` is True, the names of visible blocks.
 
-        Lines and marks behind faces are left out, except for marks that are seen through blocks. The size of
+        Lines and marks behind faces are not drawn, except for arrows and for marks inside blocks. The size of
         matplotlib's axes must be set before.
         """
         raster_of_faces = self.raster

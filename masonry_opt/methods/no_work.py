@@ -91,7 +91,8 @@ def without_work(task: Task, run: Callable[[Task], Solution], before: Solution |
         return solution
     if before is None:
         return replace(solution, history=(), tells_curve=False)
-    # The load history remains valid, because it was computed for the scene with its own loads.
+    # Keep the load history of ``before``, and the reasons that describe its curve. The load history remains
+    # valid, because it was computed under the original loads of the scene.
     of_curve = (entry for entry in before.reasons if entry.code is Code.CURVE)
     return replace(solution, history=before.history, tells_curve=before.tells_curve).telling(*of_curve)
 

@@ -1,7 +1,7 @@
 """Define the laws of joints: friction by a polygon or a cone, strength by chords or a parabola.
 
 A problem with a cone or a parabola has the same unknowns as with a polygon or chords (see
-:class:`~.faces.Faces`). Only its slacks and energies are evaluated on the curve.
+:class:`~.faces.Faces`). Only its slacks and energies are computed from the cone or the parabola itself.
 """
 
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ from masonry_opt.problem.faces import CHORDS, Layout, crushing_energy
 class _Limited:
     """Base class of the friction laws and the strength laws, which evaluate slacks and energies."""
 
-    conic = False  #: True if the limit is a curve (a cone or a parabola), which needs a conic solver
+    conic = False  #: True if the limit is a cone or a parabola, which needs a conic solver
 
     def __init__(self, layout: Layout, law: "Law") -> None:
         self.layout, self.law = layout, law
@@ -28,7 +28,8 @@ class Sides(_Limited):
         factor (c + μ n) − e·s ≥ 0
 
     Here e is the unit vector of the sense, and s the shear force. In space the senses are the sides of a
-    polygon inside the friction cone.
+    polygon inside the friction cone, and ``factor`` reduces the shear limit to this polygon. In the plane,
+    ``factor`` is 1.
     """
 
     @property
@@ -158,7 +159,10 @@ BY_FACES = Forms()
 
 @dataclass(frozen=True)
 class Law:
-    """Friction and strength of the joints, and limits of the limited forces, in dimensionless units."""
+    """Friction and strength of the joints, and limits of the limited forces, in dimensionless units.
+
+    The limited forces are the forces of ties, props and settling supports, and earth pressures.
+    """
 
     #: Indices of the joints that can slide, which have a finite friction coefficient, shape (k,).
     sliding: np.ndarray

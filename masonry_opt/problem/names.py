@@ -12,8 +12,8 @@ from masonry_opt.brief import brief
 from masonry_opt.problem.faces import CHORDS
 from masonry_opt.problem.problem import Problem
 
-#: Number of characters to which labels are truncated, without brackets and numbers such as ~2. Names in LP
-#: and MPS files, which consist of a kind and a label, may have at most 255 characters.
+#: Labels are truncated to this number of characters, before brackets and suffixes such as ~2 are added. Names
+#: in LP and MPS files, which consist of a kind and a label, may have at most 255 characters.
 _LONGEST_LABEL = 200
 
 #: Characters that some solvers reject in names of LP files.

@@ -139,8 +139,8 @@ def _not_hinging(v: dict[str, Any]) -> str:
     if "turning" in v:
         alone = numeral(v["turning"], ".6g")
         return (
-            f"λ differs from the load factor of the rotating body by itself ({alone}), because other joints "
-            "resist the rotation"
+            f"λ differs from {alone}, the load factor at which the body would rotate about the edge if no "
+            "other joints resisted"
         )
     most = "unlimited" if v["associative"] is None else numeral(v["associative"], ".6g")
     return (
@@ -423,8 +423,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"carry any multiple of the live load (proven by {counted(v['steps'], 'step')} of the load history)"
     ),
     Code.NOT_COMPUTED: lambda v: (
-        f"no load history was computed, because its computation takes long for {_joints_or_points(v)}: use "
-        "method 'incremental'"
+        f"no load history was computed, because this would take long for {_joints_or_points(v)}: to compute "
+        "the load history anyway, use method 'incremental'"
     ),
     Code.CURVE: lambda v: (
         f"load–displacement curve under an increasing load, in {counted(v['states'], 'load step')}"

@@ -87,9 +87,10 @@ def wrong_values(
 
 
 def _without_misspelt(mistakes: Sequence[Any]) -> list[Any]:
-    """Return the mistakes; leave out each missing key whose table has an unknown key with a similar name.
+    """Return the mistakes without reports of missing keys that are probably misspelt.
 
-    The message about the unknown key suggests the missing key.
+    A missing key is probably misspelt if its table has an unknown key with a similar name. The message about
+    the unknown key suggests the missing key.
     """
     unknown = [item["loc"] for item in mistakes if item["type"] == "extra_forbidden"]
 

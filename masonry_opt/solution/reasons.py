@@ -112,8 +112,8 @@ class Code(StrEnum):
     NO_WORK = "no work"
     # The time limit ended the analysis. The value ``seconds`` is the time limit. The value ``phase`` is the
     # phase of the analysis at that time. The value ``carried`` is the load factor of the last load step, for
-    # a method with a load history. The value ``last`` is λ of the last step of any other method. A value that
-    # does not apply is None. Both values are None if there is an answer.
+    # a method with a load history. The value ``last`` is λ of the last step of any other method. Each
+    # of these two load factors is None if it does not apply, or if there is an answer.
     TIME_LIMIT = "time limit"
     # The answer is rejected because of its residuals. The value ``load_factor`` is λ of the answer. The value
     # ``residuals`` contains the residuals that exceed their limits, by name.
@@ -242,12 +242,14 @@ class Code(StrEnum):
     # - Joints slide at the onset of collapse.
     # - In the plane, λ is below the associative load factor, and the blocks cannot move about the hinges of
     #   the mechanism without slip.
-    # - In space, λ differs from the load factor at which the rotating body would collapse by itself.
+    # - In space, one body rotates about an edge, and λ differs from the load factor ``turning``, because
+    #   joints away from the edge resist the rotation.
     # Values:
     # - ``associative``: the associative load factor, or None if it is unlimited.
     # - ``pairs``: the two blocks of each joint that slides.
     # - ``slip`` (in the plane): the largest slip rate of a joint divided by the speed of the fastest corner.
-    # - ``turning`` (in space): the load factor at which the rotating body would collapse by itself.
+    # - ``turning`` (in space): the load factor at which the moments of the live load and of all other loads
+    #   about the edge of rotation are in equilibrium.
     NOT_HINGING = "not hinging"
     # Joints begin to slide in the finite motion. The value ``pairs`` lists the two blocks of each sliding
     # joint. In the plane, the value ``slip`` is the largest slip rate of a joint divided by the speed of the

@@ -11,9 +11,9 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.rank import has_independent_columns
 from masonry_opt.solution.thresholds import IDLE
 
-#: Smallest normal force of the joints among which ``worst_joint`` looks for the resultant nearest to an edge,
-#: as a fraction of the dead load of the joint's lighter block. Joints with smaller forces are ignored,
-#: because they have little influence on stability.
+#: The function ``worst_joint`` ignores joints whose normal force is less than this fraction of the dead load
+#: of the joint's lighter block. Such joints have little influence on stability. With a smaller value, the
+#: worst joint may be a joint that is almost without force.
 _PRESSED_SHARE = 0.01
 
 
@@ -45,10 +45,11 @@ class Stability:
         of many solutions.
     equilibrium: largest unbalanced force or moment on a block, divided by the total dead load.
     yield_: largest violation of a yield condition by the joint forces, in median block weights.
-    least_friction_factor: smallest factor on all friction coefficients with which forces carry the dead load.
-        None if no joint can slide, or if the factor was not computed because the scene is large.
-    least_friction: smallest friction coefficient, the factor times the coefficient, if all joints that can
-        slide have the same coefficient; otherwise None.
+    least_friction_factor: smallest factor by which all friction coefficients can be multiplied so that forces
+        still carry the dead load. None if no joint can slide, or if the factor was not computed because the
+        scene is large.
+    least_friction: smallest friction coefficient with which forces still carry the dead load, if all joints
+        that can slide have the same coefficient; otherwise None.
     geometric_margin: largest fraction by which all joints can shrink towards their middles while forces still
         carry the dead load. With a margin of 0.4 all resultants fit into the middle 60 % of the joints. None
         if joints have a limited strength, or if the margin was not computed because the scene is large.

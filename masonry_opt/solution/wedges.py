@@ -28,13 +28,13 @@ _PARALLEL_ANGLE = 1e-9
 #: frequent.
 _NAMED_TURN = 1e-3
 
-#: Number of joints from which their angles are compared with errors of a survey. With a smaller value, wedges
+#: Smallest number of joints whose rotations may count as errors of a survey. With a smaller value, wedges
 #: that are intended, such as a keystone, count as errors.
 MANY_JOINTS = 10
 
-#: Ratio of the upper to the lower quartile of angles from which the angles count as errors of a survey.
-#: Errors have a ratio of about 2.2 or more. The voussoirs of an arch have equal angles, and the alignment
-#: rotates their joints by angles with a ratio of at most 2.
+#: Angles count as errors of a survey if the ratio of their upper to their lower quartile is at least this
+#: value. Errors of a survey have a ratio of about 2.2 or more. The voussoirs of an arch have equal angles:
+#: the angles by which the alignment rotates their joints have a ratio of at most 2.
 SCATTER_OF_SURVEY = 2.1
 
 #: A joint counts as about to slide if its shear exceeds this fraction of the friction limit. With a smaller
@@ -42,9 +42,9 @@ SCATTER_OF_SURVEY = 2.1
 #: answers of interior-point solvers.
 _SHARE_OF_FRICTION_LIMIT = 0.999
 
-#: Largest number of joints of a block whose joints are compared with each other. Blocks with more joints,
-#: such as wide blocks under many others, are left out. A larger value needs more memory; a smaller value
-#: misses more wedges.
+#: The joints of a block are compared with each other only if the block has at most this number of joints.
+#: Blocks with more joints are, for example, wide blocks under many others. A larger value needs more memory;
+#: a smaller value misses more wedges.
 _MOST_JOINTS_COMPARED = 300
 
 #: Angle, in radians, below which two joints of one pair of blocks count as one side that is drawn unevenly.
@@ -52,16 +52,16 @@ _MOST_JOINTS_COMPARED = 300
 #: would miss surveys with large errors.
 _UNEVEN_ANGLE = 0.05
 
-#: Angle, in radians, below which two joints of one pair of blocks may belong to one curved side. A side with
-#: joints at a larger angle than ``_UNEVEN_ANGLE`` is curved on purpose. With a larger value, sides next to a
-#: blunt corner count as curved.
+#: A side of a pair of blocks counts as curved on purpose if the angle between two of its joints is from
+#: ``_UNEVEN_ANGLE`` to this angle, in radians. With a larger value, sides next to a blunt corner count as
+#: curved.
 _CURVED_ANGLE = 0.3
 
-#: Fraction of the pairs of touching blocks with uneven sides from which a warning names them. With a smaller
-#: value, warnings would name scenes with a few sides that are curved on purpose.
+#: A warning names uneven sides only if at least this fraction of all pairs of touching blocks have uneven
+#: sides. With a smaller value, a few sides that are curved on purpose would cause a warning.
 _UNEVEN_SHARE = 0.5
 
-#: Smallest number of pairs of touching blocks with uneven sides that a warning names.
+#: A warning names uneven sides only if at least this number of pairs of touching blocks have uneven sides.
 _FEWEST_UNEVEN = 3
 
 
@@ -72,8 +72,8 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     warning names pairs of nearly parallel joints of the aligned scene, if at least one joint of the pair
     slides or is at its friction limit. There is no second warning for associative flow.
 
-    Rotations by the alignment that scatter as errors of a survey cause no warning, because the alignment is
-    meant to remove these errors.
+    If the rotations by the alignment scatter like errors of a survey, the first warning is omitted, because
+    the alignment is meant to remove these errors.
     """
     able = _slides_without_lifting(assembly)
     joints = assembly.joints
@@ -137,9 +137,10 @@ def uneven_sides(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _errors(assembly: Assembly, one: np.ndarray, other: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Return the errors of a corner's position that would turn joints by given angles, shape (pairs,).
+    """Return the error of a corner that would cause the angle between two joints, shape (pairs,).
 
-    The corner is a corner of the shorter one of the two joints ``one`` and ``other``.
+    The joints of each pair are ``one`` and ``other``. The error is a displacement of a corner of the shorter
+    joint.
     """
     accuracy = assembly.joints.accuracy
     return np.asarray(angle * assembly.geometry.tolerance / np.maximum(accuracy[one], accuracy[other]))

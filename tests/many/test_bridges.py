@@ -286,7 +286,7 @@ def test_a_limit_before_any_position_names_the_value(clock, watched):
         clock.now += 100.0
 
     watched(prepare("static").__class__, "_assembled", is_over)
-    with pytest.raises(TimeLimitError, match=r"^at 0\.1: .*no position was solved"):
+    with pytest.raises(TimeLimitError, match=r"^at 0\.1: .*had not yet solved any position of the axles"):
         mo.most(light_and_heavy, 0.1, 10.0, load=8.0, method="static", time_limit=45)
 
 

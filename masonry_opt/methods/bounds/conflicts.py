@@ -102,10 +102,10 @@ class Theory(ABC):
 
     @abstractmethod
     def _restrict(self, conditions: np.ndarray) -> None:
-        """Set the slack or rate of each marked yield condition to zero, and release all other conditions.
+        """Fix the slacks or the rates of the marked yield conditions at zero; all others can be positive.
 
-        ``conditions`` is a mask of shape (faces,). The program of statics sets slacks to zero, so that the
-        conditions are at yield. The program of kinematics sets rates to zero.
+        ``conditions`` is a mask of shape (faces,). The program of statics fixes slacks, so that the marked
+        conditions are at yield. The program of kinematics fixes rates.
         """
 
     @abstractmethod

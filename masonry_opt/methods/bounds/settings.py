@@ -126,12 +126,12 @@ class ProofBudget(Settings):
         return not problem.statics_fix_forces and not problem.flow_is_associative
 
     def tries_by_default(self, problem: Problem) -> bool:
-        """Return True if method "coulomb" tries a proof for a problem without option ``search``."""
+        """Return True if method "coulomb" tries a proof for a problem even without option ``search``."""
         is_small = problem.joints <= self.most_joints_with_share or self.is_full_for(problem)
         return is_small and self.covers(problem)
 
     def is_full_for(self, problem: Problem) -> bool:
-        """Return True if a problem has the full budget, because it has few joints or few redundant forces."""
+        """Return True if a proof has the full budget: the problem has few joints or few redundant forces."""
         equations, forces = problem.B.shape
         return problem.joints <= self.few_joints or forces - equations <= self.few_redundant_forces
 
@@ -142,9 +142,10 @@ class ProofBudget(Settings):
     def range_end(self, associative: float | None, history: LoadHistory | None) -> float | None:
         """Return the upper end of the range of load factors to search if no exact state is known.
 
-        This is the associative load factor, which no state exceeds. Without it, forces within friction may
-        carry any multiple of the live load, and the range ends at a multiple of the last load factor of the
-        load history. The result is None if neither load factor is known, or if the last one is zero.
+        The upper end is the associative load factor, which no state exceeds. If this load factor is unknown,
+        forces within friction may carry any multiple of the live load. The range then ends at a multiple of
+        the last load factor of the load history. The result is None if both load factors are unknown, or if
+        the last load factor of the load history is zero.
         """
         if associative is not None:
             return associative

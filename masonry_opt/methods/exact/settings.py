@@ -54,14 +54,14 @@ class SearchSettings(Settings):
     #: larger scenes interior-point methods are faster.
     simplex_up_to: int = zero_or_more(500)
 
-    #: Fraction of the active yield conditions that a start near the state with the lowest λ releases. At
-    #: least one condition is released. With a larger fraction the starts lead to a larger number of different
-    #: states.
+    #: A start near the state with the lowest λ releases this fraction of the active yield conditions of the
+    #: state, but at least one condition. With a larger fraction the starts lead to a larger number of
+    #: different states.
     released_share: float = zero_or_more(0.02)
 
-    #: Fractions of the strength of ties and other forces with two limits. In each round of starts, the first
-    #: starts, one for each fraction, limit these forces to the fraction of their strength. With more
-    #: fractions, states in which ties do not yield are found more often.
+    #: Fractions of the strength of ties and other forces with two limits. Each round of starts begins with
+    #: one start for each fraction, in which these forces are limited to the fraction of their strength. With
+    #: more fractions, states in which ties do not yield are found more often.
     strength_shares: tuple[float, ...] = (0.75, 0.5, 0.25)
 
     #: Largest number of linear programs in a fixed-point iteration, which is one kind of start of the search.

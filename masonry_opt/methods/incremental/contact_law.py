@@ -254,8 +254,8 @@ class StrengthPolygon:
     """
 
     def __init__(self, joints: np.ndarray, crushing_force: np.ndarray) -> None:
-        self.joints = joints  #: indices, shape (l,)
-        self._crushing_force = crushing_force  #: f_c L, shape (l,)
+        self.joints = joints  #: indices of the joints of limited strength, shape (l,)
+        self._crushing_force = crushing_force  #: crushing force f_c L of these joints, shape (l,)
 
     @cached_property
     def _sides(self) -> "PolygonSides":
@@ -291,16 +291,16 @@ class PolygonSides:
 
     def __init__(self, corners: np.ndarray) -> None:
         sides = np.roll(corners, -1, axis=0) - corners
-        self._corners = corners  #: first corner of each side, shape (corners, 2)
+        self._corners = corners  #: first corner of each side, shape (sides, 2)
         self._length = np.hypot(sides[:, 0], sides[:, 1])
-        self._along = sides / self._length[:, None]  #: direction of each side, shape (corners, 2)
+        self._along = sides / self._length[:, None]  #: direction of each side, shape (sides, 2)
         # The sides run counter-clockwise, so the outward normal of each side points to its right.
         self._outward = np.stack([self._along[:, 1], -self._along[:, 0]], axis=1)
 
     def distances(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distances of points from the lines of all sides, shape (corners, l).
+        """Return the signed distances of points from the lines through the sides, shape (sides, points).
 
-        The points have shape (2, l). Distances are positive outside the polygon.
+        The points have shape (2, points). Distances are positive on the outer side of a line.
         """
         of_corners = (self._outward * self._corners).sum(axis=1)
         distances: np.ndarray = self._outward @ points - of_corners[:, None]
@@ -309,8 +309,9 @@ class PolygonSides:
     def project(self, points: np.ndarray, distances: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Project outside points onto the polygon, and return the projected points and their derivatives.
 
-        The points have shape (2, l). The derivatives with respect to the points outside have shape (2, 2, l).
-        ``distances`` are the distances of the points from the lines of the sides.
+        The points have shape (2, points), before and after the projection. The derivatives of the projected
+        points with respect to the outside points have shape (2, 2, points). ``distances`` are the distances
+        of the outside points from the lines through the sides, shape (sides, points).
         """
         place = self._along @ points - (self._along * self._corners).sum(axis=1)[:, None]
         within = np.clip(place, 0.0, self._length[:, None])

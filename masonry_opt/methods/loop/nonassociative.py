@@ -1,4 +1,4 @@
-"""Method "nonassociative": the loop of section 4.2, and the remedies for a run that fails."""
+"""Method "nonassociative": the loop of the paper (section 4.2), and the remedies for a run that fails."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -61,9 +61,10 @@ def _more_damping(last: Attempt) -> Attempt | None:
 
 
 def _cohesive_start(last: Attempt) -> Attempt | None:
-    """Return an attempt with the cohesive start (section 6.3), or None if the failed run used this start.
+    """Return an attempt with the cohesive start, or None if the failed run already used this start.
 
-    Dilatancy cannot lock the joints in the first sub-problem of this start.
+    Section 6.3 of the paper describes the cohesive start: in the first sub-problem, joints have cohesion in
+    place of friction, so that dilatancy cannot lock the blocks.
     """
     return None if last.parameters.start == "cohesive" else _with(last, "start", "cohesive")
 
@@ -86,7 +87,7 @@ def _with(last: Attempt, option: str, value: float | str) -> Attempt:
 
 #: Remedies for each kind of failure, in the order in which they are tried. A remedy that is listed several
 #: times is tried that many times. Each remedy solves at least one test scene on which a run of the loop
-#: fails. A change of the small cohesion is no remedy: it solved 3 of 193 scenes, and method "coulomb" solves
+#: fails. A change of the option ``c0`` is no remedy: it solved 3 of 193 scenes, and method "coulomb" solves
 #: these 3 scenes too.
 REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),

@@ -247,10 +247,11 @@ class PlaneCorners(sides.BlockCorners):
         self.edges = Items(block, np.minimum(self.point, self.tip), np.maximum(self.point, self.tip))
 
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
-        """Return two tables of contacts between the corners of one block and the edges of another block.
+        """Return two tables of contacts between corners and edges.
 
-        In the first table, the corners belong to the first block of each pair; in the second table, to the
-        second block.
+        The first table contains the contacts at which a corner of a pair's first block is on an edge of the
+        second block. The second table contains the contacts at which a corner of the second block is on an
+        edge of the first block.
         """
         return [self._on_edges(pairs, -1.0), self._on_edges(pairs[:, ::-1], 1.0)]
 

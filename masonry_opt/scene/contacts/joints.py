@@ -101,9 +101,9 @@ class Joints:
     #: 2, 3). In space the segments are the sides of polygons.
     facing: np.ndarray
     #: Pairs of blocks (indices) that touch without a contact normal and therefore have no joint. In the
-    #: plane, a corner of one block touches a corner of the other block; in space, also a corner may touch an
-    #: edge, or an edge an edge. A pair is left out if both blocks have joints at the point of contact, or if
-    #: the pair has a small gap or a lost joint.
+    #: plane, corners of the two blocks touch. In space, a corner of one block touches an edge of the other
+    #: block. A pair is not listed if both blocks have joints at the point of contact, or if ``gaps`` or
+    #: ``lost`` contains the pair, because other warnings then name the pair.
     without_normal: list[tuple[int, int]]
     #: Points at which blocks touch without a contact normal, shape (points, 2) or (points, 3).
     meets: np.ndarray
@@ -199,7 +199,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
 
     - In the plane, sides are edges. The length that two edges share is a joint. In a scene without
       ``contact_tolerance``, lengths below ten times ``tolerance`` are joints only if the edges are nearly
-      parallel or stay within a tenth of the length.
+      parallel, or if their distance is at most a tenth of the length.
     - Away from shared lengths, a corner on an edge is a joint without length, normal to the edge.
     - Where two corners meet, the joint lies on the bisector of the sides that face each other, unless both
       blocks share sides there with other blocks, or two of their sides lie in one line. A corner in a notch

@@ -26,7 +26,8 @@ from masonry_opt.scene.tolerance_advice import set_tolerance
 _WIDEST_OF_MORTAR = 2.0
 
 #: The sides of a gap count as parallel if moving a corner by at most this fraction of the gap's width makes
-#: them parallel. With a larger value, gaps that are only due to inaccurate coordinates count as intended.
+#: them parallel. Gaps with parallel sides count as mortar joints. With a larger value, gaps that are only due
+#: to inaccurate coordinates count as mortar joints too.
 _PARALLEL_ERROR = 0.1
 
 #: Smallest thickness of a block, relative to ``tolerance``. A thinner block raises an error. With a smaller
@@ -38,13 +39,13 @@ _THINNEST = 2.0
 #: ``contact_tolerance``.
 _ROUNDING = 1e-6
 
-#: Gaps of a survey count as intended if the widths at the two ends of a gap differ, in the median, by at most
-#: this fraction of the median width of the gaps. With a larger value, gaps that are only due to inaccurate
-#: coordinates count as intended.
+#: Gaps of a survey count as mortar joints if the widths at the two ends of a gap differ, in the median, by at
+#: most this fraction of the median width of the gaps. With a larger value, gaps that are only due to
+#: inaccurate coordinates count as mortar joints too.
 _SURVEY_ERROR = 0.5
 
-#: Gaps of a survey count as mortar if at least this fraction of all joints cross gaps as wide as mortar. With
-#: a smaller value, a few inaccurate corners count as mortar.
+#: Gaps of a survey count as mortar joints only if at least this fraction of all joints cross gaps as wide as
+#: mortar. With a smaller value, gaps at a few inaccurate corners count as mortar joints.
 _SURVEY_FRACTION = 0.5
 
 
@@ -210,7 +211,7 @@ def _gaps_to_close(
 def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, near: Closing) -> Closing:
     """Return the scene option that closes the given gaps, with its value.
 
-    Several gaps with parallel sides count as intended gaps, which ``contact_tolerance`` closes. If the option
+    Several gaps with parallel sides count as mortar joints, which ``contact_tolerance`` closes. If the option
     ``tolerance`` closes both the given gaps and the small gaps of the scene (``near``), its value suffices
     for all of these gaps.
     """
@@ -267,9 +268,10 @@ def bridged_by_tolerance(
 ) -> tuple[dict[tuple[int, int], float], float]:
     """Return the pairs of blocks between which the option ``tolerance`` closes a gap as wide as mortar.
 
-    Several such gaps with parallel sides are intended. In a survey, whose sides are not exactly parallel,
-    gaps are intended if at least half of the joints have one, and if the gaps are wide compared with the
-    errors of their sides. Option ``contact_tolerance`` makes the same joints, but does not move corners.
+    Several such gaps with parallel sides count as mortar joints. In a survey, whose sides are not exactly
+    parallel, gaps count as mortar joints if at least half of the joints cross such a gap, and if the gaps are
+    wide compared with the errors of their sides. Option ``contact_tolerance`` makes the same joints, but does
+    not move corners.
 
     The first result contains the width of the gap between the blocks of each pair. The second result is the
     value of ``tolerance`` that aligns the sides of the gaps, or 0 if the sides are parallel.

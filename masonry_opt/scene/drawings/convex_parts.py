@@ -65,7 +65,8 @@ def convex_solids(mesh: Mesh, tolerance: float) -> list[MeshSolid]:
 
     1. If the corners are at most four tolerances away from the planes of the sides, the sides are flattened.
     2. A solid that is convex within the tolerance is one part.
-    3. If the convex hull adds less volume than the tolerance times the surface, the hull is the only part.
+    3. If the volume of the convex hull exceeds the volume of the solid by at most the tolerance times the
+       surface area of the solid, the hull is the only part.
     4. Otherwise the solid is divided into convex parts.
 
     Raises ValueError if the mesh does not enclose a volume, crosses itself, or needs too many parts.
@@ -218,7 +219,7 @@ def _divided(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: f
 
 
 def _cut(ring: np.ndarray, base: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the part of a convex polygon behind a plane, and the corners of this part in the plane."""
+    """Return the part of a convex polygon behind a plane, and the corners of this part on the plane."""
     height = (ring - base) @ normal
     after, height_after = np.roll(ring, -1, axis=0), np.roll(height, -1)
     crosses = (height > 0) != (height_after > 0)
@@ -275,8 +276,8 @@ def _hull(corners: np.ndarray, tolerance: float) -> MeshSolid | None:
         hull = ConvexHull(corners)
         mesh = Mesh("", corners, hull.simplices.tolist())
         shape = polyhedron(mesh, tolerance / 4)
-        # A side of narrow triangles may have an inaccurate plane, so that the hull is not convex. If so,
-        # merge fewer triangles.
+        # Narrow triangles that are merged into one side may make the plane of the side inaccurate, so that
+        # the shape is not convex. If so, merge fewer triangles.
         if not shape.convex(tolerance):
             shape = polyhedron(mesh, _COPLANAR_SHARE * tolerance)
     except (QhullError, ValueError):

@@ -96,7 +96,7 @@ def _upper_bounds(answer: CrossingLoadFactors) -> dict[str, float]:
     """
     worst, default, bounds = answer.worst, answer.default, dict[str, float]()
     if worst.load_factor is not None and worst.crushing != "chords":
-        kind = "proven to be the least at the worst position" if known_least(worst) else "an upper bound"
+        kind = "proven to be the least λ at the worst position" if known_least(worst) else "an upper bound"
         bounds[f"governing λ by method '{worst.method}', {kind}"] = worst.load_factor
     if default is not None and default.load_factor is not None and default.crushing != "chords":
         name = f"upper bound by method '{default.method}' at the worst position"
@@ -163,7 +163,7 @@ def _why_undecided(answer: CrossingLoadFactors, required: float) -> str:
     if answer.least is None:
         return "it is unknown whether the scene carries its dead load"
     if answer.undecided:
-        return "positions are undecided"
+        return "λ could not be computed at some positions"
     bound, by_chords = answer.bound, _by_chords(answer)
     if by_chords and _is_below(min(by_chords.values()), required):
         name, least = _last_of_least(by_chords)
@@ -173,7 +173,8 @@ def _why_undecided(answer: CrossingLoadFactors, required: float) -> str:
     if bound is not None and _is_below(bound, required):
         return (
             f"the required load factor is above the proven lower bound {numeral(bound, '.6f')}, but not "
-            "above the governing λ, and positions at the shortest distance do not decide the comparison"
+            "above the governing λ; even the smallest permitted distance between solved positions does not "
+            "decide the comparison"
         )
     return ""
 

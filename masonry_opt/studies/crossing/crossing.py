@@ -63,8 +63,8 @@ def crossing(
     far is returned.
 
     If the scene has load cases, the axles cross in each load case whose ``live`` names "axles", at equal
-    positions, and the least load factor governs. If a load case is unstable under its dead loads, this load
-    case is the answer.
+    positions, and the least load factor governs. If a load case is unstable under its dead loads, its result
+    is returned.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def crossing(
     axles: A group of axles, a list of groups, or the name of a group of the scene. Default: all groups of
         the scene.
     method, options: As for :func:`~masonry_opt.analysis.solve`, including ``model``, ``solver``, ... The
-        incremental load factor is computed only at the worst position. The ``time_limit`` is that of the
+        incremental load factor is computed only at the worst position. The ``time_limit`` applies to the
         whole crossing. The function ``phases`` is called only during the first solve of each load case.
     load_case: Name of the only load case in which the axles cross. Default: all load cases that name
         "axles". The factor of a load case multiplies the axles and the other live loads.
@@ -101,7 +101,8 @@ def crossing(
         If the time limit is over before any position is solved. The message states the least associative
         load factor so far, if there is one.
     KeyboardInterrupt
-        If the crossing was interrupted before any position was solved. Its text also states that load factor.
+        If the crossing was interrupted before any position was solved. Its text also states the least
+        associative load factor so far, if there is one.
     """
     refuse_required_factor(required_factor)
     phases = phases_from(options)
@@ -145,7 +146,7 @@ def cross(
         try:
             return _crossed(session, scene, axles, settled, asked, progress, phases)
         except TimeLimitReached as stop:
-            raise _time_is_over(scene, stop, "no position was solved") from None
+            raise _time_is_over(scene, stop, "no position of the axles was solved") from None
 
 
 def _crossed(
@@ -307,9 +308,8 @@ def _cross(
     """Find the least load factor of each passage; return the answers and the exception that ended the search.
 
     ``programs`` has functions that compute the associative load factor, by load case. ``required`` is the
-    required load factor, or None. The exception is None
-    if the search was completed. If no position was solved, KeyboardInterrupt is raised after Ctrl-C, and
-    TimeLimitError at the time limit.
+    required load factor, or None. The exception is None if the search was completed. If no position was
+    solved, KeyboardInterrupt is raised after Ctrl-C, and TimeLimitError at the time limit.
     """
     many = session.without_incremental()
     all_trials: list[search.PassageTrials] = []
@@ -349,7 +349,7 @@ def _without_positions(
 
     The message states the least associative load factor, if a Coulomb method has computed any so far.
     """
-    known = f"no position was solved with method '{session.method.name}'"
+    known = f"method '{session.method.name}' had not yet solved any position of the axles"
     bounds = [trials.associative for trials in all_trials if trials.associative.answers]
     least = min((trials.least for trials in bounds), default=math.inf)
     if math.isfinite(least):
@@ -365,7 +365,7 @@ def _other_methods(session: Session, result: Result, worst: search.PassageTrials
     """Solve the worst position with other methods, and return the results as fields of the crossing.
 
     An associative method is compared with the default method. Chords inside the crushing parabola are
-    compared with the parabola. If a method has no result, a field has the reason.
+    compared with the parabola. If a method has no result, one of the fields contains the reason.
     """
     scene, fields = worst.passage.scene(worst.position), dict[str, Any]()
     if session.method.associative:

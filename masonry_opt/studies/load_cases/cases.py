@@ -45,7 +45,7 @@ _MOST_LETTERS = 24  #: Largest number of letters in a line of the name next to a
 _MOST_NAME_LINES = 2  #: Largest number of lines of the name next to a bar; longer names are shortened.
 #: Columns of the table of load cases. Each name is an attribute of a result.
 LOAD_CASE_COLUMNS = ("load_factor", "status", "incremental", "associative", "exact")
-#: Columns, in the table of earthquakes from all sides, with the accelerations that activate a mechanism.
+#: Columns of the table of earthquakes from all sides that describe when a mechanism is activated.
 _ACTIVATION_COLUMNS = ("a_0", "mass_fraction", "a_star_0")
 #: The incremental and the associative load factor are drawn only if they differ from λ by more than this
 #: value in at least one direction.
@@ -338,8 +338,8 @@ def solve_cases(
             f"{base.origin}: the scene has no load cases: use 'solve', or add a table [[load_case]]"
         )
     moving = [case.name for case in base.load_cases if case.moves]
-    # If axles move in all load cases, no load case can be solved here. The first solve is tried nevertheless,
-    # because it raises an error with advice.
+    # If axles move in all load cases, this function can solve none of them. In this case, try to solve all of
+    # them: the first solve raises an error that advises what to do.
     solved = [case.name for case in base.load_cases if case.name not in moving] or moving
     scenes = {name: settled_scene(base.in_case(name), settled) for name in solved}
     results = solve_all(scenes, method, progress, phases, function=solve_cases, **options)

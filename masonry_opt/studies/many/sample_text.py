@@ -9,7 +9,7 @@ from masonry_opt.studies.many.runs import INCREMENTAL_COLUMN
 
 
 def quantile_text(row: Mapping[Any, Any], confidence: float) -> str:
-    """Return a line on a quantile of λ, with its confidence limits.
+    """Return a line of text that states a quantile of λ and its confidence limits.
 
     ``row`` is a row of :meth:`~.sample.Sample.quantiles`. An infinite quantile shows which fraction of the
     runs is unstable or carries any load, so the line states this fraction.
@@ -28,7 +28,7 @@ def quantile_text(row: Mapping[Any, Any], confidence: float) -> str:
 
 
 def statistic_text(row: Mapping[Any, Any], name: str, spec: str) -> str:
-    """Return a text on a statistic and its confidence limits, for λ and the incremental load factor.
+    """Return a text that states a statistic of λ and of the incremental load factor, with confidence limits.
 
     ``row`` is a row of a table of ``Sample``, ``name`` is the column of the statistic, and ``spec`` is the
     format of numbers.

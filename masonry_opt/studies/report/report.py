@@ -89,7 +89,7 @@ class ReportPart:
     printed_in_full: Mapping[str, Result] = field(default_factory=dict)
     #: Further results, by name.
     others: Mapping[str, Result] = field(default_factory=dict)
-    #: Texts of facts about the answer, by the label of the fact.
+    #: Facts about the answer: the text of each fact, by its label.
     facts: Mapping[str, str] = field(default_factory=dict)
     #: Pictures of the answer, by caption.
     pictures: Mapping[str, Picture] = field(default_factory=dict)
@@ -98,7 +98,7 @@ class ReportPart:
     axles: Sequence[Axles] = ()  #: groups of axles that crossed
     #: Sentences that say what was not checked, such as the positions of axles that were not solved.
     left_open: Sequence[str] = ()
-    left_out: Mapping[str, str] = field(default_factory=dict)  #: reasons by load case without an answer
+    left_out: Mapping[str, str] = field(default_factory=dict)  #: load cases without an answer, and the reason
     crossed: Collection[str] = ()  #: load cases in which axles crossed
     followed: bool = False  #: True if a mechanism was followed over finite displacements
     pushed: bool = True  #: True if live loads are multiplied by the load factors of the answer
