@@ -13,7 +13,15 @@ from masonry_opt.scene.tolerance_advice import set_both, set_contact_tolerance, 
 from masonry_opt.scene.typical_sizes import GRAVITY_BY_UNIT
 from masonry_opt.solution.reasons import Code
 from masonry_opt.solution.typical_units import typical_unit, units_in_words
-from masonry_opt.solution.wedges import MANY_JOINTS, SCATTER_OF_SURVEY
+
+#: Smallest number of nearly parallel joints at which a warning may say that the angles are probably errors of
+#: a survey. With a smaller value, the warning would also say this about intended wedges, such as a keystone.
+_MANY_PAIRS = 10
+
+#: Smallest ratio of the upper to the lower quartile of the wedge angles at which a warning may say that the
+#: angles are probably errors of a survey. Errors of a survey have a ratio of about 2.2 or more. Voussoirs of
+#: equal width have equal angles, and therefore a ratio of about 1.
+_SCATTER_OF_SURVEY = 2.1
 
 
 def _rounded(value: float) -> str:
@@ -176,7 +184,7 @@ def _gravity_differs(v: dict[str, Any]) -> str:
 def nearly_parallel(v: dict[str, Any]) -> str:
     """Return a warning that blocks have nearly parallel joints, with a tolerance that aligns the joints."""
     remedy = f"if the joints should be parallel, {set_tolerance(v['tolerance'])}"
-    if len(v["pairs"]) >= MANY_JOINTS and v["scatter"] >= SCATTER_OF_SURVEY:
+    if len(v["pairs"]) >= _MANY_PAIRS and v["scatter"] >= _SCATTER_OF_SURVEY:
         remedy = f"the angles scatter like errors of a survey: {remedy}"
     return (
         f"a block with almost parallel joints (the angle is at most {v['angle']:.2g} rad) is a wedge, which "

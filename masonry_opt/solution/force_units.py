@@ -34,9 +34,9 @@ class _Range(NamedTuple):
 #: dimension is used because the thrust of a flat arch grows with its span, not with its height.
 _STRENGTH = _Range(0.3, 1e4)
 #: Usual range of the ratio of a cohesion to the stress below a column as high as the largest dimension of the
-#: scene. A cohesion of 10 kPa in a scene of 30 m has a ratio of 0.02; 1 MPa in a scene of 0.5 m has a ratio
-#: of 100.
-_COHESION = _Range(0.01, 200.0)
+#: scene. A cohesion of 20 kPa in a wall of 120 m has a ratio of 0.008; 1 MPa in a model of 0.1 m has a ratio
+#: of 450.
+_COHESION = _Range(0.003, 600.0)
 
 
 def unit_weights(assembly: Assembly) -> np.ndarray:
@@ -85,12 +85,13 @@ def unusual_lengths(assembly: Assembly) -> Iterator[Reason]:
     """Generate a warning if the unit weight looks like a weight per cubic metre, but lengths not like metres.
 
     In the plane without a thickness, the unit weight is that of a strip 1 m thick. If blocks have weights
-    instead of unit weights, the thickness of such a scene is unknown, so there is no warning.
+    instead of unit weights, the thickness of such a scene is unknown, so there is no warning. There is no
+    warning either for a unit weight like that of stone in t/m³, which is also the unit weight in gf/cm³.
     """
     blocks = assembly.scene.blocks
     if is_per_area(assembly.scene) and all(blocks[index].unit_weight is None for index in assembly.movable):
         return
     unit_weight = median_unit_weight(assembly)
     extent = float(assembly.geometry.extent_of(assembly.movable).max())
-    if typical_unit(unit_weight) and extent > LARGEST_SCENE:
+    if typical_unit(unit_weight) not in ("", "t/m³") and extent > LARGEST_SCENE:
         yield reason(Code.LENGTHS_DIFFER, extent=extent, unit_weight=unit_weight)

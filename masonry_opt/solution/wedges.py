@@ -28,15 +28,6 @@ _PARALLEL_ANGLE = 1e-9
 #: frequent.
 _NAMED_TURN = 1e-3
 
-#: Smallest number of joints whose rotations may count as errors of a survey. With a smaller value, wedges
-#: that are intended, such as a keystone, count as errors.
-MANY_JOINTS = 10
-
-#: Angles count as errors of a survey if the ratio of their upper to their lower quartile is at least this
-#: value. Errors of a survey have a ratio of about 2.2 or more. The voussoirs of an arch have equal angles:
-#: the angles by which the alignment rotates their joints have a ratio of at most 2.
-SCATTER_OF_SURVEY = 2.1
-
 #: A joint counts as about to slide if its shear exceeds this fraction of the friction limit. With a smaller
 #: value, warnings name joints that carry less shear. With a larger value, joints at the limit are missed in
 #: answers of interior-point solvers.
@@ -71,16 +62,11 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     The first warning names the joints that the alignment rotated by more than ``_NAMED_TURN``. The second
     warning names pairs of nearly parallel joints of the aligned scene, if at least one joint of the pair
     slides or is at its friction limit. There is no second warning for associative flow.
-
-    If the rotations by the alignment scatter like errors of a survey, the first warning is omitted, because
-    the alignment is meant to remove these errors.
     """
     able = _slides_without_lifting(assembly)
     joints = assembly.joints
     turned = np.where(able, joints.turn, 0.0)
-    turns = turned[turned > _PARALLEL_ANGLE]
-    is_survey = len(turns) >= MANY_JOINTS and _scatter(turns) >= SCATTER_OF_SURVEY
-    if turned.max(initial=0.0) > _NAMED_TURN and not is_survey:
+    if turned.max(initial=0.0) > _NAMED_TURN:
         worst = np.flatnonzero(turned > _NAMED_TURN)
         worst = worst[np.argsort(-turned[worst], kind="stable")]
         values = {"turn": float(turned[worst[0]]), "tolerance": assembly.geometry.tolerance}
@@ -98,14 +84,9 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
     closing = joints.closing.tolerance if joints.closing.option == "tolerance" else 0.0
     tolerance = max(TOLERANCE_OVER_ERROR * float(error.max()), closing)
     named = list(dict.fromkeys(np.column_stack([one, other]).ravel().tolist()))
-    values = {"angle": float(angle[0]), "tolerance": tolerance, "scatter": _scatter(angle)}
+    lower, upper = np.quantile(angle, [0.25, 0.75])
+    values = {"angle": float(angle[0]), "tolerance": tolerance, "scatter": float(upper / lower)}
     yield reason(Code.NEARLY_PARALLEL, pairs=assembly.pairs_of(np.array(named)), **values)
-
-
-def _scatter(angles: np.ndarray) -> float:
-    """Return the ratio of the upper to the lower quartile of positive angles."""
-    lower, upper = np.quantile(angles, [0.25, 0.75])
-    return float(upper / lower)
 
 
 def uneven_sides(assembly: Assembly) -> Iterator[Reason]:

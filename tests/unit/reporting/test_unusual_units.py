@@ -214,11 +214,11 @@ def test_a_force_that_violates_its_limit_is_shown_as_it_is():
 @pytest.mark.parametrize(
     ("key", "value", "is_unusual"),
     [("strength", value, value in (11, 4.1e5)) for value in (11, 13, 3.9e5, 4.1e5)]
-    + [("cohesion", value, value in (0.39, 8100)) for value in (0.39, 0.41, 7900, 8100)],
+    + [("cohesion", value, value in (0.11, 25_000)) for value in (0.11, 0.13, 23_000, 25_000)],
 )
 def test_stresses_in_another_unit_than_the_weights(key, value, is_unusual):
     """A block 2 high of 20 kN/m³ presses with 40 kN/m². A warning appears for a strength outside of 0.3 to
-    10,000 times this stress, and for a cohesion outside of 0.01 to 200 times this stress."""
+    10,000 times this stress, and for a cohesion outside of 0.003 to 600 times this stress."""
     scene = block_on_floor(weight=40).replace(**{key: value})
     found = warned(scene, Code.STRESS_DIFFERS)
     assert found == ([{"key": key, "value": value, "weight": pytest.approx(40)}] if is_unusual else [])
@@ -278,7 +278,7 @@ def test_relative_axle_loads_have_no_unit():
 @pytest.mark.parametrize(("length", "warns"), [(999.0, False), (1001.0, True)])
 def test_lengths_in_another_unit_than_the_unit_weight(length, warns):
     """A beam of 1000 m is longer than any scene. The value 20 looks like a weight in kN/m³, and the values 1
-    and 2e-5 (N/mm³) look like no unit weight in metres."""
+    and 2e-5 (N/mm³) look like no unit weight in metres. The value 2.2 may be in gf/cm³."""
     ground = rectangle("ground", 0, -1, length, 0)
 
     def lengths(unit_weight):
@@ -287,12 +287,15 @@ def test_lengths_in_another_unit_than_the_unit_weight(length, warns):
 
     expected = {"extent": pytest.approx(length), "unit_weight": pytest.approx(20)}
     assert lengths(20.0) == ([expected] if warns else [])
-    assert lengths(1.0) == lengths(2e-5) == []
+    assert lengths(1.0) == lengths(2e-5) == lengths(2.2) == []
 
 
 def test_the_length_of_a_scene_with_weights_of_unknown_thickness_is_not_doubted():
-    """A beam of 0.1 m by 20 m in N and cm, 1 m thick, weighs 2 N/cm², a number that is usual in t/m³."""
-    beam, ground = rectangle("beam", 0, 0, 2000, 10, weight=40e3, live=(1, 0)), rectangle("g", 0, -1, 2000, 0)
+    """A beam of 0.1 m by 20 m in N and cm, 10 m thick, weighs 20 N/cm², a number that is usual in kN/m³."""
+    beam, ground = (
+        rectangle("beam", 0, 0, 2000, 10, weight=400e3, live=(1, 0)),
+        rectangle("g", 0, -1, 2000, 0),
+    )
     scene = mo.Scene(joints={"friction": 0.5}, blocks=[beam, ground])
     assert warned(scene, Code.LENGTHS_DIFFER) == []
     assert len(warned(scene.replace(thickness=1.0), Code.LENGTHS_DIFFER)) == 1

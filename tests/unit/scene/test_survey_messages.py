@@ -1,5 +1,6 @@
 """Messages about surveyed drawings, whose corners have independent errors: which tolerance is meant."""
 
+import itertools
 import re
 from dataclasses import replace
 
@@ -110,16 +111,27 @@ def turned(scene: mo.Scene) -> list[dict[str, object]]:
     return [each.values for each in warnings_of(assemble(scene), None) if each.code is Code.ALIGNED]
 
 
-def test_joints_of_a_survey_are_turned_without_a_warning():
-    """The tolerance of three times the error turns joints by more than 0.001 rad, by very different angles.
+def test_joints_that_a_tolerance_turns_by_different_angles_are_named():
+    """The joints of 60 voussoirs of different widths become parallel: λ is 65.5 instead of 230.4.
 
-    A single course has too few joints to distinguish errors from wedges.
+    Their rotations scatter like errors of a survey, so a survey with a tolerance is named too.
     """
-    scene = surveyed(drawn_to_touch(WALL)).replace(tolerance=3 * ERROR)
-    assert assemble(scene).joints.turn.max() > 2e-3
-    assert turned(scene) == []
-    course = surveyed(drawn_to_touch(facade(2, 1, length=0.24))).replace(tolerance=3 * ERROR)
-    assert len(turned(course)) == 1
+    rng = np.random.default_rng(4)
+    angle = np.exp(rng.uniform(np.log(0.006), np.log(0.03), 60)).cumsum()
+    angle += (np.pi - angle[-1]) / 2
+    ends = np.concatenate([[angle[0] - 0.02], angle])
+    points = [np.array([[r * np.cos(t), r * np.sin(t)] for r in (7.75, 8.25)]) for t in ends]
+    blocks = [
+        mo.Block(name=f"v{k}", vertices=np.vstack([before, after[::-1]]).tolist(), unit_weight=20)
+        for k, (before, after) in enumerate(itertools.pairwise(points))
+    ]
+    blocks[0] = blocks[0].replace(fixed=True)
+    blocks[-1] = blocks[-1].replace(fixed=True)
+    scene = mo.Scene(joints={"friction": 0.35}, blocks=blocks)
+    (values,) = turned(scene.replace(tolerance=0.006))
+    assert len(values["pairs"]) >= 10
+    survey = surveyed(drawn_to_touch(WALL)).replace(tolerance=3 * ERROR)
+    assert len(turned(survey)) == 1
 
 
 @pytest.mark.parametrize(("voussoirs", "rise"), [(40, 1.5), (60, 0.665), (100, 2.0)])
