@@ -14,6 +14,7 @@ from math import inf
 from pathlib import Path
 
 import masonry_opt as mo
+from masonry_opt.problem.loads import weights
 
 #: Strengths relative to the mean stress below the scene. The last entry means unlimited strength.
 STRENGTHS = (10.0, 30.0, inf)
@@ -26,7 +27,7 @@ def mean_stress(scene: mo.Scene) -> float:
     fixed = [block.fixed for block in scene.blocks]
     joints = assembly.joints
     below = [fixed[one] or fixed[other] for one, other in zip(joints.first, joints.second, strict=True)]
-    weight = sum(block.weight for block in scene.blocks if not block.fixed)
+    weight = weights(scene, assembly.geometry, assembly.movable).sum()
     return float(weight / joints.extent[below].sum())
 
 

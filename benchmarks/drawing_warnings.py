@@ -5,7 +5,7 @@
 
 Random walls, arches, tessellations and bonded walls are drawn in several ways: exactly, with errors of the
 corners as in a survey, without their mortar, or both. The tolerances of a correct drawing are right; those of
-a mistaken drawing are missing or too large. Counted are the drawings with these outcomes:
+a mistaken drawing are missing, too small or too large. Counted are the drawings with these outcomes:
 
 - right: no message about a correct drawing. For a mistaken drawing, an error or a warning advises tolerances
   with which the scene has all joints of the same drawing with the right tolerances.
@@ -39,7 +39,7 @@ import masonry_opt as mo  # noqa: E402
 from masonry_opt.problem.assembly import assemble  # noqa: E402
 from masonry_opt.reporting.sentences import sentences  # noqa: E402
 from masonry_opt.scene import geometry  # noqa: E402
-from masonry_opt.scene.contacts import gaps, mortar  # noqa: E402
+from masonry_opt.scene.contacts import gaps, mortar, overlaps  # noqa: E402
 from masonry_opt.solution import wedges  # noqa: E402
 from masonry_opt.solution.reasons import Code  # noqa: E402
 from masonry_opt.solution.sense import warnings_of  # noqa: E402
@@ -50,7 +50,7 @@ FLATTENED = "fine arch, large tolerance"
 #: Name of the row of drawings with one block at a wrong place, and its distance relative to the width.
 MOVED, DISTANCES = "highest block moved", (0.002, 0.02)
 #: Codes of the warnings about drawings.
-CODES = (Code.SMALL_GAPS, Code.LOST_JOINTS, Code.BRIDGED_BY_TOLERANCE, Code.ALIGNED)
+CODES = (Code.SMALL_GAPS, Code.LOST_JOINTS, Code.BRIDGED_BY_TOLERANCE, Code.ALIGNED, Code.UNEVEN_SIDES)
 
 
 class Threshold(NamedTuple):
@@ -63,7 +63,7 @@ class Threshold(NamedTuple):
 THRESHOLDS = (
     Threshold("NEAR_MISS", (geometry, mortar, gaps)),
     Threshold("_NEAR_TOLERANCES", (geometry,)),
-    Threshold("MORTAR", (mortar,)),
+    Threshold("MORTAR", (mortar, overlaps)),
     Threshold("_WIDEST_OF_MORTAR", (mortar,)),
     Threshold("_PARALLEL_ERROR", (mortar,)),
     Threshold("_SURVEY_ERROR", (mortar,)),

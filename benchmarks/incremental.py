@@ -134,7 +134,7 @@ def compared(
     ends = sum(old.end is not new.end for old, new in pairs)
     ratio = sum(solves for _, solves in after) / sum(solves for _, solves in before)
     large = sum(change > CHANGED for change in changes)
-    return [f"{max(changes):.1e}", f"{large}", f"-{lost} +{gained}", f"{ends}", f"{ratio:.2f}"]
+    return [f"{max(changes, default=0.0):.1e}", f"{large}", f"-{lost} +{gained}", f"{ends}", f"{ratio:.2f}"]
 
 
 def main() -> None:

@@ -21,9 +21,11 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
+from unittest.mock import patch
 
 import numpy as np
 
@@ -56,31 +58,31 @@ FINDERS: dict[str, Callable[[Assembly], Any]] = {
 
 
 class Threshold(NamedTuple):
-    """A constant of the warnings: its module and name, the rules that use it, and its value when off."""
+    """A constant of the warnings: its modules and name, the rules that use it, and its value when off."""
 
-    module: ModuleType
+    modules: tuple[ModuleType, ...]
     name: str
     rules: tuple[str, ...]
     off: Any
 
 
 THRESHOLDS = (
-    Threshold(sense, "_OTHER_UNITS", ("weights", "fill weights"), math.inf),
-    Threshold(typical_units, "_TYPICAL", ("weights", "fill weights", "axles"), {}),
-    Threshold(sense, "_OTHER_THICKNESS", ("weights",), math.inf),
-    Threshold(sense, "_WEIGHT_TO_FORCE_RATIO", ("weights", "struts"), math.inf),
-    Threshold(sense, "_DEAD_LOADS_TO_STRENGTH", ("struts",), math.inf),
-    Threshold(sense, "_SUM_TO_STRENGTH", ("struts",), math.inf),
-    Threshold(force_units, "_STRENGTH", ("stresses",), force_units._Range(0.0, math.inf)),
-    Threshold(force_units, "_COHESION", ("stresses",), force_units._Range(0.0, math.inf)),
-    Threshold(sense, "SMALL_FRICTION_ANGLE", ("fill angles",), 0.0),
-    Threshold(sense, "_HIGH_FRICTION", ("joints",), math.inf),
-    Threshold(sense, "_SMALL_FRICTION", ("joints",), 0.0),
-    Threshold(force_units, "LARGEST_SCENE", ("lengths",), math.inf),
-    Threshold(sense, "_OUTSIDE", ("outside",), math.inf),
-    Threshold(units, "_LIGHTEST_AXLE", ("axles",), 0.0),
-    Threshold(units, "_HEAVIEST_AXLE", ("axles",), math.inf),
-    Threshold(units, "_LARGEST_RELATIVE_LOAD", ("axles",), math.inf),
+    Threshold((sense,), "_OTHER_UNITS", ("weights", "fill weights"), math.inf),
+    Threshold((typical_units,), "_TYPICAL", ("weights", "fill weights", "axles", "lengths"), {}),
+    Threshold((sense,), "_OTHER_THICKNESS", ("weights",), math.inf),
+    Threshold((sense,), "_WEIGHT_TO_FORCE_RATIO", ("weights", "struts"), math.inf),
+    Threshold((sense,), "_DEAD_LOADS_TO_STRENGTH", ("struts",), math.inf),
+    Threshold((sense,), "_SUM_TO_STRENGTH", ("struts",), math.inf),
+    Threshold((force_units,), "_STRENGTH", ("stresses",), force_units._Range(0.0, math.inf)),
+    Threshold((force_units,), "_COHESION", ("stresses",), force_units._Range(0.0, math.inf)),
+    Threshold((sense,), "SMALL_FRICTION_ANGLE", ("fill angles",), 0.0),
+    Threshold((sense,), "_HIGH_FRICTION", ("joints",), math.inf),
+    Threshold((sense,), "_SMALL_FRICTION", ("joints",), 0.0),
+    Threshold((force_units, units), "LARGEST_SCENE", ("lengths", "axles"), math.inf),
+    Threshold((sense,), "_OUTSIDE", ("outside",), math.inf),
+    Threshold((units,), "_LIGHTEST_AXLE", ("axles",), 0.0),
+    Threshold((units,), "_HEAVIEST_AXLE", ("axles",), math.inf),
+    Threshold((units,), "_LARGEST_RELATIVE_LOAD", ("axles",), math.inf),
 )
 
 
@@ -205,7 +207,7 @@ def print_codes(correct: list[Sample], mistaken: list[Sample], usual: dict[int, 
 
 def variants(threshold: Threshold) -> Iterator[tuple[str, Any]]:
     """Yield the values of a threshold to compare: off, a third, and three times as large."""
-    value = getattr(threshold.module, threshold.name)
+    value = getattr(threshold.modules[0], threshold.name)
     yield "off", threshold.off
     if isinstance(value, force_units._Range):
         for key, number in value._asdict().items():
@@ -227,11 +229,11 @@ def print_thresholds(correct: list[Sample], mistaken: list[Sample], usual: dict[
     print(f"{usual_hits} of {len(mistaken)} mistakes are named")
     print("threshold,value,false alarms,hits")
     for threshold in THRESHOLDS:
-        usual_value = getattr(threshold.module, threshold.name)
         for label, value in variants(threshold):
-            setattr(threshold.module, threshold.name, value)
-            of_correct, of_mistaken = _again(correct, threshold.rules), _again(mistaken, threshold.rules)
-            setattr(threshold.module, threshold.name, usual_value)
+            with ExitStack() as changed:
+                for module in threshold.modules:
+                    changed.enter_context(patch.object(module, threshold.name, value))
+                of_correct, of_mistaken = _again(correct, threshold.rules), _again(mistaken, threshold.rules)
             then = _usual(correct, of_correct)
             alarms = sum(bool(flat(codes)) for codes in of_correct) - usual_alarms
             hits = named(mistaken, then, of_mistaken) - usual_hits

@@ -40,8 +40,6 @@ from masonry_opt.studies.many.least import Threshold  # noqa: E402
 FACTORS = (1 / 3, 1.0, 3.0)
 #: Errors of the surveys, relative to the mean width of a block.
 ERRORS = (1e-4, 1e-3)
-#: Largest relative change of a load factor by the errors that counts as none.
-SAME = 0.02
 #: Spectrum that does not end before any secant period.
 SPECTRUM = [(0.0, 0.2), (1e6, 0.2)]
 

@@ -44,15 +44,17 @@ def arguments_from(message: str) -> dict[str, Any]:
 def row_of(path: Path) -> tuple[bool, str]:
     """Return True if a file can be read, and the cells of its row."""
     given: dict[str, Any] = {}
+    tried: list[dict[str, Any]] = []
     while True:
         try:
             scene = mo.read_compas(path, friction=FRICTION, unit_weight=1.0, live=PUSH, **given)
             assembly = mo.assemble(scene)
         except mo.MasonryError as error:
             further = arguments_from(str(error))
-            if not further or further.items() <= given.items():
+            tried.append(given)
+            given = given | further
+            if given in tried:
                 return False, f"refused | | {str(error).splitlines()[0].removeprefix(f'{path}: ')}"
-            given |= further
             continue
         words = ", ".join(f"{name}={value}" for name, value in given.items() if value is not None)
         counts = f"{len(scene.blocks)} blocks | {len(assembly.joints.first)}, {assembly.problem.joints}"

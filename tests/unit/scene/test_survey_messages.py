@@ -112,7 +112,7 @@ def turned(scene: mo.Scene) -> list[dict[str, object]]:
 
 
 def test_joints_that_a_tolerance_turns_by_different_angles_are_named():
-    """The joints of 60 voussoirs of different widths become parallel: λ is 65.5 instead of 230.4.
+    """Joints of 60 voussoirs of different widths become parallel within a tolerance.
 
     Their rotations scatter like errors of a survey, so a survey with a tolerance is named too.
     """
