@@ -76,9 +76,7 @@ def test_blocks_with_other_names_end_at_the_least(tmp_path):
 
 def test_the_proof_finds_a_state_that_no_start_led_to(monkeypatch):
     """The proof finds the least state of a wall that ends at 32.025 without further starts."""
-    monkeypatch.setattr(
-        method, "STEPS", (Incremental(), ExactFrom("incremental"), LeastProven(full_budget=True))
-    )
+    monkeypatch.setattr(method, "STEPS", (Incremental(), ExactFrom("incremental"), LeastProven()))
     result = mo.solve(WALL, incremental=False)
     before, after = result.solution.log[-2:]
     assert before.load_factor == pytest.approx(32.02475, rel=1e-5)
@@ -88,7 +86,7 @@ def test_the_proof_finds_a_state_that_no_start_led_to(monkeypatch):
 
 
 def test_a_budget_that_is_spent_leaves_the_lowest_found(monkeypatch):
-    steps = (Incremental(), ExactFrom("incremental"), LeastProven(full_budget=True))
+    steps = (Incremental(), ExactFrom("incremental"), LeastProven())
     monkeypatch.setattr(method, "STEPS", steps)
     result = mo.solve(STONES, incremental=False, budget=replace(BUDGET, programs=20))
     assert result.bound is None
@@ -97,25 +95,26 @@ def test_a_budget_that_is_spent_leaves_the_lowest_found(monkeypatch):
     assert "not proven by" in result.solution.log[-1].note
 
 
-def test_larger_scenes_have_a_share_of_the_programs_before():
+def test_a_proof_is_tried_by_default_on_scenes_with_few_joints():
     problem = assemble(mo.load(STONES)).problem
-    budget = ProofBudget(few_joints=problem.joints, programs=700, share=0.5)
-    assert budget.programs_for(problem, 1000) == 700
-    assert replace(budget, few_joints=problem.joints - 1).programs_for(problem, 1000) == 500
+    budget = ProofBudget(few_joints=problem.joints, few_redundant_forces=0)
+    assert budget.tries_by_default(problem)
     assert budget.covers(problem)
+    assert not replace(budget, few_joints=problem.joints - 1).tries_by_default(problem)
+    assert replace(budget, few_joints=problem.joints - 1).covers(problem)
     assert not replace(budget, most_joints=problem.joints - 1).covers(problem)
     assert not budget.covers(replace(problem, settled=np.zeros(problem.B.shape[1])))
 
 
-def test_an_arch_has_the_full_budget_with_any_number_of_joints():
-    """An arch of 28 joints has the full budget, because only 3 of its 84 forces are redundant.
+def test_a_proof_is_tried_by_default_on_an_arch_with_any_number_of_joints():
+    """A proof is tried on an arch of 28 joints, because only 3 of its 84 forces are redundant.
 
     It has 81 equations of equilibrium.
     """
     problem = assemble(mo.load(CASES / "casapulla_lauro" / "arch.toml")).problem
     assert problem.joints > BUDGET.few_joints
-    assert BUDGET.is_full_for(problem)
-    assert not replace(BUDGET, few_redundant_forces=2).is_full_for(problem)
+    assert BUDGET.tries_by_default(problem)
+    assert not replace(BUDGET, few_redundant_forces=2).tries_by_default(problem)
 
 
 @pytest.mark.slow

@@ -66,35 +66,26 @@ class ProofBudget(Settings):
     ``benchmarks/README.md`` has the measurements.
     """
 
-    #: Scenes with at most this number of joints have the full budget of linear programs, see ``programs``.
-    #: The full budget suffices for a proof on about nine of ten random scenes of this size. On larger scenes
-    #: most searches would end without a proof.
+    #: A proof is tried by default on scenes with at most this number of joints. The default budget of linear
+    #: programs, see ``programs``, suffices for a proof on more than nine of ten random scenes of up to 15
+    #: joints. With a larger number more scenes are proven, such as 19 of 43 random scenes of 16 to 25 joints,
+    #: and scenes without a proof take a second longer.
     few_joints: int = zero_or_more(15)
 
-    #: A scene with more than ``few_joints`` joints, but at most ``most_joints``, also has the full budget of
-    #: linear programs if it has at most this number of redundant forces. This is the number of unknown forces
-    #: minus the number of equations of equilibrium. A single arch has three redundant forces, and its proof
-    #: is short. With a larger number more searches end without a proof.
+    #: A proof is also tried by default on scenes with more than ``few_joints`` joints, but at most
+    #: ``most_joints``, if they have at most this number of redundant forces. This is the number of unknown
+    #: forces minus the number of equations of equilibrium. A single arch has three redundant forces, and its
+    #: proof is short. With a larger number more searches end without a proof.
     few_redundant_forces: int = zero_or_more(3)
 
-    #: Largest number of linear programs that a search for a proof with the full budget may solve (the default
-    #: takes about 1 s). With a larger number more searches end with a proof, and searches without a proof
-    #: take longer.
+    #: Largest number of linear programs that a search for a proof by default may solve (the default takes
+    #: about 1 s). With a larger number more searches end with a proof, and searches without a proof take
+    #: longer.
     programs: int = zero_or_more(4500)
 
     #: No proof is tried on scenes with more than this number of joints, because it would hardly ever succeed.
-    #: With a larger number the method takes longer on larger scenes.
+    #: With a larger number option ``search`` takes longer on larger scenes.
     most_joints: int = zero_or_more(60)
-
-    #: Largest number of linear programs in the search for a proof on scenes without the full budget, relative
-    #: to the number of programs that the method has already solved. With a larger value more searches end
-    #: with a proof, and the method is slower.
-    share: float = zero_or_more(0.6)
-
-    #: Largest number of joints of scenes without the full budget on which a proof is tried by default. The
-    #: budget of these scenes, see ``share``, seldom suffices for a proof: on fewer than one in ten random
-    #: scenes of 16 to 25 joints. With option ``search``, a proof is also tried on larger scenes.
-    most_joints_with_share: int = zero_or_more(25)
 
     #: Time limit of the search for a proof in seconds. The search reaches it only if linear programs are very
     #: slow, and then ends without a proof. With a shorter time results may depend on the machine.
@@ -126,18 +117,13 @@ class ProofBudget(Settings):
         return not problem.statics_fix_forces and not problem.flow_is_associative
 
     def tries_by_default(self, problem: Problem) -> bool:
-        """Return True if method "coulomb" tries a proof for a problem even without option ``search``."""
-        is_small = problem.joints <= self.most_joints_with_share or self.is_full_for(problem)
-        return is_small and self.covers(problem)
+        """Return True if method "coulomb" tries a proof without option ``search``.
 
-    def is_full_for(self, problem: Problem) -> bool:
-        """Return True if a proof has the full budget: the problem has few joints or few redundant forces."""
+        The problem must have few joints or few redundant forces.
+        """
         equations, forces = problem.B.shape
-        return problem.joints <= self.few_joints or forces - equations <= self.few_redundant_forces
-
-    def programs_for(self, problem: Problem, solved: int) -> int:
-        """Return the budget of linear programs for a proof, after ``solved`` programs for other steps."""
-        return self.programs if self.is_full_for(problem) else int(self.share * solved)
+        is_small = problem.joints <= self.few_joints or forces - equations <= self.few_redundant_forces
+        return is_small and self.covers(problem)
 
     def range_end(self, associative: float | None, history: LoadHistory | None) -> float | None:
         """Return the upper end of the range of load factors to search if no exact state is known.

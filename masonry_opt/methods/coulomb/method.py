@@ -36,9 +36,8 @@ STEPS: tuple[CoulombStep, ...] = (
     Incremental(),
     ExactFrom("incremental"),
     ExactFrom("associative"),
-    LeastProven(full_budget=True),
+    LeastProven(),
     FurtherStarts(),
-    LeastProven(full_budget=False),
     Loop(),
 )
 

@@ -55,9 +55,6 @@ class CoulombRun:
     ) -> None:
         self.task, self.problem, self.effort = task, task.problem, task.effort
         self.settings, self.budget = settings, budget
-        # The linear programs of all runs of a study are counted together. The count at the start of this run
-        # is subtracted later.
-        self._solved_before = task.effort.lp_solves
         self.seeks_lower = seeks_lower
         self.incremental: Solution | None = None
         self.known = Solution(Status.SOLVER_FAILED, Kind.EXACT, solver=task.solver)
@@ -71,11 +68,6 @@ class CoulombRun:
     def is_over(self) -> bool:
         """True if the run is over, because a step or the time limit has ended it."""
         return self.ended is not None or self.stopped is not None
-
-    @property
-    def programs(self) -> int:
-        """Number of linear programs that this run has solved."""
-        return self.effort.lp_solves - self._solved_before
 
     @cached_property
     def analysis(self) -> IncrementalAnalysis:

@@ -152,23 +152,15 @@ class FurtherStarts:
 class LeastProven:
     """Step that tries to prove, on small plane scenes, that no state has a lower load factor.
 
-    The search for the proof may find a state with a lower λ. On scenes with few joints, and on single arches,
-    the proof comes before the further starts, because fewer starts are needed after a proof. The full budget
-    of linear programs suffices for most of these scenes. On other scenes the proof follows the further
-    starts, and its budget is a fraction of the programs that were solved before.
+    The search for the proof may find a state with a lower λ. The proof comes before the further starts,
+    because fewer starts are needed after a proof.
     """
 
-    full_budget: bool
     name: str = "proof of the least"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if the run seeks a lower λ, and a proof is tried with the budget of this step.
-
-        The budget is the number of linear programs. It is full or reduced, depending on the scene.
-        """
-        if run.incremental is None or not run.seeks_lower or not run.budget.tries_by_default(run.problem):
-            return False
-        return self.full_budget == run.budget.is_full_for(run.problem)
+        """Return True if the run seeks states with a lower λ, and a proof is tried for this scene."""
+        return run.incremental is not None and run.seeks_lower and run.budget.tries_by_default(run.problem)
 
     def run(self, run: CoulombRun) -> None:
         """Search for states with a lower λ until a proof excludes them or the budget is used up."""
@@ -180,7 +172,7 @@ class LeastProven:
         upper = run.budget.range_end(run.known.associative, run.incremental.load_history)
         search = LeastProof(run.task, known, upper)
         try:
-            search.run(run.budget.seconds, run.budget.programs_for(run.problem, run.programs))
+            search.run(run.budget.seconds, run.budget.programs)
         finally:
             # Store a state with a lower λ even if the time limit has stopped the search.
             if search.best is not None and search.best is not known:

@@ -38,7 +38,6 @@ OFF = [
     (mo.SearchSettings, "steps_in_space", ()),
     (mo.SearchSettings, "repairs", 0),
     (mo.ProofBudget, "most_joints", 0),
-    (mo.ProofBudget, "share", 0),
 ]
 
 
