@@ -29,9 +29,13 @@ from masonry_opt.solution.reasons import Status
 #: Number of sides of a friction polygon, and number of chords or tangents of a parabola of crushing.
 SIDES, TANGENTS = 24, 64
 
-#: Status of a program of SciPy in which HiGHS neither found an optimum nor proved that there is none. The
-#: program is then solved by another method.
-UNDECIDED = 4
+#: Codes with which SciPy reports that HiGHS ended at its time limit, or without a verdict.
+UNDECIDED = (1, 4)
+
+#: Time limit of a program in seconds, because HiGHS can cycle. After the time limit, the interior-point
+#: method is tried.
+LONGEST = 60.0
+
 
 #: Relative difference allowed between load factors of two programs that are each solved to 1e-9.
 SAME = 1e-6
@@ -152,9 +156,13 @@ def _largest(assembly: Assembly, inside: bool) -> float | None:
                 b_eq=-problem.dead,
                 bounds=[(least, 0.0 if least is not None else None), *free],
                 method=method,
-                options={"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9},
+                options={
+                    "primal_feasibility_tolerance": 1e-9,
+                    "dual_feasibility_tolerance": 1e-9,
+                    "time_limit": LONGEST,
+                },
             )
-            if found.status != UNDECIDED:
+            if found.status not in UNDECIDED:
                 break
         if least is not None and found.status != 0:
             assert found.status == 2, found.message
