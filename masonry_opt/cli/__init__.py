@@ -1,12 +1,6 @@
 """Entry point of the command `masonry-opt`, which can be interrupted from its first moment on."""
 
-import gc
 import sys
-
-#: Number of new objects after which Python looks for garbage. Imports create some 100,000 objects that live
-#: until the command ends. With the default of 700 (Python 3.11), a short command would spend 5 % of its time
-#: on the search for garbage.
-_OBJECTS_BEFORE_COLLECTION = 100_000
 
 
 def main() -> None:
@@ -14,7 +8,6 @@ def main() -> None:
 
     The import is inside this function, so that Ctrl-C during the import is handled.
     """
-    gc.set_threshold(_OBJECTS_BEFORE_COLLECTION)
     try:
         from masonry_opt.cli.app import main as run
     except KeyboardInterrupt:
