@@ -34,6 +34,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 
 from atlas.random_scenes import random_scene  # noqa: E402
 from brickwork import drawn_to_touch, facade  # noqa: E402
+from changed_constants import changed  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
 from masonry_opt.problem.assembly import assemble  # noqa: E402
@@ -248,13 +249,10 @@ def main() -> None:
     for threshold in THRESHOLDS if asked.thresholds else ():
         value = getattr(threshold.modules[0], threshold.name)
         for label, factor in (("/ 3", 1 / 3), ("x 3", 3.0)):
-            for module in threshold.modules:
-                setattr(module, threshold.name, factor * value)
-            then = right(measured(asked.first, asked.scenes))
+            with changed(threshold.modules, threshold.name, factor * value):
+                then = right(measured(asked.first, asked.scenes))
             changes = (f"{new - old:+d}" for new, old in zip(then, usual, strict=True))
             print(threshold.name, label, *changes, sep=",", flush=True)
-            for module in threshold.modules:
-                setattr(module, threshold.name, value)
 
 
 if __name__ == "__main__":

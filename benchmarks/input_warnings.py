@@ -21,11 +21,9 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
-from unittest.mock import patch
 
 import numpy as np
 
@@ -33,6 +31,7 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
 from atlas.entries import ATLAS  # noqa: E402
+from changed_constants import changed  # noqa: E402
 from mistakes import MISTAKES  # noqa: E402
 from realistic_scenes import SYSTEMS, Tables, built, correct_scene, in_units  # noqa: E402
 
@@ -230,9 +229,7 @@ def print_thresholds(correct: list[Sample], mistaken: list[Sample], usual: dict[
     print("threshold,value,false alarms,hits")
     for threshold in THRESHOLDS:
         for label, value in variants(threshold):
-            with ExitStack() as changed:
-                for module in threshold.modules:
-                    changed.enter_context(patch.object(module, threshold.name, value))
+            with changed(threshold.modules, threshold.name, value):
                 of_correct, of_mistaken = _again(correct, threshold.rules), _again(mistaken, threshold.rules)
             then = _usual(correct, of_correct)
             alarms = sum(bool(flat(codes)) for codes in of_correct) - usual_alarms

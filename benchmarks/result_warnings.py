@@ -25,6 +25,7 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
 from atlas.random_scenes import random_scene  # noqa: E402
+from changed_constants import changed  # noqa: E402
 from drawing_warnings import KINDS, Drawing, drawn, exact_scene  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
@@ -46,10 +47,8 @@ SPECTRUM = [(0.0, 0.2), (1e6, 0.2)]
 
 def nearly_parallel(result: mo.Result, factor: float) -> Reason | None:
     """Return the warning about nearly parallel joints with a multiple of the usual angle."""
-    usual = wedges._NEARLY_PARALLEL_ANGLE
-    wedges._NEARLY_PARALLEL_ANGLE = factor * usual
-    found = list(wedges.wedges(result.assembly, result.solution))
-    wedges._NEARLY_PARALLEL_ANGLE = usual
+    with changed([wedges], "_NEARLY_PARALLEL_ANGLE", factor * wedges._NEARLY_PARALLEL_ANGLE):
+        found = list(wedges.wedges(result.assembly, result.solution))
     return next((each for each in found if each.code is Code.NEARLY_PARALLEL), None)
 
 
