@@ -3,6 +3,7 @@
 The command line shows each error as one message without a traceback.
 """
 
+from collections.abc import Sequence
 from math import ceil, floor, log10
 
 
@@ -39,6 +40,12 @@ def rounded_down(value: float, digits: int = 3) -> str:
 def counted(number: int, noun: str) -> str:
     """Return a number with a noun in singular or plural, such as "1 hole" or "2 holes"."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def listed(names: Sequence[str], most: int) -> str:
+    """Return a text with the first ``most`` names and the number of the remaining names."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
 
 
 class MasonryError(Exception):

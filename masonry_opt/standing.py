@@ -45,6 +45,11 @@ class DeadLoadCheck:
         """True if the analysis computes a load history, from zero live load to collapse."""
         return self.how.adds_incremental or self.how.chosen.name == INCREMENTAL_METHOD
 
+    @property
+    def _is_small(self) -> bool:
+        """True if elastic contact forces are the first test of stability, before a linear program."""
+        return self.assembly.problem.joints <= _MOST_JOINTS_AT_REST
+
     def fall(self) -> Solution | None:
         """Return a solution with the reason why the scene is unstable; None if the scene is stable.
 
@@ -55,7 +60,7 @@ class DeadLoadCheck:
         # solver of the check, but not the number of its programs.
         own_effort = self.effort.beside()
         with self.effort.measure("dead_load"):
-            if self._is_carried_at_rest(own_effort):
+            if self._is_small and self._forces_at_rest(own_effort) is not None:
                 return None
         return self._decide_by_program(own_effort)[0]
 
@@ -63,9 +68,8 @@ class DeadLoadCheck:
         """Return the solution of a scene without live load, with safety margins if the scene is stable."""
         self.effort.begins("stability under the dead load")
         own_effort = self.effort.beside()
-        is_small = self.assembly.problem.joints <= _MOST_JOINTS_AT_REST
         with self.effort.measure("dead_load"):
-            forces = self._forces_at_rest(own_effort) if is_small else None
+            forces = self._forces_at_rest(own_effort) if self._is_small else None
             if forces is not None:
                 return self._stable(forces, True, own_effort)
         fallen, by_program = self._decide_by_program(own_effort)
@@ -73,7 +77,7 @@ class DeadLoadCheck:
             assert fallen is not None, "a check without forces must return a solution with the reason"
             return fallen
         with self.effort.measure("dead_load"):
-            forces = None if is_small else self._forces_at_rest(own_effort)
+            forces = None if self._is_small else self._forces_at_rest(own_effort)
             if forces is not None:
                 return self._stable(forces, True, own_effort)
             return self._fall_from_rest(own_effort) or self._stable(by_program, False, own_effort)
@@ -171,11 +175,3 @@ class DeadLoadCheck:
         if problem.settled is None and problem.dead.any():
             effort.uses(find_solver(MATRICES, None).name, DEAD_LOAD)
         return forces
-
-    def _is_carried_at_rest(self, effort: Effort) -> bool:
-        """Return True if elastic contact forces in equilibrium with the dead load were found.
-
-        The forces are computed only for small scenes.
-        """
-        is_small = self.assembly.problem.joints <= _MOST_JOINTS_AT_REST
-        return is_small and self._forces_at_rest(effort) is not None

@@ -3,6 +3,8 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from masonry_opt.errors import listed
+
 _MOST_LISTED_NAMES = 5  #: Largest number of names that a text lists; the remaining names are only counted.
 _LABEL_WIDTH = 16  #: Width of the labels at the beginning of lines, in characters.
 WARNING = "warning: "  #: Prefix of each line that states a warning.
@@ -30,8 +32,7 @@ def blocks(names: list[str]) -> str:
 
 def some(names: list[str]) -> str:
     """Return a text with some of the names: the first five, and the number of the remaining names."""
-    more = f" and {len(names) - _MOST_LISTED_NAMES} more" if len(names) > _MOST_LISTED_NAMES else ""
-    return ", ".join(names[:_MOST_LISTED_NAMES]) + more
+    return listed(names, _MOST_LISTED_NAMES)
 
 
 def pairs(v: dict[str, Any], remarks: Sequence[str] = ()) -> str:

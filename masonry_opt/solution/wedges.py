@@ -96,21 +96,15 @@ def uneven_sides(assembly: Assembly) -> Iterator[Reason]:
     """
     joints = assembly.joints
     rows = np.flatnonzero(joints.extent > 0)
-    pair = np.unique(
-        joints.first[rows] * len(assembly.scene.blocks) + joints.second[rows], return_inverse=True
-    )[1]
-    rows = rows[np.argsort(pair, kind="stable")]
-    count = np.bincount(pair)
-    first = np.cumsum(count) - count
-    compared = np.flatnonzero((count > 1) & (count <= _MOST_JOINTS_COMPARED))
-    number, one, other = combine(first[compared], count[compared], first[compared], count[compared])
-    one, other = rows[one], rows[other]
+    touching = joints.first[rows] * len(assembly.scene.blocks) + joints.second[rows]
+    _, first, pair = np.unique(touching, return_index=True, return_inverse=True)
+    number, one, other = _pairs_in_groups(pair, rows)
     angle = _angles(assembly, one, other)
     is_curved = (angle >= _UNEVEN_ANGLE) & (angle < _CURVED_ANGLE)
-    is_flat = np.bincount(number, is_curved, len(compared)) == 0
-    is_uneven = is_flat[number] & (one < other) & (angle > _PARALLEL_ANGLE) & (angle < _UNEVEN_ANGLE)
-    uneven = np.unique(compared[number[is_uneven]])
-    if len(uneven) < max(_FEWEST_UNEVEN, _UNEVEN_SHARE * len(count)):
+    is_flat = np.bincount(number, is_curved, len(first)) == 0
+    is_uneven = is_flat[number] & (angle > _PARALLEL_ANGLE) & (angle < _UNEVEN_ANGLE)
+    uneven = np.unique(number[is_uneven])
+    if len(uneven) < max(_FEWEST_UNEVEN, _UNEVEN_SHARE * len(first)):
         return
     tolerance = TOLERANCE_OVER_ERROR * float(np.median(_errors(assembly, one, other, angle)[is_uneven]))
     values = {"angle": float(angle[is_uneven].max()), "tolerance": tolerance}
@@ -159,15 +153,24 @@ def _nearly_parallel(assembly: Assembly, able: np.ndarray) -> tuple[np.ndarray, 
     """Return pairs of nearly parallel joints of one movable block, and the angles between them."""
     joints, chosen = assembly.joints, np.flatnonzero(able)
     block, joint = np.concatenate([joints.first[chosen], joints.second[chosen]]), np.tile(chosen, 2)
-    order = np.argsort(block, kind="stable")
-    block, joint = block[order], joint[order]
-    count = np.bincount(block, minlength=len(assembly.scene.blocks))
-    first = np.cumsum(count) - count
-    compared = assembly.movable[count[assembly.movable] <= _MOST_JOINTS_COMPARED]
-    _, one, other = combine(first[compared], count[compared], first[compared], count[compared])
-    one, other = joint[one], joint[other]
-    pairs = np.unique(np.column_stack([one, other])[one < other], axis=0)
-    one, other = pairs.reshape(-1, 2).T
+    moves = np.isin(block, assembly.movable)
+    _, one, other = _pairs_in_groups(block[moves], joint[moves])
+    one, other = np.unique(np.column_stack([one, other]), axis=0).reshape(-1, 2).T
     angle = _angles(assembly, one, other)
     near = (angle > _PARALLEL_ANGLE) & (angle < _NEARLY_PARALLEL_ANGLE)
     return one[near], other[near], angle[near]
+
+
+def _pairs_in_groups(group: np.ndarray, joint: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return all pairs of joints of the same group: the group and both joints, each of shape (pairs,).
+
+    The arguments are the groups, numbers from 0, and the joints in them, each of shape (n,). Groups of more
+    than ``_MOST_JOINTS_COMPARED`` joints have no pairs.
+    """
+    joint, count = joint[np.argsort(group, kind="stable")], np.bincount(group)
+    first = np.cumsum(count) - count
+    compared = np.flatnonzero(count <= _MOST_JOINTS_COMPARED)
+    number, one, other = combine(first[compared], count[compared], first[compared], count[compared])
+    one, other = joint[one], joint[other]
+    once = one < other
+    return compared[number[once]], one[once], other[once]

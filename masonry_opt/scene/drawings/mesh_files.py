@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from pydantic import ConfigDict
 
-from masonry_opt.errors import DrawingWarning, counted, printable
+from masonry_opt.errors import DrawingWarning, counted, listed, printable
 from masonry_opt.scene.blocks import LARGEST_NUMBER
 from masonry_opt.scene.drawings import stones
 from masonry_opt.scene.drawings.gltf_files import read_gltf
@@ -162,10 +162,7 @@ def _warn_of_unread(folder: Path, files: list[Path]) -> None:
     unread = sorted((file for file in files if file.suffix.lower() in _UNREAD_FORMATS), key=_sort_key)
     if not unread:
         return
-    named = ", ".join(f"'{file.name}'" for file in unread[:_MOST_FILES_NAMED])
-    more = len(unread) - _MOST_FILES_NAMED
-    if more > 0:
-        named += f" and {more} more"
+    named = listed([f"'{file.name}'" for file in unread], _MOST_FILES_NAMED)
     verb = "was" if len(unread) == 1 else "were"
     warning = (
         f"{folder}: {counted(len(unread), 'file')} of other formats {verb} left out: {named}; export each "
