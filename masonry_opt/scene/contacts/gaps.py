@@ -89,11 +89,18 @@ def closing(scene: Scene, shapes: Extents, pairs: np.ndarray, apart: Facing) -> 
 def aligning_tolerance(facing: Facing) -> float:
     """Return the tolerance that aligns sides whose angle is an error of the drawing; 0 if there are none.
 
-    The median of the errors is decisive, because a drawing also contains sides of wedges.
+    The median of the errors is decisive, because a drawing also contains sides of wedges. In space the result
+    is also 0 if the tolerance would remove the narrowest joint.
     """
     is_error = facing.angle <= DEFAULT_SETTINGS.most_turn
     difference = (facing.angle * facing.shorter)[is_error]
-    return _TOLERANCE_OVER_DIFFERENCE * float(np.median(difference)) if len(difference) else 0.0
+    if not len(difference):
+        return 0.0
+    tolerance = _TOLERANCE_OVER_DIFFERENCE * float(np.median(difference))
+    # A joint is narrower than its faces, because errors of the size of the tolerance also move their edges.
+    narrowest = float(facing.shorter.min()) - tolerance
+    in_space = facing.middle.shape[1] == 3
+    return 0.0 if in_space and tolerance > LEAN * narrowest else tolerance
 
 
 def joining_tolerance(apart: Facing) -> float:

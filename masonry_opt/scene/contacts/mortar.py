@@ -223,6 +223,20 @@ def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, ne
     return option
 
 
+def mortar_gaps(scene: Scene, shapes: Extents) -> Facing:
+    """Return the mortar joints of a scene that is drawn without its mortar; no rows for other scenes.
+
+    A scene is drawn without its mortar if gaps separate at least half of the pairs of sides that face each
+    other. Gaps that are only errors of the drawing do not count. Gaps that are much wider than the median gap
+    are openings, and are left out.
+    """
+    pairs, facing = _facing_across_mortar(scene, shapes)
+    wide = facing.where(facing.most > NEAR_MISS * shapes.width[pairs[facing.pair]].min(axis=1))
+    if len(wide.pair) < max(2, _SURVEY_FRACTION * len(facing.pair)):
+        return wide.where(np.zeros(0, dtype=int))
+    return wide.where(_mean_gap(wide) <= _WIDEST_OF_MORTAR * float(np.median(_mean_gap(wide))))
+
+
 def is_drawn_apart(scene: Scene, shapes: Extents) -> bool:
     """Return True if the options of the scene show that blocks are drawn with gaps between them.
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from masonry_opt.errors import CaseError, counted
 from masonry_opt.scene.contacts.gaps import aligning_tolerance, joining_tolerance, near_misses
-from masonry_opt.scene.contacts.mortar import has_large_tolerance
+from masonry_opt.scene.contacts.mortar import has_large_tolerance, mortar_gaps
 from masonry_opt.scene.contacts.neighbours import facing_sides
 from masonry_opt.scene.contacts.sides import Facing
 from masonry_opt.scene.geometry import MORTAR, Common, Extents
@@ -44,15 +44,9 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
         advice = "one block is inside the other: move the blocks apart, or remove one of them"
     elif deepest.depth <= shapes.reach[pairs[worst]].min() and scene.contact_tolerance is None:
         # A thin overlap may be due to inexact coordinates, so the message also recommends a tolerance.
-        sides = _sides_to_join(scene, shapes, near, pairs[[*overlaps]], depth)
-        advice = f"move the blocks apart; {_advice_on_inexact(scene, shapes, sides, depth)}"
+        advice += f"; {_advice_on_inexact(scene, shapes, near, pairs[[*overlaps]], depth)}"
     elif depth <= MORTAR * shapes.width[pairs[worst]].min():
-        advice = f"move the blocks apart; if they are meant to overlap, {set_contact_tolerance(depth)}"
-        sides = _sides_to_join(scene, shapes, near, pairs[[*overlaps]], depth)
-        aligning = aligning_tolerance(sides) if len(overlaps) > 1 else 0.0
-        if aligning:
-            closes = float(sides.most.max(initial=depth))
-            advice += f"; if the drawing is a survey, {set_both(closes, aligning)}"
+        advice += f"; {_advice_on_meant(scene, shapes, near, pairs[[*overlaps]], depth)}"
     others = len(overlaps) - 1
     least = "at least " if len(overlaps) == shapes.enough else ""
     more = ""
@@ -66,25 +60,34 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
 
 def _sides_to_join(
     scene: Scene, shapes: Extents, near: np.ndarray, overlapping: np.ndarray, depth: float
-) -> Facing:
-    """Return the pairs of sides at small gaps, and at overlaps up to a given depth.
+) -> tuple[Facing, bool]:
+    """Return the pairs of sides at gaps that are mortar or errors, and at overlaps up to a given depth.
+
+    The second result is True if the gaps are mortar joints. Other gaps are errors of the drawing.
 
     ``near`` lists the pairs of blocks that may face each other. ``overlapping`` lists the pairs of blocks
     that overlap.
     """
     shapes = replace(shapes, contact_tolerance=depth)
+    mortar = mortar_gaps(scene, shapes)
+    if len(mortar.pair):
+        return mortar, True
     facing = facing_sides(scene, shapes, near, shapes.reach[near].min(axis=1, initial=np.inf))
     number_of_pair = np.array([len(scene.blocks), 1])
     overlap = np.isin(near @ number_of_pair, overlapping @ number_of_pair)
     touch = (facing.most <= shapes.tolerance) & ~overlap[facing.pair]
-    return near_misses((facing.where(touch),), facing.where(~touch), len(near))
+    return near_misses((facing.where(touch),), facing.where(~touch), len(near)), False
 
 
-def _advice_on_inexact(scene: Scene, shapes: Extents, sides: Facing, depth: float) -> str:
-    """Return advice on options that turn the given sides, and overlaps up to a given depth, into joints.
+def _advice_on_inexact(
+    scene: Scene, shapes: Extents, near: np.ndarray, overlapping: np.ndarray, depth: float
+) -> str:
+    """Return advice on options that turn thin overlaps, and the gaps of an inexact drawing, into joints.
 
     The option is the tolerance, unless a tolerance that closes the gaps is so large that joints may be lost.
+    For the arguments, see :func:`_sides_to_join`.
     """
+    sides, _ = _sides_to_join(scene, shapes, near, overlapping, depth)
     tolerance = max(depth, joining_tolerance(sides))
     if not has_large_tolerance(scene, replace(shapes, tolerance=tolerance)):
         parallel = " (the tolerance also aligns nearly parallel sides)" if tolerance > depth else ""
@@ -94,3 +97,23 @@ def _advice_on_inexact(scene: Scene, shapes: Extents, sides: Facing, depth: floa
         return f"if coordinates are inexact, {set_contact_tolerance(closes)}"
     meant = "if the blocks are drawn to overlap, 'contact_tolerance' alone is sufficient"
     return f"if coordinates are inexact, {set_both(closes, aligning)}; {meant}"
+
+
+def _advice_on_meant(
+    scene: Scene, shapes: Extents, near: np.ndarray, overlapping: np.ndarray, depth: float
+) -> str:
+    """Return advice on options that turn overlaps into joints, for stones that are meant to overlap.
+
+    If the drawing omits the mortar, the options also close its gaps. If it may be a survey, they also align
+    its joints. For the arguments, see :func:`_sides_to_join`.
+    """
+    sides, is_mortar = _sides_to_join(scene, shapes, near, overlapping, depth)
+    closes = float(sides.most.max(initial=depth))
+    advice = f"if they are meant to overlap, {set_contact_tolerance(closes if is_mortar else depth)}"
+    if is_mortar:
+        advice += ", which also closes the gaps of the mortar"
+    may_be_survey = is_mortar or len(overlapping) > 1
+    aligning = aligning_tolerance(sides) if may_be_survey else 0.0
+    if aligning <= shapes.tolerance:
+        return advice
+    return f"{advice}; if the drawing is a survey, {set_both(closes, aligning)}"

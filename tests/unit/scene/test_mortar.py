@@ -217,6 +217,35 @@ def test_gaps_that_grow_are_closed_in_one_round(shaped, tolerance: float | None,
     assert [result.load_factor, result.associative] == pytest.approx([2 / 8.96] * 2, rel=1e-6)
 
 
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("error", [0.8, 0.9])
+def test_stones_that_errors_make_overlap_are_joined_in_one_round(error: float, seed: int) -> None:
+    """Corners have errors nearly as large as the mortar, so that some stones overlap and others are apart.
+
+    With the two options of the first message, the wall has all its joints, and no gap is named.
+    """
+    rng = np.random.default_rng([seed, 61])
+    walls = facade(3, 5)
+    blocks = [
+        block
+        if block.fixed
+        else block.replace(
+            vertices=np.array(block.vertices) + error * MORTAR * rng.uniform(-1, 1, (len(block.vertices), 2)),
+            live_at=None,
+        )
+        for block in walls.blocks
+    ]
+    scene = walls.replace(blocks=blocks)
+    said = message(scene)
+    assert "overlap" in said
+    options = re.findall(r"'(contact_tolerance|tolerance)' to ([\d.]+\d)", said)
+    found = contacts_of(scene.replace(**{option: float(value) for option, value in options}))
+    assert (found.gaps, found.lost, found.bridged) == ({}, {}, {})
+    exact = contacts_of(walls.replace(contact_tolerance=0.0101))
+    joined = {*zip(found.first.tolist(), found.second.tolist(), strict=True)}
+    assert joined >= {*zip(exact.first.tolist(), exact.second.tolist(), strict=True)}
+
+
 @IN_BOTH
 def test_a_tolerance_thicker_than_a_stone_is_refused_by_name(shaped) -> None:
     thin = rectangle("tile", (2, 3), (0, 0.25))
