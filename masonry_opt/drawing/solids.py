@@ -62,8 +62,8 @@ _MARGIN_IN_SPACE = 0.03
 _LARGEST_AXIS_LENGTH = 0.1
 #: Distance of the letters x, y and z from the origin, relative to the length of the coordinate axes.
 _AXIS_LETTER_DISTANCE = 1.4
-#: A block's name is written at a point of its visible face whose distance from the boundary of the face is at
-#: least this fraction of the largest possible distance.
+#: Smallest distance of a block's name from the boundary of its visible face, relative to the largest possible
+#: distance.
 _INNER = 0.8
 #: Smallest font size of block names, in points. Names that would have to be smaller are omitted.
 _SMALLEST_NAME_SIZE_IN_SPACE = 2.0
@@ -225,8 +225,8 @@ class Raster:
 
     corner: np.ndarray  #: lower left corner of the picture, in the picture's axes, shape (2,)
     pixel: float  #: side length of a pixel, in the case's unit of length
-    #: For each pixel, coordinate of the nearest triangle in the direction towards the viewer, shape (rows,
-    #: columns), with the lowest row first. Pixels without a triangle have ``-inf``.
+    #: Depth buffer, shape (rows, columns), with the lowest row first. Larger values are nearer to the viewer.
+    #: Pixels without a triangle have ``-inf``.
     depth: np.ndarray
     #: For each pixel, index of the nearest triangle, shape (rows, columns). Pixels without a triangle have
     #: -1.
@@ -258,8 +258,8 @@ class Raster:
         Points have shape (points, 3), in picture coordinates.
         """
         rows, columns = self.depth.shape
-        # Compare the depth of each point with the farthest depth at neighbouring pixels. A point on an edge
-        # is then visible if one of the two faces at the edge is visible.
+        # Use the farthest depth at neighbouring pixels. A point on an edge is then visible if one of the two
+        # faces at the edge is visible.
         farthest = minimum_filter(self.depth, size=3, mode="nearest")
         at = ((points[:, :2] - self.corner) / self.pixel).astype(int)
         column, row = at.clip(0, [columns - 1, rows - 1]).T
