@@ -37,11 +37,11 @@ _ELEVATION = 22.0  #: Elevation of the default view, in degrees.
 #: Azimuths from which the default view is chosen, in degrees. If several are equally good, the first is used.
 _AZIMUTHS = (-60.0, -120.0, -30.0, -150.0, 30.0, 60.0, 120.0, 150.0)
 
-#: Weight of the live load's direction when the default view is chosen. The visible width of the scene has the
-#: weight 1. With a larger value, the live load more often pushes towards the viewer.
+#: Weight of the live load's direction, relative to the visible width of the scene, in the choice of the
+#: default view. With a larger value, the live load more often pushes towards the viewer.
 _TOWARDS = 0.25
-#: Largest cosine of the angle between the live load and the direction to the viewer in the default view. With
-#: a larger cosine, the arrow of the live load would look too short.
+#: Largest cosine of the angle between the live load and the direction to the viewer. With a larger value, the
+#: live load's arrow would look too short in the default view.
 _MOST_TOWARDS = 0.95
 #: Smallest length in pixels of the drawn pieces of a partly hidden line. Shorter pieces are artefacts of the
 #: depth buffer.

@@ -126,9 +126,8 @@ _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
     "mcp": _mcp,
 }
 
-#: Map from the names that Pyomo gives to the parts of a complementary pair to the names in the file. "z" is
-#: the slack, "slack" is the row that defines z, "product" is the row of z times the rate, and "pair" is the
-#: row that is complementary to the rate.
+#: Map from Pyomo's names of the parts of a complementary pair to names in the file. "slack" defines the slack
+#: "z", "product" is z times the rate, and "pair" is complementary to the rate.
 _PAIR_NAMES = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
 #: Prefixes of the names of variables and rows. The keys are the components of a program that have one
 #: variable or row for each yield condition.

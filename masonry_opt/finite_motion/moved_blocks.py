@@ -28,9 +28,9 @@ from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict, find_solver
 
-#: Smallest permitted rate of the control point along the live load, relative to the largest rate of a loaded
-#: point. The value is also the smallest permitted resultant of the live loads, relative to the sum of their
-#: magnitudes. Smaller values raise an error.
+#: Smallest rate of the control point along the live load, relative to the largest rate of a loaded point. The
+#: value also limits the resultant of the live loads, relative to the sum of their magnitudes. Below the
+#: value, an error is raised.
 LEAST_RATE = 1e-6
 #: Points of Simpson's rule on an edge, as fractions of its length. The rule integrates cubic functions
 #: exactly.

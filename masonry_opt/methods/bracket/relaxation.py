@@ -25,8 +25,8 @@ from masonry_opt.solution.acceptance import BEYOND_LIMITS, CLOSED, SMALLEST
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 
-#: Limit that method "global" assumes for each joint force that statics does not limit, relative to the sum of
-#: all loads. A smaller value may exclude states with large forces.
+#: If statics does not limit a joint force, method "global" assumes this limit, relative to the sum of all
+#: loads. A smaller value may exclude states with large forces.
 _TIMES_LOADS = 10.0
 
 #: Largest rate or velocity of the mechanisms that an infeasibility proof must exclude. Faster mechanisms are
