@@ -34,9 +34,8 @@ import ast as _ast
 from importlib import import_module as _import_module
 from pathlib import Path as _Path
 
-#: Map from each public name to the module that defines the name. The map is read from the stub file (.pyi),
-#: which type checkers also read. Each name is imported at its first use, because importing all modules,
-#: including the modelling languages, takes seconds.
+#: Map from each public name to its module, read from the stub file (.pyi). A module is imported when a name
+#: is first used, because importing all modules takes seconds.
 _HOMES = {
     alias.name: node.module
     for node in _ast.parse(_Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body
@@ -46,8 +45,8 @@ _HOMES = {
 
 __all__ = sorted(_HOMES)
 
-# In an installed package, the folder models/ is inside the package. In a clone of the repository, models/ is
-# next to the package. The root of the clone is therefore added to the search path of the package.
+# In a clone of the repository, the folder models/ is next to the package, not inside it. Add the root of the
+# clone to the package's search path, so that models/ is found.
 _CLONE = _Path(__file__).parent.parent
 if not (_Path(__file__).parent / "models").is_dir() and (_CLONE / "models" / "__init__.py").is_file():
     __path__.append(str(_CLONE))

@@ -36,9 +36,8 @@ from masonry_opt.solvers.registry import MATRICES, find_solver
 from masonry_opt.standing import DeadLoadCheck
 from masonry_opt.suitability import asks_for_stability, refuse_unsuited, refuse_without_live_load
 
-#: Largest number of joints for which the associative load factor is computed in addition to a Coulomb load
-#: factor. For larger scenes the associative load factor is omitted, because its computation would take
-#: between 15 seconds and several minutes.
+#: Largest number of joints for which Coulomb methods also compute the associative load factor. In larger
+#: scenes, this would take between 15 seconds and several minutes.
 _MOST_JOINTS_ASSOCIATIVE = 40_000
 
 
@@ -47,9 +46,8 @@ class Session:
     """Session that solves several scenes in sequence with the same method and options."""
 
     how: HowToSolve  #: how to solve each scene: method, solver and options
-    #: Cache of compiled optimisation programs, which are reused for scenes that differ only in joint
-    #: properties. The cache also stores joint forces of earlier scenes, because the forces may show that a
-    #: later scene is stable. The cache does not change any load factor.
+    #: Cache of compiled optimisation programs for scenes that differ only in joint properties. The cache also
+    #: stores joint forces, which may show that a later scene is stable.
     kept: ProgramCache = field(default_factory=ProgramCache)
     #: If True, the session decides whether a scene without live load is stable. If False, a scene without
     #: live load raises an error.
@@ -268,8 +266,7 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     solution = explained(assembly, solution, task.solver, task.effort, is_associative)
     if incremental is None or incremental.load_factor is None or not solution.proven_none:
         return solution
-    # It is proven that the scene never collapses, so remove the incremental load factor. Under this load
-    # factor contacts slip, but they lock, and the blocks do not collapse.
+    # Remove the incremental load factor, because it is proven that the scene never collapses.
     incremental = replace(
         incremental,
         found=FinalState(),

@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import MISSING, fields, is_dataclass
 from typing import Any
 
-#: Largest number of characters of a single value in the text of a record. A longer string is cut; other long
-#: values are replaced by their class and size.
+#: Largest number of characters of a value in the text of a record. Longer strings are cut. Other long values
+#: are replaced by their class and size.
 _LONGEST_VALUE = 60
 
 #: Largest number of characters of all values together in the text of a record. Values beyond this limit are

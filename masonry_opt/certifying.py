@@ -35,15 +35,12 @@ if TYPE_CHECKING:
 #: selects a polygon with 24 sides inside the cone.
 _FRICTION_LAWS = ("cone", "polygon")
 
-#: Values of the argument ``crushing``. For joints of limited strength, "parabola" selects the crushing
-#: parabola, and "chords" selects chords of the parabola.
+#: Values of the argument ``crushing``: joints of limited strength follow the crushing parabola or its chords.
 _CRUSHING_LAWS = ("chords", "parabola")
 
-#: Limits of the residuals up to which :func:`certify` accepts a state as exact. The limits are those of this
-#: package's exact states, except for a smaller limit of ``work``. Unbalanced forces can then change λ by at
-#: most this fraction of λ, and cannot hide a wrong λ. The residual ``work`` of this package's exact states
-#: reaches 7e-12 on the scenes of ``cases/``, 4e-10 on random scenes, and 3e-7 if the live load acts on blocks
-#: 20,000 times lighter than others.
+#: Residuals up to which :func:`certify` accepts a state as exact. The limit of ``work`` is small, because
+#: unbalanced forces can change λ by this fraction. In exact states of this package, ``work`` is below 1e-9,
+#: but up to 3e-7 if the live load acts on very light blocks.
 _LIMITS_OF_USERS_STATES: Limits = replace(LIMITS[Kind.EXACT], work=1e-6)
 
 
@@ -79,9 +76,8 @@ class StateCheck:
     q: np.ndarray  #: joint forces, as passed
     #: Collapse state and its residuals, computed with the matrices of ``problem``.
     answer: Answer
-    #: Problem whose matrices are used to compute the residuals. This is the problem of the scene if the live
-    #: load does work in the mechanism. Otherwise dead load and live load are exchanged, which results in an
-    #: equivalent problem.
+    #: Problem with which the residuals are computed. If the live load does no work in the mechanism, dead
+    #: load and live load are exchanged, which leads to an equivalent problem.
     problem: Problem
 
     @property

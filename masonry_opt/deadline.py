@@ -11,10 +11,9 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from math import inf
 
-#: A solver may end without an optimum shortly before the deadline. If fewer than this many seconds remain,
-#: the solver counts as stopped by the deadline, otherwise as failed. The margin is needed because solvers use
-#: their own clocks. With too small a margin, a stopped solver counts as failed. With too large a margin, a
-#: failed solver counts as stopped.
+#: A solver that ends without an optimum counts as stopped by the deadline if fewer than this many seconds
+#: remain. The margin is needed because solvers use their own clocks. With a larger value, more failed solvers
+#: count as stopped.
 SAME_TIME = 0.1
 
 

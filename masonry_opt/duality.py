@@ -33,9 +33,8 @@ from masonry_opt.stability.dead_load import with_pressure_removed
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Tolerance of the solvers in the cross-check of statics and kinematics. With its default tolerance, Clarabel
-#: leaves duality gaps of up to 7e-7 in scenes with fill. If a solver misses the tolerance, its last iterate
-#: is used, and the residuals show the accuracy of the iterate.
+#: Tolerance of the solvers in the cross-check of statics and kinematics. With Clarabel's default tolerance,
+#: duality gaps reach 7e-7 in scenes with fill. If a solver misses the tolerance, its last iterate is used.
 _SOLVER_TOLERANCE = 1e-11
 
 

@@ -30,8 +30,8 @@ MARK = f"written by {WRITER}"
 #: Key of a JSON file whose value is the name of the package that wrote the file.
 JSON_KEY = "written_by"
 
-#: Endings of the files with the names of rows and columns that accompany an .nl file. These two files cannot
-#: contain ``MARK``. This package counts as their writer if it has written the .nl file.
+#: Endings of the files with row and column names that accompany an .nl file. These files cannot contain
+#: ``MARK``. The mark in the .nl file shows that this package wrote them.
 _NAME_LISTS = (".row", ".col")
 
 #: Map from the ending of a file's name to a regular expression for the mark. The mark is the text in a file
@@ -53,12 +53,12 @@ _MARKS = {
     ".html": rf'<meta name="generator" content="{WRITER}">',
 }
 
-#: Name of the record of a folder: a file with the SHA-256 digests of all files that this package wrote there.
-#: The digests identify tables and charts, in which the name of this package cannot be stored.
+#: Name of the file that records the SHA-256 digests of all files written to a folder. Digests identify tables
+#: and charts, which cannot contain ``MARK``.
 RECORD = ".masonry_opt.json"
 
-#: Number of bytes that are searched for the mark of this package, at the start and at the end of a file. PDF
-#: files have the mark at the end, all other files have it at the start.
+#: Number of bytes at the start and at the end of a file that are searched for the mark of this package. Only
+#: PDF files have the mark at the end.
 _SEARCHED_BYTES = 1 << 16
 
 

@@ -134,8 +134,8 @@ class Given(dict[str, Any]):
         method does not have the form NAME=VALUE, or is a parameter of ``function`` or of ``solve``.
         """
         options = dict(map(_name_and_value, self.pop("options", ())))
-        # Raise an error if an option of the command is passed through --option. The option "time_limit" is
-        # exempt, because it is also an option of method "global".
+        # Refuse options of the command that are passed through --option. The exception is "time_limit", which
+        # is also an option of method "global".
         for taking in (solve, function):
             own = inspect.signature(taking).parameters.keys() & (options.keys() - {"time_limit"})
             if own:

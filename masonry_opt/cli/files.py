@@ -48,8 +48,7 @@ _TOLERANCE_NAMES = ("tolerance", "contact_tolerance", "outline_tolerance")
 _MOST_CORNERS = 10_000
 _METHOD = (
     "Method whose optimisation problem is exported: static (default), kinematic or global; for .nl files "
-    "also mpec or mcp. For files with solids: method that computes the exported mechanism and forces; "
-    "without a method, the blocks are exported at rest."
+    "also mpec or mcp. For solids: method whose mechanism and forces are exported (default: blocks at rest)."
 )
 _IN = "Drawing (.dxf), COMPAS data (.json), mesh (.obj, .ply, .stl, .glb, .gltf), or a folder of meshes."
 
@@ -176,8 +175,8 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
             scene, layers, unit, metres = read_with_layers(drawing, DxfDrawing.of(given))
         else:
             scene = read(drawing, **given)
-        # Find the joints before the case file is written. If the geometry of the blocks is wrong, the search
-        # for joints raises CaseError, and no file is written.
+        # Find the joints before the case file is written. If the geometry is wrong, CaseError is raised, and
+        # no file is written.
         work.show("convert: finding joints")
         shapes = shapes_of(scene)
         joints = len(find_joints(scene, shapes).first)

@@ -37,8 +37,8 @@ from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.many.trial import Trial
 from masonry_opt.studies.report.report import refuse_report
 
-#: Text that is printed for λ at a position without a load factor. The key is True if the scene carries a load
-#: of any size at this position, and False if λ is unknown.
+#: Text that is printed at a position without a load factor. The key is True if the scene carries any load at
+#: this position, and False if λ is unknown.
 _NOT_FINITE = {True: "any", False: "unknown"}
 _AXLES = typer.Option(
     metavar="NAME", help="Name of a group of axles in CASE. Default: all groups.", parser=str

@@ -40,8 +40,8 @@ FILL = "#8C6B3F"  #: Colour of fill, of the road on it, and of its earth pressur
 STRUT = "#4D4D4D"  #: Colour of ties and props.
 IDLE_COLOUR = "#A8A8A8"  #: Colour of joints that carry no force.
 
-#: Colours of utilisation, one for each tenth from 0 to 1, from matplotlib's colour map "viridis_r".
-#: Colour-blind readers can distinguish the colours, also in grey prints.
+#: Colours of utilisation, one for each tenth from 0 to 1. The colours, from matplotlib's colour map
+#: "viridis_r", are also distinct in grey prints and for colour-blind readers.
 UTILISATION = (
     *("#FDE725", "#B5DE2B", "#6ECE58", "#35B779", "#1F9E89"),
     *("#26828E", "#31688E", "#3E4989", "#482878", "#440154"),

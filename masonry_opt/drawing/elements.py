@@ -31,8 +31,8 @@ from masonry_opt.solution.reasons import Status
 #: Kinds of pictures of a result. Each kind is named after the quantity that is drawn on the joints.
 PICTURE_KINDS = ("mechanism", "thrust", "utilisation")
 
-#: "Full motion" of a drawn mechanism: the displacement of its fastest corner, relative to the scene's size.
-#: With a larger value, mechanisms are magnified more.
+#: Largest displacement in the "full motion" of a drawn mechanism, relative to the scene's size. With a larger
+#: value, mechanisms are magnified more.
 FULL = 0.1
 #: Fraction of the full motion (see ``FULL``) that a picture shows, and that a page shows when it is opened.
 START = 0.6

@@ -41,8 +41,8 @@ _AXIS_LABELS = 0.55  #: Space for tick labels and the axis label below the axes,
 _COLOUR_BAR = 0.6  #: Height of a colour bar with its label, in inches.
 _LINE_HEIGHT = 0.22  #: Height of a line of the legend or of notes, in inches.
 _NOTE_LENGTH = 95  #: Largest number of characters in a line of a note. Longer notes are wrapped.
-#: Largest number of characters in a row of a legend. The drawn sample of each entry counts as
-#: ``_SAMPLE_WIDTH`` characters. A label that is longer than a row is divided into several lines.
+#: Largest number of characters in a row of a legend. The sample of each entry counts as ``_SAMPLE_WIDTH``
+#: characters. Longer labels are divided into several lines.
 _ROW_LENGTH = 84
 _SAMPLE_WIDTH = 7  #: Width of the sample of a legend entry and of the space next to it, in characters.
 
@@ -78,13 +78,13 @@ Handle = Line2D | Patch  #: Entry of a legend: a sample of a drawn element, and 
 _CURVE_ASPECT = 0.6  #: Height of the axes of a load–displacement curve, relative to their width.
 _BELOW_ZERO = 0.2  #: Length of the λ axis below zero, relative to the highest λ that is drawn.
 _ABOVE_HIGHEST = 0.06  #: Length of the λ axis above the highest λ that is drawn, relative to the highest λ.
-#: A load factor is drawn as a horizontal line if its ratio to the highest λ of the curve is at most this
-#: value. A higher load factor appears only in the legend.
+#: Largest load factor that is drawn as a horizontal line, relative to the highest λ of the curve. Higher load
+#: factors appear only in the legend.
 _LARGEST_DRAWN_RATIO = 2.0
 
-#: Styles of the marks that show where joints start to slide or to open. The keys are columns of the table of
-#: the curve. A style consists of a verb, a colour, a marker, the size of the marker in points, and the height
-#: at which the number of joints is written, relative to the height of the axes.
+#: Styles of the marks where joints start to slide or open, by column of the table of the curve. A style is a
+#: verb, a colour, a marker, its size in points, and the height of the written number of joints, relative to
+#: the axes.
 _MOTION_START_STYLES = {
     "starts_sliding": ("slide", SLIDING_COLOUR, "s", 10.0, 0.085),
     "starts_opening": ("open", HINGING_COLOUR, "o", 6.0, 0.025),

@@ -15,9 +15,8 @@ from masonry_opt.scene.rows import linked
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.thresholds import IDLE
 
-#: Largest numbers of arrows for parallel forces of one kind of load, by dimension of the scene. The first
-#: number is for weights, the second for each other kind of load. If there are more forces, a single arrow
-#: shows their direction. The numbers are smaller in space, because arrows overlap.
+#: Largest numbers of arrows for parallel forces of one kind, by dimension of the scene: for weights, then for
+#: each other kind of load. If there are more forces, a single arrow shows their direction.
 _MOST_ARROWS = {2: (30, 200), 3: (1, 8)}
 
 _LONGEST = 0.09  #: Length of the longest arrow of each kind of load, relative to the size of the scene.
@@ -31,8 +30,8 @@ _LARGEST_ARROW_LENGTH = 0.6
 _SIDE_STEP = 0.02
 _ALONG = 8  #: Number of intervals into which arrows divide the line of an edge load.
 _SPACE = 0.3  #: Smallest distance between the arrows of an edge load, relative to the longest arrow.
-#: Height above the highest block at which a single arrow for many forces is drawn in space, relative to the
-#: size of the scene. The arrow is so high that blocks that move upwards in the drawing do not reach it.
+#: Height of a single arrow for many forces above the highest block in space, relative to the scene's size.
+#: With a smaller value, blocks that move upwards could reach the arrow.
 _SINGLE_ARROW_HEIGHT = 0.16
 #: Distance between the blocks and a single arrow that represents many forces in the plane, relative to the
 #: size of the scene.
@@ -261,8 +260,8 @@ def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> I
     moved_ends = moved(ends, of_ends)
     along, apart = np.diff(ends, axis=1)[:, 0], np.diff(moved_ends - ends, axis=1)[:, 0]
     turning = np.repeat(moment_of(along, apart) / (along**2).sum(axis=1)[:, None], 2, axis=0)
-    # Draw each tie or prop as two halves. Each half moves with its end and rotates with the whole line. A gap
-    # opens in the middle if the line becomes longer.
+    # Draw each tie or prop as two halves, which move with the two ends. A gap opens between the halves if the
+    # line becomes longer.
     at, middle = ends.reshape(len(turning), -1), np.repeat(ends.mean(axis=1), 2, axis=0)
     goes = moved_ends.reshape(at.shape) - moved(at, np.column_stack([np.zeros_like(at), turning]))
     halves, motions = np.stack([at, middle], axis=1), np.column_stack([goes, turning])
@@ -276,13 +275,12 @@ def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> I
     yield Marks("ends", "", "square", colours.STRUT, 4.0, at[:, None], of_ends.reshape(len(at), -1))
 
 
-#: A line of thrust is drawn through a row of at least this number of blocks, each with exactly two joints. In
-#: shorter rows, the resultant force of each joint is drawn instead.
+#: A line of thrust is drawn through at least this number of successive blocks with exactly two joints each.
+#: In shorter rows, the resultant of each joint is drawn.
 _CHAIN = 3
 _RESULTANT = 0.12  #: Length of the longest resultant in the plane, relative to the size of the scene.
-#: Length of the longest drawn resultant force in space, relative to the size of the scene. The length is
-#: greater than in the plane, because in space a single joint often carries most of the force, and the
-#: resultants of all other joints are short.
+#: Length of the longest resultant in space, relative to the size of the scene. It exceeds ``_RESULTANT``,
+#: because in space most resultants are much shorter than the longest.
 _RESULTANT_IN_SPACE = 0.3
 _SCALE = 0.08  #: Height of the force scale above the blocks, relative to the size of the scene.
 

@@ -13,8 +13,8 @@ from masonry_opt.solution.outcome import Outcome
 KEYFRAMES = 45
 #: Number of keyframes of the collapse, which follow the load history. A larger value makes larger pages.
 COLLAPSE_FRAMES = 15
-#: Ratio of the largest displacement in the last keyframe to the largest displacement at the incremental load
-#: factor. With a larger value, displacements before the collapse are drawn smaller.
+#: Factor by which displacements grow in the keyframes of the collapse. With a larger value, displacements
+#: before the collapse are drawn smaller.
 COLLAPSE_LENGTH = 3.0
 
 

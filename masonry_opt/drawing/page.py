@@ -54,8 +54,8 @@ _RADIUS_THROUGH = 1 / 900
 #: Half the drawn width of a mark with a nominal width of one point, relative to the scene's size, for marks
 #: that blocks can hide.
 _RADIUS = 1 / 500
-#: Upper limit of the half width ``_RADIUS``, relative to the typical joint size, which is the square root of
-#: the median joint area. Scenes with small joints therefore have thinner marks.
+#: Largest half width of the marks that blocks can hide, relative to the square root of the median joint area.
+#: Scenes with small joints therefore have thinner marks.
 _OF_JOINT = 1 / 80
 
 #: Text at the end of the library three.js in the pages that trimesh writes. It separates the library from the
@@ -127,8 +127,8 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
     return fill_template("page.html")
 
 
-#: Figure of a page, as a tuple of three entries. The word "plane" or "space" selects the templates, the
-#: dictionary of texts fills the templates, and the last dictionary is the data for the script.
+#: Figure of a page: the word "plane" or "space", the texts of the page, and the data for the script. The word
+#: selects the templates, and the texts fill the templates.
 _PageFigure = tuple[str, dict[str, str], dict[str, Any]]
 
 
@@ -293,8 +293,8 @@ def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dic
     return data | {"marks": marks, "joints": joints, "events": events}
 
 
-#: Largest number of blocks for which a notebook shows a picture. Results of larger scenes have no picture,
-#: because it would make the notebook's file too large. Reports draw larger scenes as PNG, not as SVG.
+#: Largest number of blocks for which a notebook shows a picture. Larger pictures would make the notebook's
+#: file too large. Reports draw larger scenes as PNG, not as SVG.
 MOST_BLOCKS_DRAWN = 2000
 _NOTEBOOK_WIDTH = 560  #: Maximum width of a result in a notebook, in pixels.
 
@@ -346,8 +346,8 @@ def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any
     areas = contacts.extent[contacts.extent > 0]
     median_side = np.sqrt(np.median(areas)) if len(areas) else np.inf
     radius = min(_RADIUS * _UNITS, _OF_JOINT * median_side * scale)
-    # Map from each distinct motion of marks to its index. Index 0 is reserved: the motion is zero when the
-    # page opens, and later the motion of the joint that the reader selects.
+    # Map from each distinct motion of marks to its index. Index 0 is reserved for the motion of the joint
+    # that the reader selects. This motion is zero at first.
     table: dict[tuple[float, ...], int] = {(0.0,) * 6: 0}
 
     def at(points: np.ndarray) -> list[int]:

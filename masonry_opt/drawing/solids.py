@@ -37,11 +37,11 @@ _ELEVATION = 22.0  #: Elevation of the default view, in degrees.
 #: Azimuths from which the default view is chosen, in degrees. If several are equally good, the first is used.
 _AZIMUTHS = (-60.0, -120.0, -30.0, -150.0, 30.0, 60.0, 120.0, 150.0)
 
-#: Weight of the live load's direction when the default view is chosen. The visible width of the scene has the
-#: weight 1. With a larger value, the live load more often pushes towards the viewer.
+#: Weight of the live load's direction, relative to the visible width of the scene, in the choice of the
+#: default view. With a larger value, the live load more often pushes towards the viewer.
 _TOWARDS = 0.25
-#: Largest cosine of the angle between the live load and the direction to the viewer in the default view. With
-#: a larger cosine, the arrow of the live load would look too short.
+#: Largest cosine of the angle between the live load and the direction to the viewer. With a larger value, the
+#: live load's arrow would look too short in the default view.
 _MOST_TOWARDS = 0.95
 #: Smallest length in pixels of the drawn pieces of a partly hidden line. Shorter pieces are artefacts of the
 #: depth buffer.
@@ -62,8 +62,8 @@ _MARGIN_IN_SPACE = 0.03
 _LARGEST_AXIS_LENGTH = 0.1
 #: Distance of the letters x, y and z from the origin, relative to the length of the coordinate axes.
 _AXIS_LETTER_DISTANCE = 1.4
-#: A block's name is written at a point of its visible face whose distance from the boundary of the face is at
-#: least this fraction of the largest possible distance.
+#: Smallest distance of a block's name from the boundary of its visible face, relative to the largest possible
+#: distance.
 _INNER = 0.8
 #: Smallest font size of block names, in points. Names that would have to be smaller are omitted.
 _SMALLEST_NAME_SIZE_IN_SPACE = 2.0
@@ -225,8 +225,8 @@ class Raster:
 
     corner: np.ndarray  #: lower left corner of the picture, in the picture's axes, shape (2,)
     pixel: float  #: side length of a pixel, in the case's unit of length
-    #: For each pixel, coordinate of the nearest triangle in the direction towards the viewer, shape (rows,
-    #: columns), with the lowest row first. Pixels without a triangle have ``-inf``.
+    #: Depth buffer, shape (rows, columns), with the lowest row first. Larger values are nearer to the viewer.
+    #: Pixels without a triangle have ``-inf``.
     depth: np.ndarray
     #: For each pixel, index of the nearest triangle, shape (rows, columns). Pixels without a triangle have
     #: -1.
@@ -258,8 +258,8 @@ class Raster:
         Points have shape (points, 3), in picture coordinates.
         """
         rows, columns = self.depth.shape
-        # Compare the depth of each point with the farthest depth at neighbouring pixels. A point on an edge
-        # is then visible if one of the two faces at the edge is visible.
+        # Use the farthest depth at neighbouring pixels. A point on an edge is then visible if one of the two
+        # faces at the edge is visible.
         farthest = minimum_filter(self.depth, size=3, mode="nearest")
         at = ((points[:, :2] - self.corner) / self.pixel).astype(int)
         column, row = at.clip(0, [columns - 1, rows - 1]).T

@@ -17,8 +17,8 @@ SIDE = 10_000
 #: Pixels on a page for each point (1/72 inch) of a mark's width. The value exceeds 1, because screens are
 #: read from farther away than prints. A larger value makes marks thicker.
 _PIXELS_PER_POINT = 1.5
-#: Pixels on a page for each point (1/72 inch) of a mark's width, in scenes with many joints. The value is
-#: smaller than ``_PIXELS_PER_POINT``, because thicker marks on neighbouring joints would overlap.
+#: Value of ``_PIXELS_PER_POINT`` for scenes with many joints. It is smaller, because thick marks on
+#: neighbouring joints would overlap.
 _PIXELS_PER_POINT_OF_MANY = 1.0
 #: Smallest motion that is animated, in units of the picture. An element that moves less has no motion
 #: attribute and stays at rest.

@@ -39,8 +39,8 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import write_file
 from masonry_opt.suitability import refuse_unsuited, refuse_without_live_load
 
-#: Upper bound ε of each product z p of a slack and a rate: z p ≤ ε replaces complementarity, z p = 0. The
-#: bound must be larger than the feasibility tolerance of solvers, and much smaller than a load factor.
+#: Bound ε of the product of a slack z and a rate p: z p ≤ ε replaces complementarity, z p = 0. It must be
+#: larger than the feasibility tolerance of solvers, and much smaller than a load factor.
 EPSILON = 1e-6
 
 #: Exported program in Pyomo, and the comment lines at the top of the file to which it is written.
@@ -94,9 +94,9 @@ def _global(assembly: Assembly) -> Declared:
     # of edge openings.
     most_rates = np.full(problem.faces, bounds.rates)
     most_rates[problem.table.rocks] /= 2
-    # If n̂ is the upper bound of the normal force of a joint, the slack of its sliding conditions is at most
-    # 2 (c + μ n̂), and the slack of its rocking conditions is at most 2 n̂.
+    # The slack of a rocking condition is at most twice the largest normal force n.
     most_slack = 2 * bounds.normal[problem.face_joint]
+    # The slack of a sliding condition is at most twice the shear limit c + μ n at the largest n.
     limits = ShearLimits.true(problem).at(bounds.normal[problem.sliding])
     most_slack[problem.table.slides] = 2 * np.tile(limits, 2)
     model = PyomoGlobal(problem, most_slack, most_rates, highest)
@@ -126,9 +126,8 @@ _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
     "mcp": _mcp,
 }
 
-#: Map from the names that Pyomo gives to the parts of a complementary pair to the names in the file. "z" is
-#: the slack, "slack" is the row that defines z, "product" is the row of z times the rate, and "pair" is the
-#: row that is complementary to the rate.
+#: Map from Pyomo's names of the parts of a complementary pair to names in the file. "slack" defines the slack
+#: "z", "product" is z times the rate, and "pair" is complementary to the rate.
 _PAIR_NAMES = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
 #: Prefixes of the names of variables and rows. The keys are the components of a program that have one
 #: variable or row for each yield condition.
@@ -286,9 +285,8 @@ def export(
     method = method or "static"
     _refuse_program(path, method, force)
     assembly = assemble(scene.assembly.scene if isinstance(scene, Result) else as_scene(scene))
-    # For Coulomb methods, refuse dilatancy that depends on stress. With such dilatancy a method solves
-    # several programs, but only a single program can be exported.
     entry = METHODS["coulomb" if method == "mcp" else method]
+    # If dilatancy depends on stress, a Coulomb method solves several programs, but only one can be exported.
     refuses = entry.refuses if entry.associative else entry.refuses | {"dilatancy"}
     refuse_unsuited(replace(entry, name=method, refuses=refuses), assembly)
     refuse_without_live_load(assembly)

@@ -49,8 +49,8 @@ _WEIGHT_TOLERANCE = 1e-2
 _HORIZONTAL_LOAD_TOLERANCE = 1e-6
 #: Remark on a kinematic check whose load factor is not proven to be the least.
 _LOWER_MAY_FAIL = "if a collapse state with a lower λ exists, the linear or non-linear check may fail"
-#: Map from the role of a force to the table of a case file that defines the force. Forces with these roles
-#: prevent a capacity curve; in space, ties and props do not.
+#: Map from the role of a force that prevents a capacity curve to the table of a case file that defines the
+#: force. In space, ties and props do not prevent the curve.
 _NOT_FOLLOWED = {
     Role.TIE: "[[tie]]",
     Role.PROP: "[[prop]]",
@@ -130,8 +130,8 @@ def _refuse_parts_not_followed(result: Result) -> None:
     assembly = result.assembly
     if any(force.role is Role.SUPPORT for force in assembly.limited):
         raise OptionError(
-            f"{result.case}: a capacity curve is not possible for a result in which a support settles: use a "
-            "result of mo.solve, whose option 'settled' moves supports before the live load acts"
+            f"{result.case}: a capacity curve is not possible if a support settles: use a result of "
+            "mo.solve, whose option 'settled' moves supports before the live load acts"
         )
     not_followed = _not_followed(assembly)
     if not not_followed:

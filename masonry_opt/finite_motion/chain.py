@@ -7,8 +7,8 @@ from masonry_opt.problem.displaced import placed, turned
 from masonry_opt.problem.loads import moment_of
 from masonry_opt.scene.rows import dots
 
-#: A singular value of the equations of a chain counts as zero if it is below this fraction of the largest
-#: singular value. The equations are linearly dependent if joints share a hinge.
+#: Singular values of a chain's equations count as zero below this fraction of the largest singular value. If
+#: joints share a hinge, the equations are linearly dependent.
 _RANK_TOLERANCE = 1e-8
 #: Largest number of Newton iterations in one corrector step along the path. A step that needs more iterations
 #: fails.

@@ -23,9 +23,8 @@ from masonry_opt.solution.motion import fastest, joint_motion, moving_blocks, ve
 from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.thresholds import same
 
-#: Largest deviation of a mechanism from the rotation of one rigid body about an edge. Deviations of
-#: velocities are relative to the speed of the fastest corner, and deviations of lengths to the size of the
-#: scene. With a larger value, more mechanisms count as rotations about an edge.
+#: Tolerance for recognising a mechanism as a rotation about an edge, relative to the largest velocity or the
+#: scene's size. With a larger value, more mechanisms count as rotations.
 _ROTATION_TOLERANCE = 1e-3
 #: If λ grows without bound as an angle is approached, the path ends earlier, by this fraction of the angle.
 _POLE_DISTANCE = 1e-3
@@ -171,8 +170,8 @@ class EdgePath:
             return reason(Code.LOCKS)
         bracket = angles[after - 1], angles[after]
         last = brentq(lambda angle: min(self._moments(angle)), *bracket, xtol=1e-15, rtol=1e-14)
-        # The path ends where the resisting moment (index 0) or the driving moment (index 1) vanishes. If the
-        # driving moment vanishes, λ grows without bound, and the mechanism locks.
+        # If the driving moment (index 1) vanishes before the resisting moment (index 0), λ grows without
+        # bound, and the mechanism locks.
         locks = bool(np.argmin(self._moments(last)) == 1)
         if locks:
             last *= 1 - _POLE_DISTANCE

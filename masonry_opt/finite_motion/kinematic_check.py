@@ -26,9 +26,8 @@ from masonry_opt.solution.reasons import Code, Reason, reason
 #: Confidence factor FC of the lowest level of knowledge. Both codes require this value if the strength of
 #: masonry is neglected.
 CONFIDENCE_FACTOR = 1.35
-#: Height of a rocking block, in metres, above which a warning says that the unit of length is doubtful. The
-#: highest brick towers are about 112 m high. With a smaller value, a warning appears if a whole tower rocks.
-#: With a larger value, more walls that are drawn in centimetres cause no warning.
+#: If a rocking block is higher than this value, in metres, a warning says that the unit of length is
+#: doubtful. The highest brick towers are about 112 m high.
 _HIGHEST_ROCKING_BLOCK = 120.0
 #: A unit of length is recognised if the gravity differs from its value in this unit by at most this fraction.
 _GRAVITY_TOLERANCE = 0.01
@@ -45,8 +44,8 @@ class CodeRules:
     secant: float  #: displacement d*_s that defines the secant period, as a fraction of d*_u
     period: float  #: secant period T_s divided by √(d*_s / a*_s), with the acceleration a*_s at d*_s
     has_linear: bool  #: True if the building code has a linear check in this limit state
-    #: If True, the demand is the largest spectral displacement at all periods up to the secant period. If
-    #: False, the demand is the spectral displacement at the secant period.
+    #: True if the demand is the largest spectral displacement up to the secant period. False if the demand is
+    #: the spectral displacement at the secant period.
     is_largest_demand: bool
 
 

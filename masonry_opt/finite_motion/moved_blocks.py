@@ -28,9 +28,9 @@ from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict, find_solver
 
-#: Smallest permitted rate of the control point along the live load, relative to the largest rate of a loaded
-#: point. The value is also the smallest permitted resultant of the live loads, relative to the sum of their
-#: magnitudes. Smaller values raise an error.
+#: Smallest rate of the control point along the live load, relative to the largest rate of a loaded point. The
+#: value also limits the resultant of the live loads, relative to the sum of their magnitudes. Below the
+#: value, an error is raised.
 LEAST_RATE = 1e-6
 #: Points of Simpson's rule on an edge, as fractions of its length. The rule integrates cubic functions
 #: exactly.
@@ -42,10 +42,8 @@ _SIMPSON_WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6
 _OPENING_TOLERANCE = 1e-6
 #: A joint whose friction coefficient exceeds this value counts as unable to slide.
 _UNLIMITED_FRICTION = 1e9
-#: Options of HiGHS, in the order in which they are tried until HiGHS solves the program for the violation of
-#: equilibrium. The second attempt does not simplify the program by presolve. The third attempt uses the
-#: primal simplex method: on surveyed blocks, whose joints are nearly parallel, the dual simplex method
-#: sometimes ends without an answer.
+#: Options of HiGHS, in the order in which they are tried. The last attempt uses the primal simplex method,
+#: because the dual simplex method may fail if joints are nearly parallel.
 _ATTEMPTS: tuple[dict[str, Any], ...] = (
     {"presolve": "choose"},
     {"presolve": "off"},
@@ -277,10 +275,9 @@ class MovedBlocks:
 
     def _motion(self, problem: Problem, d: np.ndarray, poses: np.ndarray) -> np.ndarray:
         """Convert velocities d, shape (3b,), to rates of the poses of all blocks, shape (blocks, 3)."""
-        # The velocities d are velocities of the centroids. A pose is relative to the origin, so the
-        # translation of each block is converted from its centroid to the origin.
         motion, (x, y) = np.zeros_like(poses), turned(self.geometry.centroid, poses).T
         motion[self.movable] = problem.by_block(d)
+        # Convert velocities of the centroids to velocities at the origin, about which poses rotate.
         motion[:, :2] += motion[:, 2:] * np.column_stack([y, -x])
         return motion
 

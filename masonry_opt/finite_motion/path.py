@@ -25,8 +25,8 @@ from masonry_opt.solution.thresholds import ZERO, same
 #: Largest violation of equilibrium and yield, in the unit of force, at which the forces of displaced blocks
 #: count as admissible.
 BORNE = 1e-8
-#: A joint has just begun to open if the violation is between ``BORNE`` and this multiple of ``BORNE``. With a
-#: smaller value, openings are located more exactly, but in more steps.
+#: The bisection for the opening of a joint stops if equilibrium is violated by less than this multiple of
+#: ``BORNE``. With a smaller value, openings are located more exactly, but in more steps.
 _JUST_OPENING = 10.0
 #: A hinge counts as closed when the edges of its two blocks overlap by more than this angle (rad). The value
 #: must exceed rounding errors.
@@ -39,8 +39,8 @@ _SHORTEST_STEP = 1e-6
 #: Bisection for an event stops when its interval of step lengths is this narrow, relative to the size of the
 #: scene.
 _EVENT_WIDTH = 1e-13
-#: If the speed of the fastest corner is at most this value, the blocks count as at rest. The speed is
-#: measured for a tangent vector of the path with length 1.
+#: If the speed of the fastest corner is at most this value, the blocks count as at rest. Speeds refer to a
+#: tangent vector of the path with length 1.
 _LEAST_SPEED = 1e-7
 #: Length of the trial step that tests in which direction blocks can move, relative to the size of the scene.
 _PROBE_STEP = 1e-5
@@ -59,13 +59,12 @@ class PathState:
     its states are in the units of the problem.
     """
 
-    #: Poses of all blocks. In the plane a pose (x, y, θ) is a rotation by θ about the origin, then a
-    #: translation, shape (blocks, 3). In space a pose is a translation and a rotation vector, shape (blocks,
-    #: 6).
+    #: Poses of all blocks. In the plane, (x, y, θ) is a rotation by θ about the origin, then a translation,
+    #: shape (blocks, 3). In space, a pose is a translation and a rotation vector, shape (blocks, 6).
     poses: np.ndarray
     load_factor: float  #: load factor λ at which the displaced blocks are in equilibrium
-    #: True for the contact points that are closed when the path continues from this state, shape (points,).
-    #: While a path in the plane is computed, the shape is (joints, 2), for the two corners of each joint.
+    #: True for the contact points that are closed after this state, shape (points,). While a path in the
+    #: plane is computed, the shape is (joints, 2), for the two corners of each joint.
     touch: np.ndarray
     #: Event at this state, such as the opening of a joint; None if there is no event.
     event: Reason | None = None

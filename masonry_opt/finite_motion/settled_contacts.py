@@ -22,21 +22,20 @@ from masonry_opt.solution.thresholds import SEPARATES, SLIDES
 #: Number of steps in which the supports move to their final positions. With more steps, the Gauss–Newton
 #: method starts closer to the solution if rotations are large.
 _STEPS = 10
-#: Largest number of Gauss–Newton iterations in one step of the supports. If the iterations have not converged
-#: by then, the computation continues with the last iterate.
+#: Largest number of Gauss–Newton iterations in one step of the supports. If they do not converge, the
+#: computation continues with the last iterate.
 _MOST_CORRECTIONS = 20
 #: Gauss–Newton iterations have converged if positions change by less than this fraction of the size of the
 #: scene.
 _CONVERGED_STEP = 1e-13
-#: Weight of the slips at hinges in the least-squares problem, relative to the weight of gaps. A hinge that
-#: rotates on a straight edge must slip a little, so gaps and slips cannot both vanish. With a smaller value,
-#: the gaps close more exactly.
+#: Weight of slips at hinges in the least-squares problem, relative to gaps. Hinges on straight edges cannot
+#: rotate without a small slip. With a smaller value, gaps close more exactly.
 _SLIP_WEIGHT = 1e-3
-#: Largest permitted gap at a closed contact, relative to the largest movement of a point. A larger gap raises
-#: an error. Small gaps remain in surveyed scenes, because joints that slip a little do not count as sliding.
+#: Largest gap at a closed contact, relative to the largest movement of a point. A larger gap raises an error.
+#: Small gaps are normal in surveyed scenes.
 _LARGEST_GAP = SEPARATES
-#: Largest permitted slip at a hinge, relative to the largest movement of a point. A larger slip raises an
-#: error, because the blocks then no longer move in the mechanism of a small settlement.
+#: Largest slip at a hinge, relative to the largest movement of a point. A larger slip raises an error,
+#: because the mechanism of a small settlement is then no longer valid.
 _LARGEST_SLIP = 0.05
 #: A singular value counts as zero in the least-squares problem of a Gauss–Newton step if it is below this
 #: fraction of the largest singular value.

@@ -181,8 +181,8 @@ def mpec(task: Task) -> Solution:
     if isinstance(options.start, Solution):
         start = of_same_scene(options.start, problem)
     else:
-        # Solve the sub-problems of the loop accurately. The relaxation must start from a state that shows
-        # which faces have nonzero rates, and solutions with a large tolerance do not show this.
+        # Solve the sub-problems of the loop accurately, because the relaxation needs a start that shows which
+        # faces have nonzero rates.
         accurate = LoopOptions(sub_problems="accurate")
         start = nonassociative(task.with_options(accurate, find_solver("cvxpy", None)))
     if start.q is None or start.d is None:

@@ -35,29 +35,27 @@ from masonry_opt.solution.thresholds import APART, ZERO
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import find_solver
 
-#: Largest work of the live load, and largest energy z·p, that count as zero in a collapse without work of the
-#: live load, relative to the work of the dead load. Energies of this size occur in the loop of linear
-#: programs, because sliding joints contract by 10⁻³ μ per unit slip.
+#: Largest work of the live load, and largest energy z·p, that count as zero, relative to the work of the dead
+#: load. The loop of linear programs leaves energies of this size, because sliding joints contract by 10⁻³ μ
+#: per unit slip.
 _NEGLIGIBLE_WORK = 1e-3
 
-#: Fractions σ of the dead load that grow with the live load, in the order in which they are tried. If the
-#: mechanism moves against the live load, fractions larger than these are used. With a smaller fraction the
-#: loop of linear programs fails more often: with 0.5 on 11 of 67 random scenes, with 0.1 on all. With 0.75 or
-#: more it fails on a scene in space with two blocks.
+#: Fractions σ of the dead load that grow with the live load, in the order in which they are tried. Larger
+#: fractions are used if the mechanism moves against the live load. With a smaller fraction, the loop fails
+#: more often: with 0.5 on 11 of 67 random scenes, with 0.1 on all.
 _DEAD_LOAD_SHARES = 0.75, 0.5
 
-#: Largest number of estimates λ₀ of the load factor that are tried in the search for a collapse without work
-#: of the live load. After this number the search ends without an answer. Several estimates may be needed,
-#: because the modified loads equal the loads of the scene only at λ₀. Usually the first estimate, the
-#: associative load factor, is the answer.
+#: Largest number of estimates of the load factor in the search for a collapse without work of the live load.
+#: After this number the search ends without an answer. Usually the first estimate, the associative load
+#: factor, is the answer.
 _MOST_LOAD_FACTORS = 8
 
 #: Fields of a method's step records that contain load factors. These load factors are converted, so that they
 #: refer to the loads of the scene.
 _LOAD_FACTORS_OF_STEPS = ("load_factor", "bound")
 
-#: Codes of reasons that are valid only for the modified loads under which this module solves the scene.
-#: Reasons with these codes are not copied to the solution for the loads of the scene.
+#: Codes of reasons that are valid only for the modified loads of this module. Reasons with these codes are
+#: not copied to the solution for the loads of the scene.
 _OF_OTHER_LOADS = frozenset(
     {
         *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),
@@ -91,8 +89,8 @@ def without_work(task: Task, run: Callable[[Task], Solution], before: Solution |
         return solution
     if before is None:
         return replace(solution, history=(), tells_curve=False)
-    # Keep the load history of ``before``, and the reasons that describe its curve. The load history remains
-    # valid, because it was computed under the original loads of the scene.
+    # Keep the load history of ``before`` and the reasons that describe its curve. The history was computed
+    # under the original loads of the scene.
     of_curve = (entry for entry in before.reasons if entry.code is Code.CURVE)
     return replace(solution, history=before.history, tells_curve=before.tells_curve).telling(*of_curve)
 
@@ -117,9 +115,8 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
         if answer is None:
             return None
         size, work = _size(answer.load_factor, at, share), _live_work(problem, answer.load_factor, answer.d)
-        # Extrapolate the next λ₀ linearly: λ is a linear function of the size of the loads as long as the
-        # mechanism does not change. The first extrapolation assumes λ = 0 for loads of size zero, which is
-        # exact if only friction limits the forces.
+        # Extrapolate the next λ₀ linearly over the size of the loads, because λ is a linear function of this
+        # size for a given mechanism. The first extrapolation assumes λ = 0 for loads of size zero.
         slope = (answer.load_factor - last[1]) / (size - last[0] or ZERO)
         load_factor, last = answer.load_factor + (1 - size) * slope, (size, answer.load_factor)
         if min(size, load_factor) <= ZERO or work > _NEGLIGIBLE_WORK:

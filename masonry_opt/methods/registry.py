@@ -33,9 +33,8 @@ _VARYING = frozenset({"dilatancy"})
 #: Properties of scenes that method "global" does not support.
 _REFUSED_BY_GLOBAL = _VARYING | {"strength", "forces", "space"}
 
-#: Solvers of the loop, by model. Interior-point methods come first. A simplex method returns a vertex, at
-#: which some joints have no normal force. The shear limits of the next sub-problem would keep these normal
-#: forces near zero.
+#: Solvers of the loop, by model, interior-point methods first. A simplex method returns a vertex, where some
+#: joints have no normal force. The shear limits of the next sub-problem would keep these forces near zero.
 _OF_LOOP = {"cvxpy": (), "pyomo": ("highs-ipm", "highs", "highs-hipo")}
 
 #: Solver of methods that work on the matrices directly, without a modelling language.

@@ -15,21 +15,20 @@ from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import SAME
 
-#: If a Coulomb method finds no load factor, a search follows for a collapse in which the live load does no
-#: work. On scenes with more joints than this number, this search is omitted.
+#: If a Coulomb method finds no load factor, it searches for a collapse without work of the live load. On
+#: scenes with more joints than this number, the search is omitted.
 _MOST_JOINTS_NO_WORK = 8000
 
-#: Number of joints of plane scenes above which a Coulomb method takes more than a few minutes, so that a
-#: warning is issued. See "Façades" in benchmarks/README.md.
+#: Number of joints of a plane scene above which a warning says that a Coulomb method takes many minutes. See
+#: "Façades" in benchmarks/README.md.
 _MOST_JOINTS_IN_MINUTES = 30_000
 
-#: Number of contact points in space above which a Coulomb method takes more than a few minutes, so that a
-#: warning is issued. The number is an estimate, which no benchmark measures.
+#: Number of contact points of a scene in space above which a warning says that a Coulomb method takes many
+#: minutes. The number is an estimate.
 _MOST_CONTACTS_IN_MINUTES = 10_000
 
-#: The live load counts as doing no work if its work is at most this value times the product of the norms of
-#: load and motion. With a larger value, the search for a collapse without work of the live load is made for
-#: more scenes.
+#: Largest work of the live load that counts as zero, relative to the product of the norms of load and motion.
+#: With a larger value, a collapse without work of the live load is sought in more scenes.
 NO_WORK = 1e-3
 
 

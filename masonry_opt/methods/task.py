@@ -73,8 +73,8 @@ class Method:
     #: first solver are the defaults. An empty tuple means all solvers of linear programs.
     solvers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"cvxpy": (), "pyomo": ()})
     associative: bool = False  #: True if the method assumes associative flow
-    #: True if the method looks for the exact Coulomb state with the lowest load factor. A state with a lower
-    #: load factor from another method may replace the answer of such a method.
+    #: True if the method looks for the lowest exact Coulomb state. A state with a lower load factor from
+    #: another method may replace the answer of this method.
     seeks_lowest: bool = False
     begins_with_load_history: bool = False  #: True if the load history is the first step of the method
     own_tolerances: bool = False  #: True if the method chooses the tolerances of its solvers

@@ -231,9 +231,8 @@ def _settled(at_rest: Assembly, state: SettledState) -> Assembly:
     problem = Problem(matrices, law, dead, live, force_unit)
     if np.array_equal(before.dead, state.dead) and not problem.statics_fix_forces:
         of_limited = state.limited
-        # If the settlement inclines an edge that was level, a fill above the edge exerts an additional earth
-        # pressure, which ``state.limited`` does not contain. All limited forces then start at their lower
-        # limits.
+        # If the settlement inclines a level edge, a fill above the edge exerts earth pressure that
+        # ``state.limited`` does not contain. All limited forces then start at their lower limits.
         if len(of_limited) != len(limited):
             of_limited = problem.lowest_forces[len(state.forces) :]
         problem = replace(problem, settled=np.concatenate([state.forces, of_limited]))
@@ -254,10 +253,9 @@ def _moved_loads(scene: Scene, at_rest: Assembly, state: SettledState) -> Loads:
 
 def _length_unit(joints: Joints, shapes: Extents, movable: np.ndarray) -> float:
     """Return the length, in the scene's unit, by which all lengths of the problem are divided."""
-    # The unit of length is half the median joint length; in space, half the square root of the median joint
-    # area. In the plane, the rocking condition of a joint of median length is then |m| ≤ n. Moments and
-    # forces therefore have equal weight in an interior-point solver (see docs/limits.md). A median, unlike a
-    # mean, is insensitive to a few very large or small blocks.
+    # The unit of length is half the median joint length, or in space half the square root of the median joint
+    # area. A joint of median length then rocks at |m| = n, so moments and forces have equal weight in an
+    # interior-point solver.
     extents = joints.extent[joints.extent > 0]
     joint_dimension = len(shapes.origin) - 1
     if len(extents) == 0:

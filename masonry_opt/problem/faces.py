@@ -13,12 +13,12 @@ import scipy.sparse as sp
 
 from masonry_opt.brief import brief
 
-#: Number of chords, on each side of its vertex, that replace the moment parabola of joints that can crush.
-#: More chords approximate the parabola better, but enlarge the linear programs.
+#: Number of chords on each side of the vertex of the moment parabola of joints that can crush. More chords
+#: approximate the parabola better, but enlarge the linear programs.
 _CHORDS_PER_SIDE = 12
 
-#: Number of knots that divide the first chord of the moment parabola into shorter chords. More knots make the
-#: approximation more accurate at low stresses.
+#: Number of knots that divide the first chord of the moment parabola. More knots make the approximation more
+#: accurate at low stresses.
 _LOW_KNOTS = 4
 
 
@@ -93,8 +93,8 @@ def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
     share = (opening[i] - slope[k] * turning[i]) / (slope[k - 1] - slope[k])
     p[sense[i], i, k - 1] = share
     p[sense[i], i, k] = turning[i] - share
-    # In the remaining joints, the ratio of opening to rotation is outside the range of the chords' slopes, so
-    # only the first or the last chord has a nonzero rate.
+    # If the ratio of opening to rotation is outside the range of slopes, only the first or the last chord has
+    # a nonzero rate.
     for end, beyond in ((0, joints[after == 0]), (-1, joints[after == len(slope)])):
         total = opening[beyond] / slope[end]
         p[:, beyond, end] = np.stack([total - rotation[beyond], total + rotation[beyond]]) / 2
@@ -136,9 +136,9 @@ class Layout:
     :class:`SpaceLayout` overrides them for space.
     """
 
-    #: Unit vector of the shear force that resists each sense of sliding, shape (senses, dimension − 1). In
-    #: the plane the senses are +1 and −1. In space they are directions at equal angles from one
-    #: another. The first direction is at half this angle from the joint's tangent.
+    #: Unit vector of the shear force that resists each sense of sliding, shape (senses, dimension − 1): +1
+    #: and −1 in the plane, directions at equal angles in space. The first direction is at half this angle
+    #: from the joint's tangent.
     senses: np.ndarray
     factor: float = 1.0  #: shear that is available in each sense, divided by the shear limit c + μ n
     #: Name of the friction polygon in results; empty in the plane, where friction needs no polygon.

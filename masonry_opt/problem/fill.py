@@ -125,8 +125,8 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
     depth = whole.depth
     across, up = ends[1] - ends[0]
     start = ends[0, 0]
-    # A backing that ends at an upright face may be on either side of the face. The point that decides if the
-    # backing touches the face is therefore moved slightly into the fill, to the right of the directed face.
+    # A backing may end on either side of an upright face. Test a point slightly inside the fill, to the right
+    # of the directed face.
     offset = np.sign(up) * shapes.tolerance if abs(across) <= shapes.tolerance else 0.0
     bends = (line[:, 0] - start) / across if across else np.empty(0)
     cuts = np.unique([0.0, 1.0, *bends[(bends > 0) & (bends < 1)]])
@@ -160,8 +160,8 @@ def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, n
     """Generate the edge index, the ends and the depths of each upright piece that a fill touches."""
     tail, tip, _ = shapes.edges
     up = tip[:, 1] > tail[:, 1]
-    # Height of the profile immediately to the left and to the right of each end of one of its edges. Beyond
-    # the ends of the road there is no fill, so the height is infinite.
+    # Height of the profile just to the left and to the right of each end of its edges. Beyond the ends of the
+    # road the height is infinite, because there is no fill.
     left = np.append(np.inf, profile.y[:, 1])
     right = np.append(profile.y[:, 0], np.inf)
     x = np.append(profile.x[:, 0], profile.x[-1, 1])
@@ -409,22 +409,21 @@ def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.
     u1 = np.maximum(u1, near)
     du, dh = u1 - u0, h1 - h0
     u, h = np.stack([u0, u1]), np.stack([h0, h1])
-    # For both ends of each piece, compute the tangent of the angle between the vertical and the ray from the
-    # load to this end. A ray flatter than the angle of spread is replaced by the ray at the angle of spread.
+    # Compute the slope of the rays from the load to both ends of each piece: the tangent of the angle from
+    # the vertical. The angle of spread limits the slope.
     within = np.divide(u, h, out=np.full_like(u, tangent), where=u < tangent * h)
     t0, t1 = np.where(u > 0, within, 0.0)
-    # Rays with a slope (tangent of the angle from the vertical) of at most `before` end on earlier pieces.
-    # Rays with a slope between `before` and `after` can end on this piece.
+    # Rays with a slope of at most `before` end on earlier pieces. Rays with a slope between `before` and
+    # `after` can end on this piece.
     after = np.maximum.accumulate(np.maximum(t0, t1), axis=1)
     before = np.pad(after, ((0, 0), (1, 0)))[:, :-1]
     first = np.maximum(before, t0)
     meets = after - first
-    # Compute the points at which the first and the last ray from the load reach each piece, as positions
-    # from 0 to 1 along the piece. The density of the rays along the piece is proportional to 1 / h², where h
-    # is the depth below the load. The resultant acts at the centroid of this density.
+    # Compute the positions, from 0 to 1, at which the first and the last ray reach each piece.
     s0, s1 = (
         np.divide(t * h0 - u0, du - t * dh, out=np.zeros_like(t), where=meets > 0) for t in (first, after)
     )
+    # The resultant acts at the centroid of the density of rays: 1 / h² at the depth h below the load.
     at = u0 + (s0 + (s1 - s0) * _centre(h0 + s0 * dh, h0 + s1 * dh)) * du
     # Rays that end on an upright face are assigned to the far end of the last piece before the face.
     stopped = np.pad(first - before, ((0, 0), (0, 1)))[:, 1:]

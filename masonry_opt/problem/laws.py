@@ -170,9 +170,8 @@ class Law:
     #: Cohesion of the joints that can slide, as a force (cohesive stress × joint area), shape (k,).
     cohesion: np.ndarray
     dilatancy: np.ndarray  #: dilatancy tan φ₀ of the joints that can slide, shape (k,)
-    #: Range of normal forces over which the dilatancy of each sliding joint falls to zero, shape (k, 2). The
-    #: dilatancy has its full value up to the first force and is zero from the second force on. Both forces
-    #: are ``inf`` if the dilatancy does not depend on the normal force.
+    #: Two normal forces of each sliding joint, shape (k, 2). The dilatancy is full up to the first force, and
+    #: zero from the second force on. Both are ``inf`` if the dilatancy does not depend on the normal force.
     dilatancy_force: np.ndarray
     crushing: np.ndarray  #: indices of the joints of limited strength, shape (l,)
     crushing_force: np.ndarray  #: normal force f_c L at which the whole joint crushes, shape (l,)

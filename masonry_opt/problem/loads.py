@@ -330,8 +330,8 @@ def loaded_pieces(
             )
         edges, spans = along(tail, tip, start, end, shapes.tolerance)
         movable = ~fixed[owner[edges]]
-        # A joint is midway between the edges of its two blocks, at most half the contact tolerance from each
-        # edge. The search for joints along the line uses a larger distance, so it misses no joint.
+        # A joint is at most half the contact tolerance from the edges of its two blocks. A search at a larger
+        # distance from the line therefore misses no joint.
         near = shapes.tolerance + shapes.contact_tolerance
         covering, covered = along(*joint_lines, start, end, near)
         loaded: list[tuple[float, float]] = []

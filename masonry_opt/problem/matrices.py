@@ -15,9 +15,8 @@ from masonry_opt.problem.loads import moment_of
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Extents
 
-#: Number of sides of the friction polygon, which is inscribed in the cone. More sides approximate the cone
-#: better, but enlarge the programs. Load factors of corner walls are lower than with the cone: by about 0.2 %
-#: with 24 sides, 0.5 % with 16 and 1 % with 12.
+#: Number of sides of the friction polygon inside the cone. More sides enlarge the programs. Load factors of
+#: corner walls are lower than with the cone: by about 0.2 % with 24 sides, 1 % with 12.
 SIDES = 24
 
 
@@ -34,14 +33,13 @@ class Matrices:
     """Equilibrium matrix of a problem with b movable blocks, c joints and t limited forces."""
 
     #: Equilibrium matrix, shape (3b, 3c + t). The rows of a block are fx, fy and the moment about its
-    #: centroid. The columns are all normal forces n₁ at the starts of joints (compression > 0), all n₂ at the
-    #: ends, all shears s, then the limited forces. The paper's normal force is n₁ + n₂; its moment about the
-    #: middle of the joint is L/2 (n₂ − n₁). In space the columns are all normal forces n, all shears s, all
-    #: shears t, then the limited forces.
+    #: centroid. The columns are the normal forces n₁ at the starts of all joints (compression > 0), all n₂ at
+    #: the ends, all shears s, then the limited forces. In space, the columns are all n, all shears s, all
+    #: shears t, then the limited forces. The paper's normal force is n₁ + n₂; its moment is L/2 (n₂ − n₁).
     B: sp.csr_array
-    #: Size of each contact divided by the median size, shape (c,). In the plane the size is the length of the
-    #: joint. In space it is the area that belongs to the contact point. The stiffness of elastic contacts is
-    #: proportional to this ratio. A contact at a corner has no length; its ratio is 1.
+    #: Size of each contact divided by the median size, shape (c,). The size is the length of a joint, or in
+    #: space the area of a contact point. Elastic stiffness is proportional to this ratio. A contact at a
+    #: corner has the ratio 1.
     extent: np.ndarray
     length_unit: float  #: unit of length of the problem, in the scene's unit; all lengths are divided by it
     layout: Layout = PLANE  #: index conventions of the plane or of space
@@ -70,9 +68,9 @@ class Matrices:
         points = joints.point[pressed]
         count = len(joint)
         normal, *tangents = joints.axes[:, joint]
-        # Collect the point of action and the direction of each force component. Normal forces act at the
-        # contact points; shears act at the mean of the contact points.
+        # Normal forces act at the contact points.
         normal_forces = [(point, normal) for point in points]
+        # Shears act at the mean of the contact points.
         shears = [(points.mean(axis=0), tangent) for tangent in tangents]
         row_of = np.full(len(shapes.size), -1)
         row_of[movable] = np.arange(len(movable))

@@ -13,7 +13,7 @@ from masonry_opt.problem.faces import CHORDS
 from masonry_opt.problem.problem import Problem
 
 #: Labels are truncated to this number of characters, before brackets and suffixes such as ~2 are added. Names
-#: in LP and MPS files, which consist of a kind and a label, may have at most 255 characters.
+#: in LP and MPS files may have at most 255 characters.
 _LONGEST_LABEL = 200
 
 #: Characters that some solvers reject in names of LP files.

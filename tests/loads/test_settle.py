@@ -430,5 +430,5 @@ def test_command_and_files(tmp_path, command):
 
 def test_a_result_whose_support_settles_has_no_capacity_curve():
     result = mo.settle(beam(), "R", (0, -1), method="static").least.result
-    with pytest.raises(mo.OptionError, match="in which a support settles: use a result of"):
+    with pytest.raises(mo.OptionError, match="if a support settles: use a result of"):
         mo.capacity(result)

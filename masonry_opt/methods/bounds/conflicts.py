@@ -25,13 +25,12 @@ from masonry_opt.solvers.registry import Verdict
 #: Key of ``result.solvers`` for the solver that finds the conflicts of a proof.
 _CONFLICTS_PURPOSE = "conflicts"
 
-#: Largest residual of multipliers with which HiGHS may report a program as infeasible in the search for a
-#: proof. Every conflict is verified later, so a large value does no harm. A smaller value leaves more
-#: programs undecided.
+#: Largest residual of multipliers with which HiGHS may report a program as infeasible. A larger value does no
+#: harm, because every conflict is verified. A smaller value leaves more programs undecided.
 _RAY_RESIDUAL = 1e-7
 
-#: Largest permitted residual of a conflict, as a fraction of the residual that the proof check allows. If the
-#: fraction were larger, the check, which uses exact arithmetic, might reject conflicts.
+#: Largest residual of a conflict, relative to the residual that the proof check allows. With a larger value,
+#: the check might reject conflicts, because it uses exact arithmetic.
 _SAFETY = 0.5
 
 
@@ -74,8 +73,7 @@ class Refutation:
     #: True for each yield condition whose slack (in statics) or rate (in kinematics) the program sets to
     #: zero, shape (faces,).
     restricted: np.ndarray
-    #: True for each restricted yield condition that the proof of infeasibility needs, shape (faces,). Its
-    #: multiplier (in statics) or its negative resistance (in kinematics) is larger than rounding errors.
+    #: True for each restricted yield condition that the proof of infeasibility needs, shape (faces,).
     blamed: np.ndarray
 
 
@@ -311,8 +309,8 @@ class Kinematics(Theory):
         self._session.set_most("p", np.where(conditions, 0.0, np.full(len(conditions), inf)))
 
     def _needed(self, ray: np.ndarray, rounding: float) -> np.ndarray:
-        # The proof is valid only if the resistance C(tan ψ) q + weight · e of each yield condition with a
-        # nonzero rate is ≥ 0. The rates of conditions with a negative resistance must therefore be zero.
+        # Only yield conditions with a negative resistance C(tan ψ) q + weight · e must have zero rates in the
+        # proof.
         resistance = self._flow @ ray[: self._flow.shape[1]] - min(ray[-1], 0.0) * self.energy
         return np.asarray(resistance < -rounding * np.abs(resistance).max(initial=0.0))
 

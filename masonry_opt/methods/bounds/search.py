@@ -64,9 +64,8 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._statics.set_highest(self.highest / self._scaled.load_factor)
         self._kinematics = Kinematics(self._scaled, self._energy(), self._effort, settings)
         self._kinematics.set_highest(self.highest / self._scaled.load_factor)
-        #: Value of each yield condition, shape (faces,). The SAT solver assigns 1 if the condition may have a
-        #: nonzero rate and must then be at yield, and −1 if its rate is zero; 0 means that no value is
-        #: assigned.
+        #: Value of each yield condition in the SAT solver, shape (faces,). It is 1 if the condition is at
+        #: yield and may have a nonzero rate, −1 if its rate is zero, and 0 if no value is assigned.
         self._values = np.zeros(task.problem.faces, dtype=int)
         self._trail: list[int] = []  # yield conditions in the order of their assignment
         self._levels: list[int] = []  # length of the trail at each decision
@@ -256,8 +255,8 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
             return True
         if found is None:
             return False
-        # Try to drop each condition from the conflict, the last assigned first. The clause then consists of
-        # conditions that were assigned early, and the SAT solver can revoke more decisions.
+        # Try to drop each condition from the conflict, the last assigned first. A clause of conditions that
+        # were assigned early lets the SAT solver revoke more decisions.
         refutations = [found]
         for condition in [one for one in reversed(self._trail) if found.blamed[one]]:
             if refutations[-1].blamed[condition]:

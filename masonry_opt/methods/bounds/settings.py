@@ -12,42 +12,36 @@ from masonry_opt.solution.thresholds import ZERO
 class ProofSettings(Settings):
     """Settings of the proof by conflict learning. Proofs are valid for all values of the settings."""
 
-    #: Gap between the lowest known load factor and the largest load factor that a proof excludes, relative to
-    #: the lowest known load factor. With a smaller gap, rounding errors make more conflicts of a proof
-    #: invalid.
+    #: A proof excludes load factors up to (1 − gap) times the lowest known load factor. With a smaller gap,
+    #: rounding errors make more conflicts of a proof invalid.
     gap: float = 5e-7
 
-    #: Value up to which the slack or the rate of a yield condition counts as zero. With a larger value the
-    #: search solves fewer linear programs, but must later refute more combinations of conditions with nonzero
-    #: rates.
+    #: Value up to which slacks and rates count as zero. With a larger value the search solves fewer linear
+    #: programs, but must refute more combinations of yield conditions.
     zero: float = 1e-9
 
-    #: If no product z_i p_i of the slack and the rate of a yield condition exceeds this value, in units of
-    #: the load, the search looks for a collapse state near its last forces and mechanism. With a larger value
-    #: more of these attempts fail. After all conditions are assigned, the search always makes an attempt.
+    #: If no product z_i p_i of slack and rate exceeds this value, in units of the load, the search looks for
+    #: a collapse state near its forces and mechanism. With a larger value, more of these attempts fail.
     energy: float = 1e-7
 
-    #: Multipliers of the search for a proof that are below this fraction of the largest multiplier count as
-    #: rounding errors. With a larger fraction the conflicts of a proof consist of fewer conditions, but more
-    #: conflicts are invalid.
+    #: Multipliers below this fraction of the largest multiplier count as rounding errors. With a larger
+    #: fraction, conflicts have fewer conditions, but more conflicts are invalid.
     rounding: float = 1e-9
 
-    #: Safety margin, relative to the loads, by which a proof reduces a lower bound of friction energy below
-    #: the optimum of its linear program. With a smaller margin rounding errors make more bounds invalid.
+    #: Safety margin, relative to the loads, that a proof subtracts from its lower bounds of friction energy.
+    #: With a smaller margin, rounding errors make more bounds invalid.
     margin: float = 1e-6
 
-    #: Number of linear programs after which a search ends without a proof. A program takes about 0.3 ms on
-    #: scenes of 30 joints. Unlike a time limit, this number makes results independent of the machine.
+    #: Number of linear programs after which a search ends without a proof. Unlike a time limit, this number
+    #: makes results independent of the machine.
     most_programs: int = 10_000_000
 
-    #: Time limit in seconds of a single linear program in the search for a proof, because HiGHS may never end
-    #: without a limit. With a shorter limit more programs are stopped, and more combinations of yield
-    #: conditions remain undecided.
+    #: Time limit in seconds of a single linear program, because HiGHS may never end without a limit. With a
+    #: shorter limit, more combinations of yield conditions remain undecided.
     longest_program: float = 5.0
 
-    #: In every n-th decision of the SAT solver, the search chooses which yield condition is assumed to yield:
-    #: the condition with the largest energy z_i p_i. The SAT solver makes all other decisions. With n = 1, 2
-    #: and 3, times differed by less than 20 % on six scenes of 14 to 20 joints.
+    #: The search makes every n-th decision of the SAT solver: the yield condition with the largest energy z_i
+    #: p_i yields. Times for n = 1, 2 and 3 differed by less than 20 %.
     decide_every: int = 2
 
 
@@ -66,40 +60,35 @@ class ProofBudget(Settings):
     ``benchmarks/README.md`` has the measurements.
     """
 
-    #: A proof is tried by default on scenes with at most this number of joints. The default budget of linear
-    #: programs, see ``programs``, suffices for a proof on more than nine of ten random scenes of up to 15
-    #: joints. With a larger number more scenes are proven, such as 19 of 43 random scenes of 16 to 25 joints,
-    #: and scenes without a proof take a second longer.
+    #: A proof is tried by default on scenes with at most this number of joints. Proofs succeed on nine of ten
+    #: random scenes of up to 15 joints, but on fewer than half of the scenes of 16 to 25 joints. An attempt
+    #: without success takes about a second.
     few_joints: int = zero_or_more(15)
 
-    #: A proof is also tried by default on scenes with more than ``few_joints`` joints, but at most
-    #: ``most_joints``, if they have at most this number of redundant forces. This is the number of unknown
-    #: forces minus the number of equations of equilibrium. A single arch has three redundant forces, and its
-    #: proof is short. With a larger number more searches end without a proof.
+    #: A proof is also tried by default on scenes of up to ``most_joints`` joints with at most this number of
+    #: redundant forces. A single arch has three. With a larger number, more searches end without a proof.
     few_redundant_forces: int = zero_or_more(3)
 
-    #: Largest number of linear programs that a search for a proof by default may solve (the default takes
-    #: about 1 s). With a larger number more searches end with a proof, and searches without a proof take
-    #: longer.
+    #: Largest number of linear programs of a proof that is tried by default (4500 take about 1 s). With a
+    #: larger number, more proofs succeed, and attempts without success take longer.
     programs: int = zero_or_more(4500)
 
     #: No proof is tried on scenes with more than this number of joints, because it would hardly ever succeed.
     #: With a larger number option ``search`` takes longer on larger scenes.
     most_joints: int = zero_or_more(60)
 
-    #: Time limit of the search for a proof in seconds. The search reaches it only if linear programs are very
-    #: slow, and then ends without a proof. With a shorter time results may depend on the machine.
+    #: Time limit of the search for a proof, in seconds. It is reached only if linear programs are very slow.
+    #: With a shorter limit, results may depend on the machine.
     seconds: float = 30.0
 
-    #: Upper end of the range of load factors that the search for a proof covers, relative to the last load
-    #: factor of the load history. The value is used if neither an exact state nor the associative load factor
-    #: is known. With a smaller value the search may miss states. With a very large value, rounding errors
-    #: leave more searches undecided.
+    #: If no exact state and no associative load factor is known, a proof covers λ up to this multiple of the
+    #: last λ of the load history. With a smaller value, states may be missed. With a very large value,
+    #: rounding errors leave more searches undecided.
     load_range: float = 10.0
 
-    #: Number of linear programs in the first period of search, and also in the first period of proof. With
-    #: option ``search``, periods of search and of proof alternate, and the number doubles after each period
-    #: of proof. With a smaller number a proof may be found earlier, but more work is repeated.
+    #: With option ``search``, periods of search and of proof alternate. The first two have this number of
+    #: linear programs each, and the number doubles after each period of proof. With a smaller number, a proof
+    #: may be found earlier, but more work is repeated.
     first_turn: int = 1000
 
     def covers(self, problem: Problem) -> bool:

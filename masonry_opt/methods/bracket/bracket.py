@@ -26,9 +26,8 @@ from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.stopped import without_answer
 from masonry_opt.solvers.registry import MATRICES, find_solver
 
-#: Number of joints above which the lower and the upper bound of the least load factor seldom become equal. On
-#: scenes with more joints, method "global" first searches for states with a lower λ. A lower state lowers the
-#: upper bound, and with it the limits of the forces.
+#: On scenes with more joints than this number, method "global" first searches for states with a lower λ. A
+#: lower state reduces the upper bound of λ and the limits of the forces.
 _MANY_JOINTS = 60
 
 #: Fraction of the time limit of method "global" that the search for states with a lower λ may use on scenes
@@ -62,8 +61,8 @@ def global_search(task: Task) -> Solution:
     with limited(options.time_limit):
         upper = associative(task.with_options(None, find_solver("cvxpy", None)))
     if upper.load_factor is None:
-        # An unlimited load under associative flow does not prove that the load is unlimited with Coulomb
-        # friction. Mark the solution as an answer for Coulomb friction.
+        # Mark the solution without a load factor as an answer for Coulomb friction, the friction law of
+        # method "global".
         upper = replace(upper, kind=Kind.EXACT)
     if upper.load_factor is None and upper.status is not Status.LOCKED:
         return upper
@@ -88,8 +87,8 @@ def global_search(task: Task) -> Solution:
     solution = replace(solution, associative=upper.load_factor, flow_rule_matters=start.flow_rule_matters)
     rising = Rising(problem, best, options.rate_bound or assumed_rates(problem, solution.d), task.effort)
     if best > 0:
-        # The time limit of a study of several scenes may be earlier than the time limit of this method. The
-        # sequence of programs stops by itself at the earlier limit.
+        # Stop the sequence of programs at the time limit of this method or of the whole study, whichever is
+        # earlier.
         ends = min(began + options.time_limit, time.perf_counter() + seconds_left())
         with unlimited():
             solution = _raised(task, solution, rising, began, ends)
@@ -109,8 +108,8 @@ def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
         with limited(left):
             own = task.with_options(CoulombOptions(search=search), find_solver(MATRICES, None))
             start = coulomb(own)
-            # If no search was made, look for an exact state near the forces of the solution. Even if the
-            # scene is unstable under its dead load, its forces may lead to an exact state.
+            # If no search was made, look for an exact state near the forces of the solution, even if the
+            # scene is unstable under its dead load.
             return start if search is not None else search_lower(task, start, SearchLimits())
     except TimeLimitReached as stop:
         return without_answer(Kind.EXACT, stop, task.effort)

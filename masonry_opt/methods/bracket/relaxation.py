@@ -25,8 +25,8 @@ from masonry_opt.solution.acceptance import BEYOND_LIMITS, CLOSED, SMALLEST
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 
-#: Limit that method "global" assumes for each joint force that statics does not limit, relative to the sum of
-#: all loads. A smaller value may exclude states with large forces.
+#: If statics does not limit a joint force, method "global" assumes this limit, relative to the sum of all
+#: loads. A smaller value may exclude states with large forces.
 _TIMES_LOADS = 10.0
 
 #: Largest rate or velocity of the mechanisms that an infeasibility proof must exclude. Faster mechanisms are
@@ -36,60 +36,52 @@ _LARGEST_MOTION = 1e9
 #: Tolerance of the interior-point methods that solve the programs of method "global".
 _TOLERANCE = 1e-7
 
-#: Number of rows up to which the older interior-point method of HiGHS is tried before the newer method, HiPO.
-#: On programs with fewer rows, the older method is two to three times as fast and closer to the optimum. On
-#: programs with more rows, it mostly ends without multipliers.
+#: Number of rows up to which the older interior-point method of HiGHS is tried before HiPO. The older method
+#: is two to three times as fast on small programs, but mostly ends without multipliers on larger programs.
 _FEW_ROWS = 20_000
 
-#: Tolerance of HiPO, as a fraction of the relative gap between the bounds of λ. With a smaller tolerance,
-#: the second half of the iterations would improve the bound by only 1 %. The next program, with more
-#: products, improves the bound much more.
+#: Tolerance of HiPO, relative to the gap between the bounds of λ. With a smaller tolerance, twice as many
+#: iterations would improve the bound by only 1 %.
 _COARSE = 0.05
 
-#: Largest velocity that is assumed for variables without bounds, in units of the live load's mean velocity.
-#: Without bounds, HiPO stalls or fails, and the older interior-point method of HiGHS fails on a few scenes.
-#: The proof of the lower bound does not use this number.
+#: Largest velocity that is assumed for variables without bounds, relative to the live load's mean velocity.
+#: Without bounds, solvers may stall or fail. The proof of the lower bound does not use this number.
 _FASTEST = 20.0
 
-#: Rate or velocity, in units of the live load's mean velocity, below which a motion counts as zero when joint
-#: forces are computed from the products of forces and motions.
+#: Motions below this value, relative to the live load's mean velocity, count as zero when forces are computed
+#: from products of forces and motions.
 _NEGLIGIBLE_MOTION = 1e-3
 
-#: Largest number of iterations of a solver for one program of method "global". If a solver reaches this
-#: number, the next solver is tried. If no solver finds an optimum, the bound follows from the last
-#: multipliers. The limit also ends programs that have no time limit.
+#: Largest number of iterations of a solver for one program of method "global". After this number the next
+#: solver is tried. If no solver finds an optimum, the bound follows from the last multipliers.
 _MOST_PROGRAM_ITERATIONS = 500
 
 #: Smallest time limit of one program of method "global", in seconds.
 LEAST_TIME = 1.0
 
-#: Pairs of distances that select the products in the successive programs of method "global". A program
-#: contains a product only if the places of its two factors are at most a distance apart, in blocks (see
-#: :func:`distances`). The first distance of a pair is for products of a force and a rate, and the second
-#: distance for products of a force and a velocity. The next pair is used if the bounds of λ still differ and
-#: time remains.
+#: Largest distances, in blocks, between the two factors of a product in the successive programs of method
+#: "global" (see :func:`distances`). The first distance of a pair is for products of a force and a rate, the
+#: second for products of a force and a velocity.
 RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
 #: Relative margin by which the largest λ of the programs exceeds the lowest known λ. Without a margin, the
 #: feasible set would have no interior, which interior-point methods need.
 _LOAD_FACTOR_MARGIN = 1e-4
 
-#: If a program closes more than this fraction of the gap between the bounds of λ, the same program is solved
-#: again with the tighter force limits that follow from the better bound. Otherwise the next program is
-#: solved, which has more products and takes three to ten times as long.
+#: If a program closes more than this fraction of the gap between the bounds of λ, the program is solved again
+#: with tighter force limits. Otherwise a larger program follows, which takes three to ten times as long.
 _WORTH_REPEATING = 0.5
 
 #: Largest number of products of a force and a motion in one program of method "global". Programs with more
 #: products are skipped, because they would need too much memory.
 _MOST_PRODUCTS = 400_000
 
-#: Smallest limit of the sum of all rates that method "global" assumes if kinematics imposes no limit,
-#: relative to the mean velocity of the live load. A smaller value may exclude states with large rates.
+#: If kinematics does not limit the sum of all rates, method "global" assumes a limit of at least this
+#: multiple of the live load's mean velocity. A smaller value may exclude states with large rates.
 _LEAST_RATES = 100.0
 
-#: Limit of the sum of all rates that method "global" assumes if kinematics imposes no limit, relative to the
-#: sum in the lowest known state. A smaller value may exclude states with large rates. On walls, the sum in
-#: the lowest known state is 30 to 140 times the mean velocity of the live load.
+#: If kinematics does not limit the sum of all rates, method "global" assumes a limit of this multiple of the
+#: sum in the lowest known state. A smaller value may exclude states with large rates.
 _OVER_KNOWN = 10.0
 
 
@@ -99,13 +91,12 @@ class StateBounds:
 
     lowest: float  #: lower end of the interval of λ
     normal: np.ndarray  #: upper bound of the normal force of each joint, shape (c,)
-    #: Upper bounds of the three force variables of each joint, shape (3c,): the edge forces x₂ and x₃ and the
-    #: slack z₀ of sliding, see :class:`.EdgeFactors`. In joints that cannot slide, the bound of the shear s
-    #: replaces the bound of z₀.
+    #: Upper bounds of the edge forces x₂ and x₃ and the sliding slack z₀ of each joint, shape (3c,), see
+    #: :class:`.EdgeFactors`. In joints that cannot slide, the bound of the shear s replaces the bound of z₀.
     forces: np.ndarray
     rates: float  #: upper bound of the sum of all slips and edge openings
-    #: True if statics implies the limits of the forces. If False, some limits are assumed, and a bound is
-    #: valid only for states whose forces are within the limits.
+    #: True if statics implies the limits of the forces. If False, some limits are assumed, and bounds of λ
+    #: are valid only for states within the limits.
     forces_derived: bool
     #: True if kinematics implies the limit of the rates. If False, the limit is assumed.
     rates_derived: bool
@@ -170,8 +161,8 @@ def _force_limits(
     of_shears = selection(2 * c + cannot_slide, problem.table.width)
     targets = sp.vstack([problem.table.normal_sums, of_shears]).toarray()
     steep = max(1.0, float(problem.friction.max(initial=0.0)))
-    # In each state, no force is larger than ``share`` · (1 + S). Here S is the sum, in the same state, of the
-    # forces whose maxima the linear programs compute.
+    # No force of a state exceeds ``share`` · (1 + S). S is the sum of the forces of this state that the
+    # linear programs maximise.
     share = steep + float(problem.cohesion.max(initial=0.0))
     values, short = np.zeros((2, len(targets)))
     columns = session.columns(q)
@@ -318,8 +309,8 @@ def _largest_per_rate(model: PyomoProducts, shortfall: np.ndarray) -> float:
     """
     problem, factors, start = model.problem, model.factors, model.factors.velocities.start
     by_rates = np.abs(velocities_by_rates(problem)).T @ shortfall[start:]
-    # Convert rocking rates to edge openings: a rocking rate is half of an edge opening. The second factor of
-    # 1/2 cancels the factor of 2 that ``in_edges`` applies to rocking rates.
+    # Divide by 2, because a rocking rate is half of an edge opening, and by 2 again, because ``in_edges``
+    # multiplies rocking rates by 2.
     by_rates[problem.table.rocks] /= 4
     return float((shortfall[:start] + factors.in_edges(by_rates)).max())
 
@@ -361,11 +352,11 @@ def _solved(
         left = ends - time.perf_counter()
         if left < LEAST_TIME and multipliers.any():
             break
-        # Presolve is off, because it would leave no multipliers of the original program at the time limit.
-        # HiPO uses the normal equations, because it stalls with the augmented system.
         options: dict[str, Any] = {"kkt_tolerance": coarse} if name == "highs-hipo" else {}
         options |= {
+            # With presolve, no multipliers of the original program would be known at the time limit.
             "presolve": "off",
+            # With the augmented system, HiPO stalls.
             "hipo_system": "normaleq",
             "ipm_iteration_limit": _MOST_PROGRAM_ITERATIONS,
         }
@@ -390,8 +381,8 @@ class Rising:
         self.best = best  #: lowest known load factor, λ > 0; callers may set a lower value
         self.bound = 0.0  #: lower bound of λ from all programs solved so far
         self.history: list[BoundStep] = []  #: records of all programs solved so far
-        #: Upper bounds of the forces and rates of all states whose load factor is at most the lowest known λ.
-        #: Bounds that do not follow from statics or kinematics are assumed.
+        #: Upper bounds, derived or assumed, of the forces and rates of all states up to the lowest known load
+        #: factor.
         self.of = bounds_of(problem, a_little_above(best), rates, effort)
 
     def programs(

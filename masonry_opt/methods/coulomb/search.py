@@ -221,8 +221,8 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder,
     if best is None:
         return _without_state(first, lowest.missed)
     has_same_law = first.found.forms == best.answer.forms
-    # The search starts near the answer of ``first``, but may end at a higher load factor. If the answer of
-    # ``first`` is exact, it is therefore compared with the best state of the search.
+    # If the answer of ``first`` is exact, keep it for comparison, because the search may end at a higher load
+    # factor.
     kept = first.answer if has_same_law and first.kind is Kind.EXACT else None
     answer = lower_of(best.answer, kept) or best.answer
     is_kept = answer is kept

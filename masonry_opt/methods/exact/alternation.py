@@ -190,8 +190,8 @@ class Alternation:
     ) -> Answer | None:
         """Solve both programs alternately. Return the last exact state, or else the last acceptable state."""
         problem, scaled = self._problem, self._scaled
-        # The given forces may not balance the loads, for example if they are forces of elastic contacts.
-        # Start with the load factor for which the unbalanced forces are smallest.
+        # Start with the load factor at which the unbalanced forces are smallest. The given forces, such as
+        # forces of elastic contacts, may not balance the loads.
         fitted = -float(problem.live @ problem.unbalanced(0.0, q)) / float(problem.live @ problem.live)
         forces: tuple[float, np.ndarray] | None = fitted / scaled.load_factor, q / scaled.force
         last: Answer | None = None

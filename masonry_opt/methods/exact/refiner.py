@@ -38,9 +38,9 @@ if TYPE_CHECKING:
 #: listed.
 _REFINEMENT_PURPOSE = "refinement"
 
-#: Largest residual of a dual ray with which HiGHS may report the program of forces as infeasible. This is the
-#: default of HiGHS. With a smaller value many infeasible programs end as undecided, after two long runs. With
-#: a larger value states of nearly parallel joints may be missed.
+#: Largest residual of a dual ray with which HiGHS may report a program as infeasible (the default of HiGHS).
+#: With a smaller value, many infeasible programs remain undecided. With a larger value, states of nearly
+#: parallel joints may be missed.
 _RAY_TOLERANCE = 1e-9
 
 
@@ -58,8 +58,8 @@ class ExactState:
     q: np.ndarray  #: joint forces, shape (3c,)
     d: np.ndarray  #: block velocities, shape (3b,)
     rates: np.ndarray  #: rates p of the mechanism, one for each yield condition, shape (faces,)
-    #: Dual variable of the condition z = 0 of each yield condition with a nonzero rate, shape (faces,). The
-    #: larger the dual variable is, the more λ would decrease without this condition.
+    #: Dual variable of the condition z = 0 of each yield condition with a nonzero rate, shape (faces,). A
+    #: larger value means that λ decreases more without the condition.
     duals: np.ndarray
     #: Load factor λ ≤ 0 of a state that the search for lower states reached from this state; infinite if no
     #: state of this kind is known.
@@ -123,9 +123,8 @@ class StateFinder(ABC):
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self.problem, self.effort = problem, effort
         self.deadline = inf  #: value of ``time.perf_counter`` at which the search must end
-        #: Number of programs that the solver neither solved nor proved infeasible, counted since λ last
-        #: decreased. If the number is not zero, a state with a lower λ may have been missed. None if the
-        #: finder does not count these programs.
+        #: Number of programs that the solver left undecided since λ last decreased; None if they are not
+        #: counted. If any are undecided, a state with a lower λ may have been missed.
         self.undecided: int | None = None
         self.size: LpSize | None = None  #: size of the linear program of forces; None if unknown
 
@@ -166,9 +165,8 @@ class Refiner(StateFinder):
         self.size = forces.size
         self._kinematics = HighsSession(motion, effort, _REFINEMENT_PURPOSE)
         self.undecided = 0
-        #: Results of earlier searches for states with a lower λ. The key of a result identifies the state
-        #: from which the search began. Results are reused, because many starts lead to the same few states. A
-        #: result is not stored if the solver left programs undecided.
+        #: Results of earlier searches for a lower λ, by the state from which a search began. Many starts lead
+        #: to the same few states. Results with undecided programs are not stored.
         self._ends: dict[tuple[str, bytes], ExactState | None] = {}
 
     def mechanism(

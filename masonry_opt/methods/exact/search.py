@@ -89,8 +89,8 @@ class Search:
     ) -> None:
         self._finder, self._analysis, self.problem, self.met = finder, analysis, finder.problem, met
         self._settings = settings
-        #: State with the lowest λ that another search, such as the search for a proof, has found; None if the
-        #: other search has found no state. Later starts use forces close to the forces of this state.
+        #: State with the lowest λ from another search, such as the search for a proof, or None. Later starts
+        #: use forces near the forces of this state.
         self.known: ExactState | None = None
 
     @property
@@ -298,11 +298,10 @@ _START_FUNCTIONS: dict[str, _Start] = {
     _NEIGHBOUR: Search.neighbour,
 }
 
-#: Kinds of starts in the plane, in the order in which the search repeats them. Compared with a load history,
-#: random forces and neighbours take a tenth of the time, and fixed points take a third. Only fixed points
-#: lead to the lowest states of some slopes that slide as a whole (see ``benchmarks/README.md``).
+#: Kinds of starts in the plane, in the order in which the search repeats them. Fixed points take three times
+#: as long as other kinds, but only they lead to the lowest states of some sliding slopes.
 _KINDS_IN_PLANE = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
-#: Kinds of starts in space, in the order in which the search repeats them. Starts from random forces lead to
-#: states with a lower λ in less time than starts from load histories ("self-stress").
+#: Kinds of starts in space, in the order in which the search repeats them. Random forces are frequent,
+#: because they lead to a lower λ in less time than self-stress.
 _KINDS_IN_SPACE = (_RANDOM_FORCES, _RANDOM_FORCES, _STRESS, _RANDOM_FORCES)

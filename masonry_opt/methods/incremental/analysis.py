@@ -67,14 +67,14 @@ class IncrementalResult:
     #: Exact state of the collapse, with a load factor between ``carried`` and ``not_carried``; None if no
     #: state was found.
     state: Answer | None = None
-    #: Exact state in which the blocks continue to move after the collapse. Its load factor is below
-    #: ``carried``, the largest load factor in equilibrium. None if no state was found.
+    #: Exact state in which the blocks continue to move after the collapse, at a load factor below
+    #: ``carried``. None if no state was found.
     state_in_motion: Answer | None = None
     #: Motion of the blocks in the collapse, under the load factor ``not_carried`` or, if the scene is
     #: unstable, under the dead load.
     collapse: Collapse | None = None
-    #: Unbalanced forces under the load factor ``carried``, divided by the norm of the live load, shape (3b,).
-    #: The forces are small enough to count as equilibrium. None if the scene is unstable.
+    #: Remaining unbalanced forces under the load factor ``carried``, divided by the norm of the live load,
+    #: shape (3b,). None if the scene is unstable.
     unbalanced: np.ndarray | None = None
     #: Largest amount by which ``carried`` may exceed the load factor of an exact state because of unbalanced
     #: forces. It is less than the accuracy of the load history.
@@ -323,8 +323,8 @@ class _LoadRaising:
         settings, solver = self.settings, self.solver
         load_factor = self._size_of(self.carried)
         if self.reached.by_motion:
-            # Contacts that slipped during the damped motion may stick now. Use a small increment to find out
-            # which contacts stick. Double the increment with each consecutive damped motion.
+            # Use a small increment after a damped motion, to find out which contacts now stick. Double the
+            # increment with each consecutive damped motion.
             motions = sum(1 for _ in takewhile(lambda step: step.is_jump, reversed(self.steps)))
             share = settings.tolerance * 2.0 ** min(motions - 1, 60)
             return min(share, settings.smallest_increment) * load_factor

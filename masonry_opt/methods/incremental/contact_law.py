@@ -68,9 +68,9 @@ def mean_force_and_compliance(
 class Response:
     """Response of all contacts to trial forces. Forces have one column per joint and per limited force."""
 
-    #: Forces of the contacts, shape (3, m), with one column for each joint, and then one for each limited
-    #: force (such as the force of a tie). The rows of a joint are n₁, n₂ and s (in space n, s and t). The
-    #: column of a limited force has this force in the third row, and zeros in the other two rows.
+    #: Forces of the contacts, shape (3, m): one column per joint, then one per limited force, such as the
+    #: force of a tie. The rows of a joint are n₁, n₂ and s (in space n, s and t). A limited force is in the
+    #: third row; the other rows are zero.
     forces: np.ndarray
     tangent: np.ndarray  #: derivative of ``forces`` with respect to the trial forces, shape (3, 3, m)
     #: Trial forces with which the next load step or time step starts, shape (3, m). They contain no
@@ -260,13 +260,13 @@ class StrengthPolygon:
     @cached_property
     def _sides(self) -> "PolygonSides":
         """Sides of the polygon, counter-clockwise."""
-        # Each corner of the polygon is the intersection of two chords of the strength parabola, at the
-        # relative normal force x = n / (f_c L). The moment at a corner is L/2 · x (1 - x), so n₁ and n₂ are
-        # (x ± x (1 - x)) / 2.
+        # Each corner is the intersection of two chords of the strength parabola, at the relative normal force
+        # x = n / (f_c L).
         slope, constant = CHORDS.slope, CHORDS.constant
         inner = (constant[1:] - constant[:-1]) / (slope[:-1] - slope[1:])
         x = np.concatenate([[0.0], inner, [1.0]])
         moment = np.concatenate([[0.0], slope[:-1] * inner + constant[:-1], [0.0]])
+        # With the moment relative to f_c L²/2, the forces n₁ and n₂ at a corner are (x ± moment) / 2.
         upper = np.stack([(x + moment) / 2, (x - moment) / 2], axis=1)
         return PolygonSides(np.concatenate([upper, upper[-2:0:-1, ::-1]]))
 

@@ -17,8 +17,8 @@ class IncrementalSettings(Settings):
     """
 
     #: Largest width of the range of possible collapse loads, relative to the load factor, if the range
-    #: contains no exact state. With a smaller value the search takes more steps. With a larger value the
-    #: range is wider, and the exact state may be missed.
+    #: contains no exact state. With a smaller value, the search takes more steps. With a larger value, the
+    #: exact state may be missed.
     #:
     #: The setting has three further effects:
     #:
@@ -28,34 +28,32 @@ class IncrementalSettings(Settings):
     #:   consecutive damped motion the increment doubles, until it reaches ``smallest_increment``.
     #: - Forces that hold a settling support are stiffer than a tie by the factor 1 / ``tolerance``.
     tolerance: float = 1e-3
-    #: Change of the contact forces in the first trial of a load increment, relative to the size of the
-    #: contact forces. The trial is at least ``smallest_increment``, and at most twice the last increment. It
-    #: is then doubled as long as no contact opens, closes, slips or sticks. With a smaller value there are
-    #: more increments. With a larger value, contacts that slip back and forth may lead to a different
-    #: equilibrium.
+    #: Change of the contact forces in the first trial of a load increment, relative to the forces. The trial
+    #: is doubled as long as no contact opens, closes, slips or sticks. With a smaller value, there are more
+    #: increments. With a larger value, contacts that slip back and forth may lead to a different equilibrium.
     increment: float = 0.1
     #: Displacement beyond which the blocks count as collapsed, relative to the elastic displacement under the
-    #: mean contact force. If the load is larger than the mean contact force, the displacement is multiplied
-    #: by the ratio of the load to this force. With a smaller value, a long slide to a new equilibrium counts
-    #: as collapse. With a larger value, joints that are not quite parallel may jam first, and motions of
-    #: large scenes in space remain undecided.
+    #: mean contact force or, if larger, under the load. With a smaller value, a long slide counts as
+    #: collapse. With a larger value, nearly parallel joints may jam, and motions of large scenes remain
+    #: undecided.
     far: float = 3e3
 
-    #: Largest number of joints (in space: contact points) of scenes for which Coulomb methods other than
-    #: "incremental" also compute the incremental load factor. On larger scenes the computation would take
-    #: many minutes. The other methods always use the default value.
+    #: Coulomb methods other than "incremental" compute the incremental load factor on scenes of up to this
+    #: number of joints (in space: contact points). Larger scenes would take many minutes. These methods
+    #: always use the default value.
     most_joints: int = 3000
 
     #: Smallest load increment, relative to the load factor. The load history also ends if a range of this
-    #: width contains an exact state. With a smaller value there are more increments near collapse. With a
-    #: larger value the load history is less accurate near collapse.
+    #: width contains an exact state. With a smaller value, the history is more accurate near collapse, but
+    #: has more increments.
     smallest_increment: float = 1e-2
     #: Largest number of load increments in a load history. With a smaller number, analyses of unlimited loads
     #: end earlier, but analyses that need many increments end undecided.
     increments: int = 2000
-    #: The load counts as unlimited if it can grow by this factor without a change at any contact. If contacts
-    #: change, the load is raised at most to this multiple of the mean contact force. With a smaller factor, a
-    #: change under a very large load may be missed. With a larger factor, wedged scenes may take longer.
+    #: The load counts as unlimited if it can grow by this factor without a change at any contact. The
+    #: analysis ends undecided if the load exceeds this multiple of the mean contact force. With a smaller
+    #: factor, changes under very large loads may be missed. With a larger factor, wedged scenes may take
+    #: longer.
     unbounded: float = 1e5
 
     #: Largest unbalanced force at equilibrium, relative to the mean contact force or to the load, whichever
@@ -63,13 +61,12 @@ class IncrementalSettings(Settings):
     #: accumulate over the load history.
     equilibrium: float = 1e-9
     #: Largest number of Newton iterations for one equilibrium, and for the slip of joints under trial forces.
-    #: If an equilibrium would need more iterations, Newton's method fails, and the slower damped motion
-    #: replaces it. With more iterations unsuccessful solves take longer.
+    #: Without convergence, the slower damped motion replaces Newton's method. With more iterations,
+    #: unsuccessful solves take longer.
     newton_iterations: int = 20
-    #: Largest number of times that a Newton step is halved if it does not reduce the residual, and that a
-    #: time step of a damped motion is halved if it is too long. If more halvings would be needed, the step
-    #: fails. With fewer halvings Newton's method fails more often, and the slower damped motion replaces it.
-    #: With more halvings unsuccessful solves take longer.
+    #: Largest number of times that a Newton step, or a time step of a damped motion, is halved. With fewer
+    #: halvings, Newton's method fails more often, and the slower damped motion replaces it. With more
+    #: halvings, unsuccessful solves take longer.
     halvings: int = zero_or_more(4)
 
     #: Factor by which the damping decreases after a complete time step and increases after a shortened time
@@ -79,12 +76,9 @@ class IncrementalSettings(Settings):
     #: solves, but by less than ``far``, the motion is undecided. With a smaller number more slow slides
     #: remain undecided. With a larger number slow slides take longer.
     motion_solves: int = 4000
-    #: Largest number of solves for the exact state of a collapse. Before each solve the blocks are displaced
-    #: by ``far``. With fewer solves fewer exact states are found in space, because directions of slip may
-    #: change from solve to solve. With more solves collapses without an exact state take longer. With 0 the
-    #: load history uses no exact states. Then even a plane analysis usually ends with a range of the collapse
-    #: load (code ``range`` instead of ``collapse``), and its load factor differs slightly from that of the
-    #: exact state.
+    #: Largest number of solves for the exact state of a collapse. With fewer solves, fewer exact states are
+    #: found in space. With more solves, collapses without an exact state take longer. With 0, no exact states
+    #: are sought, and most analyses end with a range of the collapse load.
     exact_solves: int = zero_or_more(4)
     #: Blocks count as free to move without resistance if more than this fraction of the unbalanced forces
     #: remains even though all contacts stick. With a smaller fraction rounding errors may look like a free
@@ -94,19 +88,16 @@ class IncrementalSettings(Settings):
     #: up to ``far``. With a smaller fraction collapse is recognised later. With a larger fraction a contact
     #: that stops the blocks may be missed.
     steady: float = 1e-2
-    #: Relative tolerance for rounding errors. It applies to the distance of a joint from its friction limit,
-    #: to forces (relative to the mean contact force), and to motions of joints (relative to the motion of the
-    #: blocks). With a smaller value rounding errors affect the result. With a larger value joints near their
-    #: friction limit slide too early.
+    #: Relative tolerance for rounding errors in forces, in motions of joints, and in distances from the
+    #: friction limit. With a smaller value, rounding errors affect the result. With a larger value, joints
+    #: near their friction limit slide too early.
     rounding: float = 1e-9
-    #: Regularisation of matrices. The elastic stiffness matrix times this value is added to each stiffness
-    #: matrix, like a small damping. The largest entry of the elastic stiffness matrix times this value is
-    #: added to each diagonal entry. In the matrix that determines the mean contact force, each diagonal entry
-    #: increases by this fraction of itself, or by this value if the entry is less than 1. With a smaller
-    #: value matrices of free blocks are nearly singular. With a larger value mechanisms are less exact.
+    #: Fraction of the elastic stiffness matrix that is added to each stiffness matrix. The same fraction of
+    #: its largest entry is added to the diagonal. With a smaller value, matrices of free blocks are nearly
+    #: singular. With a larger value, mechanisms are less exact.
     regularisation: float = 1e-14
-    #: Largest half-bandwidth of stiffness matrices that are factorised as banded matrices. Matrices with a
-    #: larger half-bandwidth are factorised as general sparse matrices. The value affects only the time.
+    #: Largest half-bandwidth of stiffness matrices that are factorised as banded matrices. Other matrices are
+    #: factorised as general sparse matrices. The value affects only the time.
     narrow_band: int = zero_or_more(200)
     #: Standard deviation of the logarithm of the contact stiffness in the random draws of option "spread".
     #: With a larger value the contacts differ more.

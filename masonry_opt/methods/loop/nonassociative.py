@@ -29,8 +29,8 @@ class Shortfall(StrEnum):
 #: that is rejected (a shortfall).
 Failure = Status | Shortfall
 
-#: Function that returns the next attempt to run the loop, given the last attempt. The function returns None
-#: if the next attempt would equal the last attempt.
+#: Function that returns the next attempt to run the loop after a failed attempt. The function returns None if
+#: the next attempt would be the same.
 Remedy = Callable[[Attempt], Attempt | None]
 
 #: Remedies that are still to be tried, for each kind of failure.
@@ -85,10 +85,8 @@ def _with(last: Attempt, option: str, value: float | str) -> Attempt:
     return replace(last, parameters=parameters, remedy=f"{option}={text}")
 
 
-#: Remedies for each kind of failure, in the order in which they are tried. A remedy that is listed several
-#: times is tried that many times. Each remedy solves at least one test scene on which a run of the loop
-#: fails. A change of the option ``c0`` is no remedy: it solved 3 of 193 scenes, and method "coulomb" solves
-#: these 3 scenes too.
+#: Remedies for each kind of failure, in the order in which they are tried. Each remedy solves at least one
+#: test scene on which a run of the loop fails.
 REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
     Status.NO_STATE: (*(less_slope,) * 5, _accurately),

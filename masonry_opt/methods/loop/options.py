@@ -10,8 +10,7 @@ from masonry_opt.methods.task import Options
 from masonry_opt.solvers.registry import Solver
 
 #: Options of the preset "paper": the values of the paper's section 5, without the exact state at the end. The
-#: preset permits only one remedy: after an infeasible sub-problem, which the paper does not discuss, the loop
-#: starts again with a smaller slope.
+#: only remedy is a smaller slope after an infeasible sub-problem, which the paper does not discuss.
 PAPER: dict[str, Any] = {
     "sub_problems": "accurate",
     "alpha": 0.3,

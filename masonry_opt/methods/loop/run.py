@@ -22,10 +22,9 @@ from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Solver, in_cvxpy
 
-#: If the energy error of sliding joints in a sub-problem, relative to λ, is below this value, the loop tries
-#: to end early with an exact state. The value is used only if sub-problems are rough, that is, solved to a
-#: large tolerance. With a smaller value more sub-problems are needed: with 1e-3 on façades, two to three
-#: times as many. The constant ``MOST_ENERGY`` limits the energy error of the exact state.
+#: If the energy error of sliding joints, relative to λ, is below this value, the loop tries to end early with
+#: an exact state. The value is used only for rough sub-problems. With a smaller value, more sub-problems are
+#: needed: with 1e-3 on façades, two to three times as many.
 _NEARLY_TRUE = 5e-3
 
 #: Number of sub-problems between two attempts to end a run of the loop early with an exact state. With a
@@ -39,8 +38,8 @@ _DOUBLINGS = 5
 #: Smallest relative increase of λ from one sub-problem to the next that counts as steady growth of the loop.
 _RISE = 1e-2
 
-#: Number of successive increases of λ, each by at least the fraction ``_RISE``, after which the loop counts
-#: as divergent if λ also exceeds ``_GROWN`` times its first value. The run then ends.
+#: The loop counts as divergent after this number of successive increases of λ by at least the fraction
+#: ``_RISE``, if λ then exceeds ``_GROWN`` times its first value.
 _RISES = 30
 
 #: Ratio of λ to its first value above which steady growth counts as divergence of the loop.
@@ -50,14 +49,12 @@ _GROWN = 1e3
 #: its iteration limit.
 LONGEST_PERIOD = 6
 
-#: An oscillation of λ counts as a cycle of the loop if λ changes by less than this fraction of its range from
-#: one period to the next. The run then ends. With a larger value slowly damped oscillations, whose λ would
-#: converge, also count as cycles.
+#: An oscillation of λ counts as a cycle, which ends the run, if λ changes by less than this fraction of its
+#: range from one period to the next. With a larger value, slowly damped oscillations also count as cycles.
 _STEADY = 0.05
 
-#: A rate counts as nonzero if it exceeds this fraction of the largest rate of the mechanism. The first
-#: fraction is larger than the rates that solvers return in place of zero. The second fraction is tried if no
-#: exact state is found with the first fraction, which happens in some cycles of the loop.
+#: Rates above this fraction of the largest rate count as nonzero. The first fraction exceeds the rates that
+#: solvers return in place of zero. The second fraction is tried if the first leads to no exact state.
 _MOVING_RATE_SHARES = (1e-6, 1e-4)
 
 #: Key in ``result.solvers`` of the solvers that computed the exact state at the end of a run of the loop.
@@ -138,9 +135,8 @@ class Run:
         self.next_try = 0
         #: True if the run may end before λ converges, as soon as an exact state is found.
         self.early = self.parameters.finish and self.parameters.tolerance is not None
-        #: True if the first load factor is reported as the associative load factor. If sub-problems are
-        #: solved to a large tolerance, the first load factor is not reported, because it is wrong by up to
-        #: 0.4 %.
+        #: True if the first load factor is reported as the associative load factor. With a large tolerance of
+        #: sub-problems it is not reported, because it is wrong by up to 0.4 %.
         self.first_is_associative = self.parameters.start == "associative" and not self.parameters.tolerance
 
     def follow(self, progress: Callable[[Iteration], None]) -> Solution:
@@ -201,9 +197,8 @@ class Run:
         parameters = self.parameters
         if last.alpha <= parameters.alpha_min:
             is_nearly_true = self.early and entry.mismatch <= _NEARLY_TRUE * abs(entry.load_factor)
-            # A run that may end early looks for an exact state before λ converges. If it finds none, it
-            # solves a few sub-problems before it looks again. All other runs look for an exact state only
-            # when λ has converged.
+            # If an early attempt to find an exact state failed, solve a few sub-problems before the next
+            # attempt.
             may_try = last.number >= self.next_try or not self.early
             if (is_nearly_true or last.stands_still) and may_try:
                 exact = self._exact_end(last)
@@ -238,9 +233,8 @@ class Run:
         is_rough = self.parameters.tolerance is not None or problem.layout.round
         if not is_rough:
             end = accurate_end(problem, state, corrected(problem, last), solver, effort)
-        # In a sub-problem sliding joints contract, and in joints of limited strength this contraction may
-        # represent crushing. If no exact state is found for a scene with such joints, try the method for
-        # rough sub-problems too.
+        # If joints can crush, also try the method for rough sub-problems: contraction of sliding joints may
+        # represent crushing.
         if is_rough or (end is None and len(problem.crushing)):
             end = rough_end(problem, state, solver, effort)
         if end is None:

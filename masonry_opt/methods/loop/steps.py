@@ -13,16 +13,16 @@ from masonry_opt.solution.answer import largest_acting, of_lesser_block
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Verdict
 
-#: Largest number of times that the trial cohesion of a cohesive start is raised, if the first sub-problem is
-#: infeasible. If the sub-problem is still infeasible, the run fails.
+#: Largest number of times that the trial cohesion of a cohesive start is raised while the first sub-problem
+#: is infeasible. After this number the run fails.
 _MOST_RAISES = 8
 
 #: Factor by which the trial cohesion of a cohesive start is multiplied each time that it is raised.
 _RAISE_FACTOR = 4
 
-#: The small cohesion of a joint is proportional to the largest normal force in its connected component, but
-#: to at most this multiple of the largest force on the joint's own blocks. Without the limit, very large
-#: forces on other blocks could make the cohesion too large.
+#: Limit of the normal force to which a joint's small cohesion is proportional, relative to the largest force
+#: on the joint's blocks. Without the limit, very large forces on other blocks could make the cohesion too
+#: large.
 _DWARFS = 1e3
 
 
@@ -49,8 +49,8 @@ class LimitUpdate:
     alpha: float  #: α of the next sub-problem
     #: Small cohesion c⁰ of each joint that can slide, in the next sub-problem's shear limits, shape (k,).
     small_cohesion: np.ndarray
-    #: Weighted mean of the normal force of each joint in the last two sub-problems, shape (c,). The later
-    #: sub-problem has the weight β. At this mean, the next shear limits equal Coulomb's limits.
+    #: Mean normal force of each joint in the last two sub-problems, with weight β for the later one, shape
+    #: (c,). At this mean, the next shear limits equal Coulomb's limits.
     about: np.ndarray
 
     def limits(self) -> ShearLimits:
