@@ -79,9 +79,9 @@ class Code(StrEnum):
     # Solvers could not decide if the scene is stable. The value ``word`` is the status of the last solver.
     # The value ``ratio`` is the largest dead load of a block divided by the smallest.
     DEAD_LOAD_UNDECIDED = "dead load undecided"
-    # The answer is withdrawn: the dead load would be carried only by forces between wedged blocks that do not
-    # arise under the joints' flow rule. The value ``load_factor`` is λ of the withdrawn answer, or None. The
-    # value ``blocks`` lists the names of the blocks that move.
+    # The answer is withdrawn, because it needs forces between wedged blocks to carry the dead load, and such
+    # forces do not arise under the joints' flow rule. The value ``load_factor`` is λ of the withdrawn answer,
+    # or None. The value ``blocks`` lists the names of the blocks that move.
     WEDGED = "wedged"
     # The only collapse state that was found has a load factor of zero or less, although the scene is stable
     # under its dead load from rest. Value: ``load_factor``, λ of this state.
@@ -111,9 +111,9 @@ class Code(StrEnum):
     # all forces, so that no other load factor above zero exists. The value ``against`` is True if the
     # mechanism moves against the live load.
     NO_WORK = "no work"
-    # The time limit of ``seconds`` ended the analysis. The value ``phase`` is the phase of the analysis at
-    # that time. If there is no answer, λ of the last step is the value ``carried`` for a load history, or
-    # ``last`` for any other method. A value that does not apply is None.
+    # The time limit ended the analysis after ``seconds`` in the phase ``phase``. If there is no answer, λ of
+    # the last step is the value ``carried`` for a load history, or ``last`` for any other method. A value
+    # that does not apply is None.
     TIME_LIMIT = "time limit"
     # The answer is rejected because of its residuals. The value ``load_factor`` is λ of the answer. The value
     # ``residuals`` contains the residuals that exceed their limits, by name.
@@ -298,9 +298,9 @@ class Code(StrEnum):
     # is True if unit weights are per area (in the plane without a thickness).
     WEIGHTS_DIFFER = "weights differ"
     # The unit weight of a fill or backing is so large or so small that its unit is probably wrong. The value
-    # ``fill`` is the number of the fill, from 1, and ``backing`` is True for its backing. The value
-    # ``unit_weight`` was compared with ``other``, the unit weight of the "blocks" or the "fill", as
-    # ``beside`` states.
+    # ``fill`` is the number of the fill, from 1, and ``backing`` is True for its backing. The values
+    # ``unit_weight`` and ``other`` are the compared unit weights. The value ``beside`` states to what
+    # ``other`` belongs: "blocks" or "fill".
     FILL_WEIGHT_DIFFERS = "fill weight differs"
     # The friction angle of a fill or backing is so small that it may be a tangent, or an angle in radians.
     # The value ``fill`` is the number of the fill, from 1, and ``backing`` is True for its backing. The value
