@@ -54,8 +54,8 @@ class ProofCheck:
         return (
             f"proven: no collapse state has a load factor from 0 to {self.bound:.9g}. The proof consists of "
             f"{self.static} static and {self.kinematic} kinematic conflicts, checked in exact arithmetic. It "
-            f"covers all states of sizes up to {self.reach:.1e}: the sum of the forces divided by the sum of "
-            "the loads, and the sum of the motions divided by the mean velocity of the live load"
+            f"covers all forces that sum to at most {self.reach:.1e} times the loads, and all motions that "
+            "sum to at most this multiple of the mean velocity of the live load"
         )
 
 

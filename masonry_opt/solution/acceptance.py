@@ -61,15 +61,13 @@ class Limits:
         }
 
 
-#: Limits of the residuals for each kind of answer. The limits of associative answers are 1e-4, because
-#: published load factors agree to four digits. The loop of linear programs needs larger limits, for two
-#: reasons:
-#:
-#: - Yield: the friction limits of a sub-problem are computed from the normal forces of the previous
-#:   sub-problem. On the walls of Table 1, this residual reaches a tenth of a block's weight.
-#: - Flow: sliding joints contract by 10⁻³ μ times their slip, which adds to this residual.
+#: Limits of the residuals for each kind of answer.
 LIMITS: dict[Kind, Limits] = {
+    # Published load factors agree to four digits, so associative answers have limits of 1e-4.
     Kind.ASSOCIATIVE: Limits(1e-4, 1e-4, 1e-4, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
+    # The friction limits of a sub-problem follow from the normal forces of the previous sub-problem, so the
+    # residual of yield reaches a tenth of a block's weight on the walls of Table 1. Sliding joints contract
+    # by 10⁻³ μ times their slip, which adds to the residual of flow.
     Kind.LOOP: Limits(1e-3, 0.1, 1e-2, 1e-2, work=5e-2, block=5e-2, joint=0.5),
     Kind.BARE_LOOP: Limits(1e-2, inf, 5e-2, 5e-2, work=5e-2, block=5e-2, joint=1.0),
     Kind.NEARLY_COMPLEMENTARY: Limits(1e-8, 1e-8, 1e-8, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
@@ -118,9 +116,8 @@ BEYOND_LIMITS = 1e-6
 FEASIBLE = 1e-11
 
 #: A mechanism proves a scene unstable only if its violation of the associative flow rule is at most this
-#: fraction of its power. The power is the rate of work of the dead load minus the rate of work that cohesion,
-#: strength and limited forces resist, in median block weights. Only joint forces whose sum exceeds a million
-#: median block weights could then stop the mechanism.
+#: fraction of its power, in median block weights. Only joint forces whose sum exceeds a million median block
+#: weights could then stop the mechanism.
 DEPARTS = 1e-6
 
 #: A slip, a shear or a violation of the associative flow rule below this magnitude counts as a rounding

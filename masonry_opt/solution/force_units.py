@@ -29,9 +29,8 @@ class _Range(NamedTuple):
 
 
 #: Usual range of the ratio of a strength to the stress below a column as high as the scene's largest
-#: dimension (not its height, because the thrust of a flat arch grows with its span). Rubble of 1 MPa in a
-#: scene of 50 m has a ratio of 1; stone of 50 MPa in a scene of 0.5 m has 5000. A ratio outside the range
-#: causes a warning.
+#: dimension. Rubble of 1 MPa in a scene of 50 m has a ratio of 1; stone of 50 MPa in a scene of 0.5 m has
+#: 5000. A ratio outside the range causes a warning.
 _STRENGTH = _Range(0.3, 1e4)
 #: Usual range of the ratio of a cohesion to the stress below a column as high as the scene's largest
 #: dimension. A cohesion of 20 kPa in a wall of 120 m has a ratio of 0.008; 1 MPa in a model of 0.1 m has 450.
@@ -64,6 +63,7 @@ def median_unit_weight(assembly: Assembly) -> float:
 
 def unusual_stresses(assembly: Assembly) -> Iterator[Reason]:
     """Generate warnings about strengths and cohesions that seem to have another unit than the weights."""
+    # Use the largest dimension instead of the height: the thrust of a flat arch grows with its span.
     extent = float(assembly.geometry.extent_of(assembly.movable).max())
     weight = median_unit_weight(assembly) * extent
     if not weight:

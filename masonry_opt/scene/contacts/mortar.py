@@ -26,8 +26,7 @@ from masonry_opt.scene.tolerance_advice import set_tolerance
 _WIDEST_OF_MORTAR = 2.0
 
 #: A gap counts as a mortar joint if moving a corner by at most this fraction of the gap's width makes its
-#: sides parallel. With a larger value, gaps that are due to inaccurate coordinates count as mortar joints
-#: too.
+#: sides parallel. With a larger value, gaps that are due to inaccurate coordinates count too.
 _PARALLEL_ERROR = 0.1
 
 #: Smallest thickness of a block, relative to ``tolerance``. A thinner block raises an error, because its
@@ -40,11 +39,11 @@ _ROUNDING = 1e-6
 
 #: Gaps of a survey count as mortar joints if the median difference between the widths at their two ends is at
 #: most this fraction of their median width. With a larger value, gaps that are due to inaccurate coordinates
-#: count as mortar joints too.
+#: count too.
 _SURVEY_ERROR = 0.5
 
 #: Gaps of a survey count as mortar joints only if at least this fraction of all joints crosses such gaps.
-#: With a smaller value, gaps at a few inaccurate corners count as mortar joints.
+#: With a smaller value, gaps at a few inaccurate corners count too.
 _SURVEY_FRACTION = 0.5
 
 

@@ -17,8 +17,8 @@ from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.rows import Rows, chunks, combine, dots, lengths, ranges
 
 #: Largest distance between two touching edges, relative to the length of their shared segment. Edges farther
-#: apart form no joint, unless they are nearly parallel. The ratio limits only segments shorter than ten
-#: tolerances, because the distance is at most one tolerance. A larger value accepts edges at a larger angle.
+#: apart form no joint, unless they are nearly parallel. With a larger value, edges at a larger angle form
+#: joints.
 LEAN = 0.1
 
 #: Sine of the largest angle between two sides that face each other across a gap, such as undrawn mortar. A
