@@ -54,8 +54,8 @@ class ProofCheck:
         return (
             f"proven: no collapse state has a load factor from 0 to {self.bound:.9g}. The proof consists of "
             f"{self.static} static and {self.kinematic} kinematic conflicts, checked in exact arithmetic. It "
-            "covers all states in which the forces (relative to the loads) and the motions (relative to the "
-            f"mean velocity of the live load) each sum to at most {self.reach:.1e}"
+            f"covers all forces that sum to at most {self.reach:.1e} times the loads, and all motions that "
+            "sum to at most this multiple of the mean velocity of the live load"
         )
 
 
@@ -126,8 +126,8 @@ class _Checker:
         self._bound = Fraction(proof.bound)
         self._load = sum(map(abs, self._dead)) + self._bound * sum(map(abs, self._live))
         self._sliders = len(problem.sliding)
-        #: Largest size of the states that all conflicts checked so far exclude; infinite if no conflict has
-        #: residuals. The attribute ``reach`` of :class:`ProofCheck` defines the size of a state.
+        #: Largest size of the states that all conflicts checked so far exclude, see ``ProofCheck.reach``;
+        #: infinite if no conflict has residuals.
         self.reach = float("inf")
         self._energy: list[Fraction | None] = list(self._cohesion)
 

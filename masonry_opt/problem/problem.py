@@ -383,9 +383,8 @@ class Problem(ProblemParts):
         flow = self.true_yield if slope is self.friction else self.C(slope)
         residual = self.motion(d) - flow.T @ p
         if self.by_friction.conic:
-            # With the flow matrix, the opening of a joint is proportional to the sum of the rates of all
-            # polygon sides. With the cone, the opening is proportional to the slip rate. This term corrects
-            # the difference.
+            # For a cone, the joint opens by ``slope`` times its slip rate. The flow matrix uses the sum of
+            # the rates of all polygon sides instead: correct the difference.
             slip_of_sides = self.limit_factors.T @ p
             residual[self.sliding] += slope * (slip_of_sides - self.slip(p))
         return residual

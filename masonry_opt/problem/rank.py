@@ -10,18 +10,17 @@ import scipy.linalg as la
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components, structural_rank
 
-#: Ratio of the smallest to the largest singular value of a scaled matrix above which its columns count as
-#: independent. With a larger value, fewer scenes count as statically determinate. The ratio is 4e-6 for a
-#: stack of 600 blocks, and 1e-16 with a redundant joint.
+#: Columns of a scaled matrix count as independent if the ratio of its smallest to its largest singular value
+#: exceeds this value. The ratio is 4e-6 for a stack of 600 blocks, and 1e-16 with a redundant joint. With a
+#: larger value, fewer scenes count as statically determinate.
 _LEAST_SINGULAR_VALUE = 1e-9
 
-#: Largest number of columns of a connected component whose singular values are computed; the computation
-#: takes up to a second. Larger components count as dependent, so a result never claims that their forces are
-#: unique.
+#: Largest number of columns of a connected component whose singular values are computed, which takes up to a
+#: second. The columns of larger components count as dependent.
 _MOST_COLUMNS_OF_COMPONENT = 1500
 
-#: Number of rounds of Ruiz scaling before singular values are computed. Each round brings the lengths of rows
-#: and columns closer to one. More rounds change little; fewer rounds leave rows of very different lengths.
+#: Number of rounds of Ruiz scaling. Each round brings the lengths of rows and columns closer to one. With
+#: fewer rounds, their lengths remain very different.
 _SCALING_ROUNDS = 5
 
 

@@ -14,13 +14,12 @@ from masonry_opt.scene.typical_sizes import GRAVITY_BY_UNIT
 from masonry_opt.solution.reasons import Code
 from masonry_opt.solution.typical_units import typical_unit, units_in_words
 
-#: Smallest number of nearly parallel joints at which a warning may say that the angles are probably errors of
-#: a survey. With a smaller value, the warning would also say this about intended wedges, such as a keystone.
+#: Smallest number of nearly parallel joints whose angles a warning may attribute to errors of a survey. With
+#: a smaller value, the warning would also attribute intended wedges, such as a keystone, to errors.
 _MANY_PAIRS = 10
 
-#: Smallest ratio of the upper to the lower quartile of the wedge angles at which a warning may say that the
-#: angles are probably errors of a survey. Errors of a survey have a ratio of about 2.2 or more. Voussoirs of
-#: equal width have equal angles, and therefore a ratio of about 1.
+#: Smallest ratio of the upper to the lower quartile of the wedge angles that a warning may attribute to
+#: errors of a survey. Such errors have a ratio of about 2.2 or more; voussoirs of equal width have about 1.
 _SCATTER_OF_SURVEY = 2.1
 
 
@@ -78,7 +77,7 @@ def lengths_differ(v: dict[str, Any]) -> str:
     own, unit = _rounded(v["unit_weight"]), typical_unit(v["unit_weight"])
     return (
         f"the blocks extend over {_rounded(v['extent'])}, but their median unit weight, {own}, looks like "
-        f"{unit}: give lengths in metres, or the weights in the unit of length of the scene"
+        f"{unit}: use metres for lengths, or the scene's unit of length for unit weights"
     )
 
 
@@ -175,9 +174,8 @@ def _gravity_differs(v: dict[str, Any]) -> str:
     found = f"the blocks extend over {v['extent']:.4g}, and the secant period T_s is {v['period']:.4g} s"
     *first, last = (f"{value:g} for {unit}" for unit, value in GRAVITY_BY_UNIT.items())
     return (
-        f"gravity {v['gravity']:g} seems to have another unit of length than the case ({found}): set "
-        f"'gravity' (--gravity) to {', '.join(first)} or {last}; a wrong gravity makes the non-linear check "
-        "wrong"
+        f"gravity {v['gravity']:g} seems to have another unit of length than the case ({found}), so the "
+        f"non-linear check may be wrong: set 'gravity' (--gravity) to {', '.join(first)} or {last}"
     )
 
 
@@ -195,9 +193,9 @@ def nearly_parallel(v: dict[str, Any]) -> str:
 def _uneven_sides(v: dict[str, Any]) -> str:
     """Return a warning that blocks touch in several nearly parallel joints, with the tolerance to set."""
     return (
-        "blocks touch in several joints that are almost, but not exactly, in one plane or line (the angle is "
-        f"at most {v['angle']:.2g} rad), so λ depends on small errors of the drawing: {pairs(v)}; if their "
-        f"sides should be flat, {set_tolerance(v['tolerance'])}"
+        "blocks touch in several nearly parallel joints (the angle is at most "
+        f"{v['angle']:.2g} rad), so λ depends on small errors of the drawing: {pairs(v)}; if the sides of "
+        f"these blocks should be flat, {set_tolerance(v['tolerance'])}"
     )
 
 
@@ -251,12 +249,12 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.WITHOUT_NORMAL: lambda v: (
         f"{pairs(v)} meet corner on corner, corner on edge or edge along edge. No joint is made there, "
-        "because the contact has no normal: if the blocks press on each other, cut off the corner or edge of "
-        "one block, so that the block has a narrow face there"
+        "because the contact has no normal: if the blocks press on each other, replace the corner or edge of "
+        "one block by a narrow face"
     ),
     Code.FACES_TURNED: lambda v: (
-        f"the corners of the faces of {blocks(v['blocks'])} are ordered partly clockwise and partly "
-        "counter-clockwise; all faces were turned outwards: check the order of the corners"
+        f"some faces of {blocks(v['blocks'])} list their corners clockwise, others counter-clockwise; all "
+        "faces were turned outwards: check the order of the corners"
     ),
     Code.CORNERS_BEAR: _corners_bear,
     Code.BARE_EDGE_LOAD: (

@@ -16,8 +16,8 @@ from masonry_opt.solution.thresholds import ZERO, same
 LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no state with a lower λ is known.
 #: Name of the load factor of an exact state, if it is proven that no state has a lower λ.
 LEAST = "least, proven"
-#: Name of the load factor of a crossing, if it is proven that no state at the worst position has a lower λ,
-#: but nothing is proven for positions that were not solved.
+#: Name of the load factor of a crossing that is proven to be the least at the worst position. Nothing is
+#: proven for positions that were not solved.
 LEAST_AT_POSITION = "least at this position, proven"
 #: Name of the load factor of a crossing that was stopped by the user or by the time limit.
 LEAST_SO_FAR = "the least at the positions solved so far"
@@ -47,8 +47,8 @@ _HISTORY_END_REMARKS = {
 _LOST = "equilibrium is lost as the live load grows from zero"
 #: Remark on possible states with a lower λ, for results of method "incremental".
 _LOWER_MAY_EXIST = "lower collapse states may exist (method 'coulomb' looks for lower states)"
-#: Remark on possible states with a lower λ, for methods other than "incremental" that report the incremental
-#: load factor because they found no exact state.
+#: Remark on the incremental load factor, if a method other than "incremental" reports it because no exact
+#: state was found.
 _NO_EXACT_STATE = "no exact collapse state was found, but exact states with a lower load factor may exist"
 
 #: Meaning of each name of a load factor. Sweeps and samples print these meanings below their results.

@@ -19,9 +19,9 @@ from masonry_opt.solution.thresholds import SLIDES
 #: digits than a floating-point number has.
 _LARGEST_WITH_DECIMALS = 1e10
 
-#: Ratio of the largest to the smallest dead load of a block above which a message names the ratio as the
-#: reason why stability is undecided. At this ratio, the answers of solvers have only one or two correct
-#: digits.
+#: If the ratio of the largest to the smallest dead load of a block exceeds this value, a message names the
+#: ratio as the reason for undecided stability. At this ratio, the answers of solvers have only one or two
+#: correct digits.
 _VERY_DIFFERENT = 1e7
 
 #: Names of residuals in messages, by the key of the residual.
@@ -144,8 +144,8 @@ def _not_hinging(v: dict[str, Any]) -> str:
         )
     most = "unlimited" if v["associative"] is None else numeral(v["associative"], ".6g")
     return (
-        f"λ is below the associative load factor ({most}), and the capacity curve follows only the hinging "
-        "mechanism of the associative solution: compute the curve with method 'static'"
+        f"λ is below the associative load factor ({most}), but the capacity curve can follow only the "
+        "associative mechanism: compute the curve with method 'static'"
     )
 
 
@@ -332,9 +332,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.DEAD_LOAD_UNDECIDED: _undecided,
     Code.WEDGED: _wedged,
     Code.BELOW_ZERO: lambda v: (
-        f"an exact state has λ = {numeral(min(v['load_factor'], 0.0), '.4g')}, which is not above zero: the "
-        "scene is stable under its dead load from rest, but with the joint forces of this state the scene "
-        "would fall without live load"
+        f"an exact state has λ = {numeral(min(v['load_factor'], 0.0), '.4g')}: with the joint forces of this "
+        "state the scene would fall without live load, but from rest it is stable under its dead load"
     ),
     Code.STOPPED_SHORT: (
         "the solver stopped before it reached its tolerance ('{word}'): check the residuals of the "
@@ -348,13 +347,12 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.NO_COLLAPSE: lambda v: (
         "proven: no load factor λ ≥ 0 exists, because every mechanism in which the live load does work needs "
-        f"joints that cannot yield together; the proof consists of {counted(v['static_cuts'], 'set')} of "
-        f"yield conditions that cannot all be at yield, and of {counted(v['kinematic_cuts'], 'set')} in "
-        "which at least one condition must be at yield"
+        f"joints that cannot yield together; the proof consists of {counted(v['static_cuts'], 'static set')} "
+        f"and {counted(v['kinematic_cuts'], 'kinematic set')} of yield conditions"
     ),
     Code.CARRIES_ANY: (
-        "proven: every multiple of the live load can be carried within the friction limits; a mechanism "
-        "exists too, so with other joint forces the scene may collapse"
+        "proven: joint forces within the friction limits can carry every multiple of the live load, but with "
+        "other joint forces the scene may collapse, because a mechanism exists"
     ),
     Code.CLAMPED: lambda v: (
         "self-stress, which no load causes, lets these joints carry the live load in both directions (λ and "
@@ -382,17 +380,17 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + _by_loop(v, "raise 'max_iterations', or lower 'beta'")
     ),
     Code.GROWS: lambda v: (
-        f"the loop found no upper limit of λ: λ is {v['load_factor']:.3g} after "
-        f"{counted(v['count'], 'sub-problem')} and still grows, because the compression of joints grows with "
-        "the load; real joints would crush, so check the direction of 'live', the supports and the friction"
+        f"λ is {v['load_factor']:.3g} after {counted(v['count'], 'sub-problem')} and still grows, because "
+        "the compression of joints grows with the load: check the direction of 'live', the supports and the "
+        "friction"
     ),
     Code.REPEATS: _repeats,
     Code.SUB_PROBLEM_FAILED: lambda v: (
         f"sub-problem {v['number']} ended with '{v['word']}': {_try_another_solver(v)}"
     ),
     Code.SUB_PROBLEM_EMPTY: lambda v: (
-        f"sub-problem {v['number']} has no equilibrium state, because its shear limits allow almost no "
-        "normal force in contacts that had no normal force in the previous sub-problem: "
+        f"sub-problem {v['number']} has no equilibrium state, because contacts without normal force in the "
+        "previous sub-problem can now carry almost no force: "
         + _by_loop(v, "lower 'alpha', or choose an interior-point solver")
     ),
     Code.BEGAN_AGAIN: _began_again,
@@ -450,8 +448,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.STATES_MET: _states_met,
     Code.FEW_STARTS: lambda v: (
-        f"all load factors agree, but after only {counted(v['candidates'], 'start')} this is weak evidence "
-        "that no lower collapse state exists, because equilibrium alone does not fix the forces"
+        f"all load factors agree after only {counted(v['candidates'], 'start')}, so a lower collapse state "
+        "may still exist: equilibrium alone does not determine the forces"
     ),
     Code.SEARCHED: lambda v: (
         f"the search for states with a lower λ used {counted(v['candidates'], 'start')}"

@@ -33,17 +33,16 @@ from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.thresholds import ZERO
 
-#: Reason codes that describe the course of the analysis instead of the scene. The line that states why there
-#: is no load factor omits these reasons if the result has other reasons.
+#: Codes of reasons that describe the analysis instead of the scene. If a result has other reasons, these
+#: reasons are omitted from the line that states why there is no load factor.
 _TRIED = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
 
-#: Fraction of the incremental load factor below which the summary explains why λ is so low: the joint forces
-#: of the exact state contain self-stress. With a larger value, the summary also explains ordinary
-#: differences.
+#: The summary explains a low λ by self-stress if λ is below this fraction of the incremental load factor.
+#: With a larger value, the summary also explains ordinary differences.
 _FAR_BELOW = 0.5
 
-#: Largest fraction of blocks that move in a state that the summary explains by self-stress. With a larger
-#: value, the summary also explains collapses of the whole structure.
+#: The summary explains a low λ by self-stress only if at most this fraction of the blocks moves. With a
+#: larger value, the summary also explains collapses of the whole structure.
 _FEW_BLOCKS = 0.5
 
 _MOST_TIES = 4  #: Largest number of ties and props that a summary lists; the remaining ones are only counted.

@@ -43,8 +43,7 @@ _LOAD_FACTOR_ROW = re.compile(r"  \w")
 
 #: Largest column in which continuation lines begin, if a line is wrapped to the width of a terminal.
 _DEEPEST_COLUMN = 40
-#: Largest number of gaps (of two or more spaces) in a line that is wrapped. Lines with more gaps are rows of
-#: tables, and are not wrapped, because their columns would be lost.
+#: A line with more gaps (of two or more spaces) than this number is a row of a table, and is not wrapped.
 _MOST_GAPS = 2
 
 #: Stream to which results are printed while standard output is redirected; None stands for standard output.
@@ -207,8 +206,7 @@ def frame_text(frame: "pd.DataFrame", title: str) -> str:
 
 def _cell(column: str, value: object) -> str:
     """Return a value as the text of a table cell, in a number format that depends on the column."""
-    # Import the module here, because it imports much of SciPy, which takes long. The list of commands
-    # (--help) also imports the present module, and must appear at once.
+    # Import ``sentences`` only here: it loads much of SciPy, which would delay the list of commands (--help).
     from masonry_opt.reporting.sentences import numeral
 
     if not isinstance(value, float):

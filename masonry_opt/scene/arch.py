@@ -12,11 +12,11 @@ from pydantic import Field, Strict
 from masonry_opt.scene.blocks import Block, NonNegative, Number, Point, Positive, Record, YesNo, rectangle
 from masonry_opt.scene.generator import AnyGenerator, Generator, polar
 
-#: Relative difference below which two lengths of an arch count as equal. For example, an arch counts as a
-#: semicircle if its rise exceeds half its span by less than this fraction.
+#: Relative difference below which two lengths count as equal, such as the rise and half the span of a
+#: semicircle.
 _ARCH_LENGTH_TOLERANCE = 1e-9
-#: Largest ratio of the thickness of an arch to its span. A larger ratio is refused, because one of the
-#: lengths is probably in another unit. A larger value misses thicknesses in cm beside spans in m.
+#: Largest ratio of the thickness of an arch to its span. A larger ratio raises an error, because one length
+#: is probably in another unit, such as cm instead of m.
 _GREATEST_THICKNESS = 3.0
 
 
@@ -24,8 +24,8 @@ class Stone(NamedTuple):
     """Shape and weight of a voussoir, skewback or abutment, relative to the origin of the arch."""
 
     name: str
-    #: Corners of the stone in order. The corners of a voussoir are the inner and outer end of its first
-    #: joint, then the outer and inner end of its second joint.
+    #: Corners in order. A voussoir has the inner and outer end of its first joint, then the outer and inner
+    #: end of its second joint.
     corners: list[Point]
     area: float | None  #: area from which the weight is computed; None for a support
     weight_at: Point | None = None  #: point of application of a voussoir's weight
@@ -227,10 +227,10 @@ class ArchRing(AnyGenerator):
         """
         radius, thickness, angle = self._arc.radius, self.thickness, self._arc.swept / self.voussoirs
         inner, outer, middle = radius - thickness / 2, radius + thickness / 2, (begin + end) / 2
-        # The centroid of an annular sector is at the distance `mean * arc` from the centre. Here `arc` is the
-        # ratio of chord to arc length, and `mean` is 2/3 (outer³ - inner³) / (outer² - inner²). The
-        # equivalent formula for `mean` below avoids cancellation in thin rings.
+        # The centroid of an annular sector is at the distance `mean * arc` from the centre. The formula for
+        # `mean` equals 2/3 (outer³ - inner³) / (outer² - inner²), but avoids cancellation in thin rings.
         mean = radius + thickness**2 / (12 * radius)
+        # `arc` is the ratio of the chord to the length of the arc.
         arc = 2 * math.sin(angle / 2) / angle
         area, centroid = {
             "sector": (angle * radius * thickness, mean * arc),

@@ -119,8 +119,8 @@ def _rings(block: Block, shapes: Geometry, index: int) -> list[list[Point]]:
     polygon, origin = shapes.polygons[index], shapes.origin
     whole = [shapely.get_coordinates(polygon)[:-1]]
     pieces = whole if shapes.convex[index] else convex_pieces(polygon, shapes.tolerance)
-    # Use the coordinates that the scene specifies, because they have no rounding errors. Compute coordinates
-    # only for corners at which two outlines cross, because the scene does not specify such corners.
+    # Take corners from the scene, because its coordinates have no rounding errors. Compute only corners at
+    # which two outlines cross, which the scene does not specify.
     given = np.array([point for ring in [*block.rings, *block.holes] for point in ring], dtype=float)
     given_at = dict(zip(map(tuple, given - origin), map(tuple, given.tolist()), strict=True))
     return [

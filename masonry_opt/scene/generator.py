@@ -23,8 +23,8 @@ Widths = Annotated[
     Annotated[Positive, Tag("<one>")] | Annotated[tuple[Positive, Positive], Tag("<several>")], ONE_OR_SEVERAL
 ]
 
-#: Length of the shortest cut stone (closer), relative to a whole stone. Instead of a shorter cut stone, the
-#: stone next to it is lengthened by up to this fraction.
+#: Length of the shortest cut stone (closer), relative to a whole stone. If a cut stone would be shorter, the
+#: adjacent stone is lengthened instead.
 CLOSER = 0.25
 
 #: Largest length, relative to a stone, that counts as a rounding error when a course is cut into stones.

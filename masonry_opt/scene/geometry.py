@@ -33,13 +33,13 @@ _NEAR_TOLERANCES = 3
 #: messages also recommend closing gaps that are openings.
 MORTAR = 0.35
 
-#: Allowance for curved edges that are drawn as chords, relative to the contact tolerance. The gap between two
-#: parallel arcs varies by the rise of their chords. With a smaller value, parts of curved joints are lost.
+#: Fraction of the contact tolerance that is added for curved edges drawn as chords: the gap between parallel
+#: arcs varies by the rise of their chords. With a smaller value, parts of curved joints are lost.
 _CHORD_ALLOWANCE = 0.05
 
-#: Ratio of the recommended ``tolerance`` to the error of the corners of a drawing. With this ratio, the
-#: alignment makes joints parallel even if both sides of a joint deviate by the error. With a smaller ratio,
-#: some joints remain wedge-shaped. A larger ratio aligns more joints than necessary.
+#: Ratio of the recommended ``tolerance`` to the error of a drawing's corners. With a smaller ratio, a joint
+#: whose two sides deviate by this error remains wedge-shaped. A larger ratio aligns more joints than
+#: necessary.
 TOLERANCE_OVER_ERROR = 3.0
 
 #: A corner is removed if its distance from the line between the previous and the next corner is at most this
@@ -212,10 +212,9 @@ class Geometry(Extents):
         # and π times `mean`.
         mean = np.divide(2 * area, perimeter, out=np.zeros_like(area), where=area > 0)
         for number in np.flatnonzero(mean > self.contact_tolerance / np.pi):
-            # The depth of an overlap is at most its width. For a curved piece, such as the region between two
-            # arcs, the width of the enclosing strip is too large. Therefore π times `mean` is a second upper
-            # limit.
             width = max(map(least_width, shapely.get_parts(common[number])))
+            # The depth of an overlap is at most the width of an enclosing strip. For a curved piece, such as
+            # the region between two arcs, π times `mean` is a smaller upper limit.
             depth = min(width, np.pi * float(mean[number]))
             if depth > self.contact_tolerance:
                 middle = shapely.get_coordinates(shapely.centroid(common[number]))[0]
@@ -260,8 +259,8 @@ def geometry(scene: Scene) -> Geometry:
     # Exclude outlines that are completely covered by holes: they raise another error below.
     flat &= ~shapely.is_empty(outlines)
     raise_for(np.flatnonzero(flat), scene, "{} has no area: its corners are on one line or coincide")
-    # Normalise each outline to begin at its lowest leftmost corner, because the simplification never removes
-    # the first corner. The lowest leftmost corner is never on a straight side.
+    # The simplification never removes the first corner of an outline. Therefore begin at the lowest leftmost
+    # corner, which is never on a straight side.
     polygons = shapely.simplify(shapely.normalize(outlines), STRAIGHT * tolerance)
     crossed = np.flatnonzero(~shapely.is_valid(polygons))
     raise_for(crossed, scene, "the outline of {} crosses itself: list the corners in order along the outline")

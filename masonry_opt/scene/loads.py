@@ -11,8 +11,8 @@ from masonry_opt.scene.solids import ONE_OR_SEVERAL, PlaneOrSpaceVector, Vector
 
 Kind = Literal["dead", "live"]
 LOAD_KINDS: tuple[Kind, ...] = ("dead", "live")
-#: Pairs of a Python type and the tag of the direction type for values of this Python type. Values of all
-#: other types, such as numbers, have the tag "<one>".
+#: Pairs of a Python type and the tag of a direction of this type. Directions of all other types, such as
+#: numbers, have the tag "<one>".
 _DIRECTION_TAGS = ((str, "<plane>"), ((list, tuple), "<several>"))
 #: Direction of an earthquake: "left" or "right" in the plane. In space the direction is an angle in plan in
 #: degrees, or a vector.
@@ -224,8 +224,8 @@ class Earthquake(Record):
             return self.direction
         quarter, rest = divmod(self.direction % 360, 90)
         if rest == 0:
-            # Return exact axes at multiples of 90°, because cos 90° is 6e-17 in floating-point arithmetic.
-            # The index is reduced with % 4, because the remainder of a tiny negative angle is 360°.
+            # Return exact axes, because cos 90° is 6e-17 in floating-point arithmetic. The remainder of a
+            # tiny negative angle is 360°, so the index may be 4.
             return _AXES_IN_PLAN[int(quarter) % 4]
         angle = math.radians(self.direction)
         return math.cos(angle), math.sin(angle), 0.0

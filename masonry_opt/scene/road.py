@@ -15,9 +15,9 @@ _TONNE = 9.81
 #: Number of decimal places to which uniform loads are compared with their mirror images, to find out if a
 #: group of axles is symmetric.
 _DIGITS = 9
-#: Friction angle of a fill, in degrees, below which the value looks like the tangent of an angle, or an angle
-#: in radians. Undrained clay can have a smaller angle, so smaller values are permitted. With a smaller limit,
-#: steep angles in radians cause no warning. A right angle is 1.57 rad.
+#: Friction angle of a fill, in degrees, below which a warning suspects a tangent or an angle in radians. Such
+#: angles are permitted, because undrained clay can have them. With a smaller limit, steep angles in radians
+#: (up to 1.57) cause no warning.
 SMALL_FRICTION_ANGLE = 1.5
 #: Directions of travel along a road.
 TravelDirection = Literal["right", "left"]

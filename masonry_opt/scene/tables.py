@@ -16,9 +16,9 @@ from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.files import JSON_KEY, write_whole
 from masonry_opt.scene.mistakes import repeated
 
-#: Largest size of a case file, in bytes; larger files are refused. A file of this size has about 90,000
-#: blocks, more than can be solved. Reading a file needs about 80 times its size in memory, and up to 400
-#: times for a malicious file.
+#: Largest size of a case file, in bytes. Larger files are refused, because reading needs memory of about 80
+#: times the size, up to 400 times for a malicious file. A file of this size has about 90,000 blocks, more
+#: than can be solved.
 LARGEST_FILE = 10_000_000
 
 #: Largest number of entries in one list of tables. Longer lists are refused, because the error message of

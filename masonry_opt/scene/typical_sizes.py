@@ -10,9 +10,9 @@ SMALLEST_SCENE = 0.1
 #: Largest plausible size of a scene, in metres. Aqueducts are smaller. With a smaller value, warnings name
 #: long bridges.
 LARGEST_SCENE = 1000.0
-#: Largest plausible size of the blocks of a wall, in metres: the median of their smaller sides. Larger stones
-#: are rare. With a smaller value, warnings name walls of large stones.
+#: Largest plausible median of the smaller sides of a wall's blocks, in metres. Larger stones are rare. With a
+#: smaller value, warnings name walls of large stones.
 LARGEST_SMALLER_SIDE = 2.0
-#: Smallest number of movable blocks with which each block of a scene counts as a single stone. In a scene
-#: with fewer blocks, a block may be a whole wall. With a smaller value, warnings name scenes of a few walls.
+#: Smallest number of movable blocks in a scene whose blocks count as single stones. In a smaller scene, a
+#: block may be a whole wall. With a smaller value, warnings name scenes of a few walls.
 FEWEST_STONES = 10

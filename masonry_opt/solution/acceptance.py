@@ -11,20 +11,18 @@ class Kind(StrEnum):
 
     #: Optimum of the associative problem: the static program, eq. (9), or the kinematic program, eq. (10).
     ASSOCIATIVE = "associative"
-    #: Answer of the paper's sequence of linear programs (the loop). The answer is an exact state if forces
-    #: with exact Coulomb friction are compatible with the mechanism of the loop. Otherwise it is the solution
-    #: of the last sub-problem, with errors of yield and flow that ``LIMITS`` explains.
+    #: Answer of the paper's sequence of linear programs (the loop). The answer is exact if forces with
+    #: Coulomb friction are compatible with the loop's mechanism. Otherwise it is the solution of the last
+    #: sub-problem, with errors that ``LIMITS`` explains.
     LOOP = "loop"
     #: Answer of the paper's loop with the paper's own stopping rule. In joints that do not slide, forces may
-    #: violate the yield conditions. A violation may be as large as the largest force on the less loaded of
-    #: the joint's two blocks.
+    #: violate the yield conditions by up to the largest force on the less loaded of the joint's two blocks.
     BARE_LOOP = "bare loop"
-    #: State that is exact except for its complementarity, because yield conditions that are not at yield have
-    #: small nonzero rates. The energy of these rates is about 1e-9 of λ on small scenes, and up to 1e-5 on
-    #: façades.
+    #: State that is exact except for its complementarity: inactive yield conditions have small rates. The
+    #: energy of these rates is about 1e-9 of λ on small scenes, and up to 1e-5 on façades.
     NEARLY_COMPLEMENTARY = "nearly complementary"
-    #: Answer of the MPEC (mathematical program with equilibrium constraints). The answer is exact except for
-    #: the error of complementarity that the last relaxation permits (about 1e-8 by default).
+    #: Answer of the MPEC (mathematical program with equilibrium constraints), exact except for the
+    #: complementarity error that the last relaxation permits (about 1e-8 by default).
     RELAXED = "relaxed"
     #: Answer of the incremental analysis: an exact state, or the last equilibrium of the load history with
     #: the motion of the collapse. Only the residuals of the forces have limits.
@@ -40,15 +38,15 @@ class Limits:
     equilibrium: float  #: largest accepted residual of equilibrium, ``Certificate.equilibrium``
     yield_: float  #: largest accepted violation of a yield condition, ``Certificate.yield_``
     flow: float  #: largest accepted departure from the flow rule, ``Certificate.flow``
-    #: Largest accepted residual of complementarity, ``Certificate.complementarity``, divided by |λ|. If |λ|
-    #: is less than ``SMALLEST``, ``SMALLEST`` is the divisor.
+    #: Largest accepted residual of complementarity, ``Certificate.complementarity``, divided by the larger of
+    #: |λ| and ``SMALLEST``.
     complementarity: float
-    #: Largest accepted work of the unbalanced forces, divided by |λ| times the work of the live load. If |λ|
-    #: is less than ``SMALLEST``, ``SMALLEST`` is used instead of |λ|.
+    #: Largest accepted work of the unbalanced forces, divided by the work of the live load and by the larger
+    #: of |λ| and ``SMALLEST``.
     work: float
     block: float  #: limit of a block's unbalanced force, relative to the largest force on the block
-    #: Limit of the violation of a yield condition in a joint, under the exact friction law. The violation is
-    #: divided by the largest force on the less loaded of the joint's two blocks.
+    #: Largest accepted violation of a joint's yield conditions under the exact friction law, relative to the
+    #: largest force on the less loaded of the joint's two blocks.
     joint: float
 
     def as_dict(self) -> dict[str, float]:
@@ -63,15 +61,13 @@ class Limits:
         }
 
 
-#: Limits of the residuals for each kind of answer. The limits of associative answers are 1e-4, because
-#: published load factors agree to four digits. The loop of linear programs needs larger limits, for two
-#: reasons:
-#:
-#: - Yield: the friction limits of a sub-problem are computed from the normal forces of the previous
-#:   sub-problem. On the walls of Table 1, this residual reaches a tenth of a block's weight.
-#: - Flow: sliding joints contract by 10⁻³ μ times their slip, which adds to this residual.
+#: Limits of the residuals for each kind of answer.
 LIMITS: dict[Kind, Limits] = {
+    # Published load factors agree to four digits, so associative answers have limits of 1e-4.
     Kind.ASSOCIATIVE: Limits(1e-4, 1e-4, 1e-4, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
+    # The friction limits of a sub-problem follow from the normal forces of the previous sub-problem, so the
+    # residual of yield reaches a tenth of a block's weight on the walls of Table 1. Sliding joints contract
+    # by 10⁻³ μ times their slip, which adds to the residual of flow.
     Kind.LOOP: Limits(1e-3, 0.1, 1e-2, 1e-2, work=5e-2, block=5e-2, joint=0.5),
     Kind.BARE_LOOP: Limits(1e-2, inf, 5e-2, 5e-2, work=5e-2, block=5e-2, joint=1.0),
     Kind.NEARLY_COMPLEMENTARY: Limits(1e-8, 1e-8, 1e-8, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
@@ -84,37 +80,35 @@ LIMITS: dict[Kind, Limits] = {
 #: difference the check fails.
 AGREEMENT = 1e-7
 
-#: Largest residual at which the command ``check`` accepts a static or kinematic solution, for example the
-#: residual of equilibrium or of complementarity. With a larger residual the check fails.
+#: Largest residual, such as that of equilibrium, at which the command ``check`` accepts a static or kinematic
+#: solution.
 DUALITY = 1e-6
 
-#: Largest violation of complementarity at which the loop of linear programs accepts the forces and the
-#: mechanism as one state. The violation is Σ|z p| (slacks times rates), divided by |λ|. If the violation is
-#: larger, the loop is repeated with other options. The answer must also satisfy ``LIMITS``.
+#: Largest violation of complementarity, Σ|z p| / |λ| (slacks times rates), at which the loop accepts forces
+#: and mechanism as one state. With a larger violation, the loop is repeated with other options. The answer
+#: must also satisfy ``LIMITS``.
 MOST_ENERGY = 1e-3
 
 #: Largest residual of a sub-problem's state at which the loop accepts the sub-problem's load factor as
 #: verified. The answer must also satisfy ``LIMITS``.
 BORNE_OUT = 1e-3
 
-#: Largest residual of a condition in a proof that no load factor exists, or that every multiple of the live
-#: load can be carried. Residuals of forces are relative to the sum of the live loads, residuals of motions to
-#: the energy that the motion gains. With this value, a proof that no load factor exists does not exclude
-#: extreme states: forces of at least about 1e8 times the loads, or motions of at least about 1e8 times the
-#: mean velocity of the live load.
+#: Largest residual in a proof that no load factor exists, or that every multiple of the live load can be
+#: carried. Residuals of forces are relative to the sum of the live loads, residuals of motions to the energy
+#: that the motion gains. A proof that no load factor exists does not exclude forces above about 1e8 times the
+#: loads, or motions above about 1e8 times the mean velocity of the live load.
 PROOF = 1e-8
 
 #: Largest relative difference between λ and its lower bound at which λ counts as proven to be the least load
 #: factor.
 CLOSED = 1e-5
 
-#: Largest relative distance by which λ may lie outside the interval between its certified bounds. Up to this
-#: distance, λ agrees with the bounds in four digits and counts as correct.
+#: Largest accepted distance of λ from the interval between its certified bounds, relative to the bounds. Up
+#: to this distance, λ agrees with the bounds in four digits.
 OUTSIDE = 1e-4
 
-#: Fraction by which forces may exceed a force limit that a lower bound assumes. The bound counts as valid if
-#: each force exceeds its limit by at most this fraction of the limit plus this fraction of the median block
-#: weight.
+#: A lower bound that assumes force limits counts as valid if no force exceeds its limit by more than this
+#: fraction of the limit plus this fraction of the median block weight.
 BEYOND_LIMITS = 1e-6
 
 #: Largest residual, relative to the load, at which a solution counts as feasible. The objective value of a
@@ -122,9 +116,8 @@ BEYOND_LIMITS = 1e-6
 FEASIBLE = 1e-11
 
 #: A mechanism proves a scene unstable only if its violation of the associative flow rule is at most this
-#: fraction of its power. The power is the rate of work of the dead load, minus the rate of work that
-#: cohesion, strength and limited forces resist, with forces in median block weights. With this value, only
-#: joint forces whose sum exceeds a million median block weights could stop the mechanism.
+#: fraction of its power, in median block weights. Only joint forces whose sum exceeds a million median block
+#: weights could then stop the mechanism.
 DEPARTS = 1e-6
 
 #: A slip, a shear or a violation of the associative flow rule below this magnitude counts as a rounding

@@ -66,9 +66,8 @@ def certify(
     """
     total_dead = problem.force_sizes(problem.dead).sum() or problem.live_norm
     z, p = problem.slacks(q), problem.rates(d, slope)
-    # Divide the rates of sliding by max(1, μ) / max(1, slope), because slacks of sliding grow with μ. Without
-    # the divisor, a rounding error of 1e-14 in a slip would add 1e-8 times the normal force to the energy at
-    # μ = 1e6.
+    # Slacks of sliding grow with μ, so divide the rates of sliding by max(1, μ) / max(1, slope). Otherwise,
+    # at μ = 1e6, a rounding error of 1e-14 in a slip would add 1e-8 times the normal force to the energy.
     steep = problem.steep / np.maximum(problem.limit_factors @ slope, 1.0)
     live_work = float(problem.live @ d) or problem.live_norm
     return Certificate(

@@ -28,14 +28,12 @@ class _Range(NamedTuple):
     greatest: float
 
 
-#: Usual range of the ratio of a strength to the stress below a column as high as the largest dimension of
-#: the scene. A ratio outside the range causes a warning. Rubble of 1 MPa carries its own weight up to 50 m,
-#: so its ratio in such a scene is 1. Stone of 50 MPa in a scene of 0.5 m has a ratio of 5000. The largest
-#: dimension is used because the thrust of a flat arch grows with its span, not with its height.
+#: Usual range of the ratio of a strength to the stress below a column as high as the scene's largest
+#: dimension. Rubble of 1 MPa in a scene of 50 m has a ratio of 1; stone of 50 MPa in a scene of 0.5 m has
+#: 5000. A ratio outside the range causes a warning.
 _STRENGTH = _Range(0.3, 1e4)
-#: Usual range of the ratio of a cohesion to the stress below a column as high as the largest dimension of the
-#: scene. A cohesion of 20 kPa in a wall of 120 m has a ratio of 0.008; 1 MPa in a model of 0.1 m has a ratio
-#: of 450.
+#: Usual range of the ratio of a cohesion to the stress below a column as high as the scene's largest
+#: dimension. A cohesion of 20 kPa in a wall of 120 m has a ratio of 0.008; 1 MPa in a model of 0.1 m has 450.
 _COHESION = _Range(0.003, 600.0)
 
 
@@ -65,6 +63,7 @@ def median_unit_weight(assembly: Assembly) -> float:
 
 def unusual_stresses(assembly: Assembly) -> Iterator[Reason]:
     """Generate warnings about strengths and cohesions that seem to have another unit than the weights."""
+    # Use the largest dimension instead of the height: the thrust of a flat arch grows with its span.
     extent = float(assembly.geometry.extent_of(assembly.movable).max())
     weight = median_unit_weight(assembly) * extent
     if not weight:

@@ -43,8 +43,8 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
     """
     assert solution.d is not None
     problem, joints = assembly.problem.by(solution.found.forms), assembly.joints
-    # A scene that is unstable under its dead load has no load factor. The flow rule of its mechanism is
-    # associative, so the slope is the friction coefficient.
+    # A scene that is unstable under its dead load has no load factor, and its mechanism follows the
+    # associative flow rule.
     own = problem.friction if solution.load_factor is None else problem.dilatancy
     slope = own if solution.found.slope is None else solution.found.slope
     explained = np.zeros(problem.joints)

@@ -20,21 +20,20 @@ import numpy as np
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.rank import solve_independent
 
-#: Slack, relative to the largest force, below which a yield condition counts as possibly active in the proof
-#: that no other load factor causes collapse. With a larger value, fewer proofs succeed.
+#: Slack, relative to the largest force, below which a yield condition may be active. With a larger value,
+#: fewer load factors are proven to be the only one.
 _MAY_YIELD = 1e-6
 
-#: Slack, relative to the largest force, above which a yield condition counts as inactive in the proof that no
-#: other load factor causes collapse. With a larger value, fewer proofs succeed.
+#: Slack, relative to the largest force, above which a yield condition is inactive. With a larger value, fewer
+#: load factors are proven to be the only one.
 _HAS_SLACK = 1e-4
 
-#: Size, relative to the largest force, below which a force counts as zero in the proof that no other load
-#: factor causes collapse. With a smaller value, fewer proofs succeed, because rounding errors then count as
-#: forces.
+#: Size, relative to the largest force, below which a force counts as zero. With a smaller value, rounding
+#: errors count as forces, and fewer load factors are proven to be the only one.
 _FORCE_ROUNDING_TOLERANCE = 1e-9
 
-#: Largest unbalanced force, relative to the largest force, that counts as a rounding error in the proof that
-#: no other load factor causes collapse. With a smaller value, fewer proofs succeed.
+#: Largest unbalanced force, relative to the largest force, that counts as a rounding error. With a smaller
+#: value, fewer load factors are proven to be the only one.
 _BALANCED = 1e-8
 
 

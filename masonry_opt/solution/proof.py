@@ -23,10 +23,9 @@ from masonry_opt.files import JSON_KEY, WRITER, refuse_unwritable, write_whole
 #: Version of the file format. A reader refuses files of other versions.
 FORMAT = 1
 
-#: Range of forces and motions that a proof covers. Up to its bound, a proof excludes all collapse states in
-#: which the sum of all forces is at most this multiple of the sum of all loads, and the sum of all motions is
-#: at most this multiple of the mean velocity of the live load. A larger range requires multipliers with
-#: smaller rounding errors.
+#: Range of a proof: up to its bound, it excludes all collapse states in which the forces sum to at most this
+#: multiple of the loads, and the motions sum to at most this multiple of the mean velocity of the live load.
+#: A larger range requires multipliers with smaller rounding errors.
 REACH = 1e6
 
 
@@ -99,8 +98,8 @@ class Proof:
     """Proof that no collapse state has a load factor from 0 to ``bound``."""
 
     bound: float  #: load factor up to which the proof excludes all collapse states
-    #: Lowest load factor of the exact states found, for information only. The proof is about the bound:
-    #: ``mo.check_proof`` only checks that this load factor exceeds the bound.
+    #: Lowest load factor of the exact states found, for information only: ``mo.check_proof`` only checks that
+    #: it exceeds the bound.
     load_factor: float
     conditions: int  #: number of yield conditions; each corresponds to one Boolean variable
     #: Conflicts with their multipliers. The clauses of the conflicts and of ``senses`` cannot all be
@@ -109,7 +108,7 @@ class Proof:
     #: Lower bounds of the energy dissipated by friction, which the kinematic conflicts use.
     energy_bounds: tuple[EnergyBound, ...]
     #: Indices of the two sliding conditions of each joint, shape (pairs, 2). By the flow rule, a joint cannot
-    #: slide in both directions at once, so each pair is an additional clause.
+    #: slide in both directions at once, so each pair forms a clause.
     senses: np.ndarray
 
     def __str__(self) -> str:

@@ -51,12 +51,13 @@ class Status(StrEnum):
 class Code(StrEnum):
     """Codes of reasons and warnings.
 
-    The comment on each code states its meaning, and the values that its message needs.
+    The comment on each code states its meaning. Names in double backquotes are the values that its message
+    needs.
     """
 
     # The scene has no live load and is stable. The value ``unique`` is True if equilibrium alone determines
-    # the joint forces. The value ``elastic`` is True if elastic contacts determine the forces, and False if
-    # the forces are a solution of a linear or cone program.
+    # the joint forces. The value ``elastic`` is True if elastic contacts determine the joint forces, and
+    # False if a linear or cone program does.
     CARRIED = "carried"
     # The scene is unstable under its dead load. Value: ``blocks``, the names of the blocks that fall.
     FALLS = "falls"
@@ -66,9 +67,9 @@ class Code(StrEnum):
     # The scene would be unstable even if no joint could slide. Value: ``blocks``, the falling blocks.
     NO_FRICTION_HOLDS = "no friction holds"
     # The scene would be stable with more friction. The value ``pairs`` lists the two blocks of each joint
-    # that slides. The value ``factor`` is a sufficient multiplier of all friction coefficients; None if
-    # unknown. The value ``above`` is the largest multiplier that is known to be too small. The value
-    # ``hangs`` is True if at least one falling block has no joint that supports it from below.
+    # that slides. The value ``factor`` is a sufficient multiplier of all friction coefficients, or None if
+    # unknown; ``above`` is the largest multiplier that is known to be too small. The value ``hangs`` is True
+    # if a falling block has no joint that supports it from below.
     FRICTION_WOULD_HOLD = "friction would hold"
     # The scene would be stable if no joint could crush. The message needs no values.
     STRENGTH_WOULD_HOLD = "strength would hold"
@@ -78,9 +79,9 @@ class Code(StrEnum):
     # Solvers could not decide if the scene is stable. The value ``word`` is the status of the last solver.
     # The value ``ratio`` is the largest dead load of a block divided by the smallest.
     DEAD_LOAD_UNDECIDED = "dead load undecided"
-    # Only forces between wedged blocks could carry the dead load, but such forces do not arise under the flow
-    # rule of the joints, so the answer is withdrawn. The value ``load_factor`` is λ of the withdrawn answer;
-    # None if this answer had no λ. The value ``blocks`` lists the names of the blocks that move.
+    # The answer is withdrawn, because it needs forces between wedged blocks to carry the dead load, and such
+    # forces do not arise under the joints' flow rule. The value ``load_factor`` is λ of the withdrawn answer,
+    # or None. The value ``blocks`` lists the names of the blocks that move.
     WEDGED = "wedged"
     # The only collapse state that was found has a load factor of zero or less, although the scene is stable
     # under its dead load from rest. Value: ``load_factor``, λ of this state.
@@ -95,33 +96,33 @@ class Code(StrEnum):
     # values.
     NO_MECHANISM = "no mechanism"
     # It is proven that no collapse state exists. The value ``static_cuts`` is the number of sets of yield
-    # conditions that cannot all be at yield in one state. The value ``kinematic_cuts`` is the number of sets
-    # of which at least one yield condition must be at yield if the live load does work.
+    # conditions that cannot all be at yield. The value ``kinematic_cuts`` is the number of sets in which at
+    # least one condition must be at yield if the live load does work.
     NO_COLLAPSE = "no collapse"
     # It is proven that every multiple of the live load can be carried within the friction limits. The message
     # needs no values.
     CARRIES_ANY = "carries any"
     # Self-stress in some joints carries the live load. Value: ``pairs``, the two blocks of each such joint.
     CLAMPED = "clamped"
-    # Some joints prevent the live load from causing collapse. The value ``status`` is the status of the
-    # analysis. The value ``pairs`` lists the two blocks of each of these joints.
+    # Joints prevent the live load from causing collapse. The value ``pairs`` lists the two blocks of each of
+    # these joints, and ``status`` is the status of the analysis.
     JOINTS = "joints"
     # The live load does not drive the mechanism. The value ``fixed`` is True if equilibrium alone determines
     # all forces, so that no other load factor above zero exists. The value ``against`` is True if the
     # mechanism moves against the live load.
     NO_WORK = "no work"
-    # The time limit ended the analysis. The value ``seconds`` is the time limit. The value ``phase`` is the
-    # phase of the analysis at that time. The value ``carried`` is the load factor of the last load step, for
-    # a method with a load history. The value ``last`` is λ of the last step of any other method. Each
-    # of these two load factors is None if it does not apply, or if there is an answer.
+    # The time limit ended the analysis after ``seconds`` in the phase ``phase``. If there is no answer, λ of
+    # the last step is the value ``carried`` for a load history, or ``last`` for any other method. A value
+    # that does not apply is None.
     TIME_LIMIT = "time limit"
     # The answer is rejected because of its residuals. The value ``load_factor`` is λ of the answer. The value
     # ``residuals`` contains the residuals that exceed their limits, by name.
     NOT_CERTIFIED = "not certified"
 
+    # The codes from here to LEAST_BORNE_OUT belong to the loop of linear programs.
+
     # The loop ended above the associative load factor, so the associative load factor is the result. Value:
-    # ``by``, the difference of the two load factors. All codes from here to LEAST_BORNE_OUT belong to the
-    # loop of linear programs.
+    # ``by``, the difference of the two load factors.
     ABOVE_ASSOCIATIVE = "above associative"
     # The associative answer already satisfies the joints' own flow rule, so the loop stops. The message needs
     # no values.
@@ -132,9 +133,8 @@ class Code(StrEnum):
     # λ grows without limit in the loop. The value ``load_factor`` is λ of the last sub-problem. The value
     # ``count`` is the number of sub-problems.
     GROWS = "grows"
-    # The load factors of the loop repeat in a cycle. The value ``period`` is the number of sub-problems in a
-    # cycle. The values ``lowest`` and ``highest`` are the range of λ in the cycle. The value ``exact`` is
-    # True if the loop ends with an exact state.
+    # The load factors of the loop repeat in a cycle of ``period`` sub-problems, with values from ``lowest``
+    # to ``highest``. The value ``exact`` is True if the loop ends with an exact state.
     REPEATS = "repeats"
     # A linear program of the loop was not solved. The value ``number`` is the number of this sub-problem. The
     # value ``word`` is the status of the solver.
@@ -142,9 +142,8 @@ class Code(StrEnum):
     # A linear program of the loop has no equilibrium state. The value ``number`` is the number of this
     # sub-problem.
     SUB_PROBLEM_EMPTY = "sub-problem empty"
-    # The loop was repeated with other options. The value ``first`` is the status of the first run. The value
-    # ``remedies`` lists the options that were changed in the repeated runs. The value ``in_vain`` is True if
-    # all repeated runs failed.
+    # The loop was repeated with other options. The value ``first`` is the status of the first run, and
+    # ``remedies`` lists the changed options. The value ``in_vain`` is True if all repeated runs failed.
     BEGAN_AGAIN = "began again"
     # The loop did not converge. Value: ``load_factor``, the lowest load factor of a sub-problem whose state
     # satisfies the joints' own flow rule; None if no sub-problem has such a state.
@@ -153,9 +152,9 @@ class Code(StrEnum):
     # The load history of the incremental analysis ends in an exact state. The values ``steps`` and ``jumps``
     # are the numbers of load steps and of jumps.
     COLLAPSE = "collapse"
-    # Equilibrium is lost in a load history, but no exact state was found nearby. The values ``steps`` and
-    # ``jumps`` are the numbers of load steps and of jumps. Equilibrium is lost between the load factors
-    # ``carried`` and ``not_carried``.
+    # Equilibrium is lost between the load factors ``carried`` and ``not_carried`` of a load history, but no
+    # exact state was found nearby. The values ``steps`` and ``jumps`` are the numbers of load steps and of
+    # jumps.
     RANGE = "range"
     # The contact forces grow with the live load in the load history, so the live load has no limit. Value:
     # ``steps``, the number of load steps.
@@ -169,16 +168,15 @@ class Code(StrEnum):
     CARRIES_MORE = "carries more"
     # There is no load history, because the dilatancy falls with stress. The message needs no values.
     DILATANCY_FALLS = "dilatancy falls"
-    # The scene is too large for a load history. The value ``joints`` is the number of joints. In space the
-    # value ``contacts`` is the number of contact points instead.
+    # The scene is too large for a load history. The value ``joints`` (in space: ``contacts``) is the number
+    # of its joints (in space: contact points).
     NOT_COMPUTED = "incremental not computed"
-    # Load histories were repeated with random input. The value ``draws`` is the number of load histories with
-    # random stiffness; an equal number has random self-stress. The values ``stiffness`` and ``stress`` are
-    # the ranges of the incremental load factor in these two groups, or None. The value ``without`` is the
-    # number of load histories without a collapse.
+    # Load histories were repeated with random input: ``draws`` of them with random stiffness, and as many
+    # with random self-stress. The values ``stiffness`` and ``stress`` are the ranges of the incremental load
+    # factor in the two groups, or None. The value ``without`` is the number of load histories without a
+    # collapse.
     SPREAD = "spread"
-    # The result contains a load–displacement curve. The value ``states`` is the number of load steps. The
-    # value ``jumps`` is the number of jumps among them.
+    # The result contains a load–displacement curve of ``states`` load steps, ``jumps`` of which are jumps.
     CURVE = "curve"
 
     # The answer of the MPEC is a local minimum. Value: ``epsilon``, the largest permitted product of a slack
@@ -192,27 +190,29 @@ class Code(StrEnum):
     # IPOPT failed at the first relaxation of the MPEC.
     NOTHING_SOLVED = "nothing solved"
 
-    # The method found exact states from several starts. The value ``candidates`` is the number of starts. The
-    # value ``count`` is the number of different exact states with λ > 0. The values ``least`` and ``most``
-    # are the smallest and the largest of their load factors.
+    # The method found ``count`` different exact states with λ > 0 from ``candidates`` starts. Their load
+    # factors range from ``least`` to ``most``.
     STATES_MET = "states met"
     # All starts led to the same load factor, but the number of starts was small. Value: ``candidates``, the
     # number of starts.
     FEW_STARTS = "few starts"
-    # The search for lower load factors has ended. The value ``candidates`` is the number of starts. The value
-    # ``interrupted`` is True if the user or the time limit ended the search.
+    # The search for lower load factors has ended after ``candidates`` starts. The value ``interrupted`` is
+    # True if the user or the time limit ended the search.
     SEARCHED = "searched"
     # The search found no exact state near the forces from which it started.
     NOT_FOUND = "no exact state near the forces"
     # The time of option ``search`` was over before the search found an exact state.
     NO_TIME = "no time"
 
-    # The lower bound agrees with the lowest load factor, and method "global" assumed no limits of rates and
-    # forces for the bound. A bound by conflicts covers forces and motions up to solution.proof.REACH. All
-    # codes of method "global", except NO_EXACT_STATE, have four values. The value ``bound`` is the lower
-    # bound of λ. The value ``load_factor`` is λ of the answer. The value ``rates`` is the largest sum of
-    # rates for which the bound is valid, or None if method "global" assumed no such limit. The value
-    # ``forces`` is True if method "global" assumed a limit of normal forces.
+    # The codes from here to OUT_OF_TIME_WITHIN_IMPOSED belong to method "global". They have four values:
+    # - ``bound``: lower bound of λ.
+    # - ``load_factor``: λ of the answer.
+    # - ``rates``: largest sum of rates for which the bound is valid, or None if the method assumed no such
+    #   limit.
+    # - ``forces``: True if the method assumed a limit of normal forces.
+
+    # The lower bound agrees with the lowest load factor, without assumed limits of rates and forces. A bound
+    # by conflicts covers forces and motions up to ``solution.proof.REACH``.
     PROVEN = "proven"
     # The lower bound agrees with the lowest load factor, but is valid only for states within the assumed
     # limits of rates and forces.
@@ -220,19 +220,20 @@ class Code(StrEnum):
     # The answer is not within the limits of rates or forces that the lower bound assumes, so nothing is
     # proven.
     TOUCHES_IMPOSED = "touches imposed"
-    # The time limit was reached before the lower bound of λ agreed with the lowest load factor. In addition
-    # to the values of PROVEN, the value ``time_limit`` is the time limit in seconds.
+    # The time limit was reached before the lower bound of λ agreed with the lowest load factor. The value
+    # ``time_limit``, in seconds, is added to the values of PROVEN.
     OUT_OF_TIME = "out of time"
-    # The time limit was reached before the lower bound of λ agreed with the lowest load factor. The lower
-    # bound is valid only for states within the assumed limits of rates and forces. The values are those of
-    # OUT_OF_TIME.
+    # The time limit was reached as for OUT_OF_TIME, and the values are the same. The lower bound is valid
+    # only for states within the assumed limits of rates and forces.
     OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"
     # The time limit was reached before an exact state was found, so no upper bound of λ is known. Value:
     # ``time_limit``, in seconds.
     NO_EXACT_STATE = "no exact state"
 
-    # λ has decreased to zero in the finite motion of a mechanism. All codes from here to FORCES_UNDECIDED
-    # name events of the finite motion, or reasons for its end.
+    # The codes from here to FORCES_UNDECIDED name events of the finite motion of a mechanism, or reasons for
+    # its end.
+
+    # λ has decreased to zero in the finite motion.
     REACHES_ZERO = "reaches zero"
     # An open joint closes in the finite motion. Value: ``pairs``, the two blocks of the joint.
     JOINT_CLOSES = "joint closes"
@@ -268,10 +269,11 @@ class Code(StrEnum):
     # The solver did not solve the linear program for the forces in the next state.
     FORCES_UNDECIDED = "forces undecided"
 
-    # The friction is larger than in any dry joint. The value ``pairs`` lists the two blocks of each joint;
-    # it is empty if the default for all joints is too large. The value ``friction`` is the coefficient of the
-    # first joint, or the default. All codes from here on are warnings about properties of the scene that look
-    # unintended.
+    # All codes from here on are warnings about properties of the scene that look unintended.
+
+    # The friction is larger than in any dry joint. The value ``pairs`` lists the two blocks of each joint; it
+    # is empty if the default for all joints is too large. The value ``friction`` is the coefficient of the
+    # first joint, or the default.
     FRICTION_HIGH = "friction high"
     # A friction angle in degrees is so small that it may be a friction coefficient. The values are those of
     # FRICTION_HIGH.
@@ -290,60 +292,56 @@ class Code(StrEnum):
     # away. The value ``distance`` is the distance of the nearest group of these blocks from the box around
     # all other blocks. The value ``size`` is the diagonal of this box.
     FAR_AWAY = "far away"
-    # Unit weights of blocks are so different that some of them probably have a wrong unit. The value
-    # ``blocks`` lists the names of the blocks with an unusual unit weight. The value ``median`` is the median
-    # of all unit weights. The value ``ratio`` is the unit weight of the first listed block divided by the
-    # median. The value ``per_area`` is True if unit weights are per area (in the plane without a thickness).
+    # Unit weights of blocks differ so much that some of them probably have a wrong unit. The value ``blocks``
+    # lists the blocks with an unusual unit weight. The value ``median`` is the median of all unit weights,
+    # and ``ratio`` is the unit weight of the first listed block divided by the median. The value ``per_area``
+    # is True if unit weights are per area (in the plane without a thickness).
     WEIGHTS_DIFFER = "weights differ"
     # The unit weight of a fill or backing is so large or so small that its unit is probably wrong. The value
-    # ``fill`` is the number of the fill, from 1. The value ``backing`` is True for the fill's backing and
-    # False for the fill. The value ``unit_weight`` is compared with the unit weight ``other``. The value
-    # ``beside`` states to what ``other`` belongs: "blocks" or "fill".
+    # ``fill`` is the number of the fill, from 1, and ``backing`` is True for its backing. The values
+    # ``unit_weight`` and ``other`` are the compared unit weights. The value ``beside`` states to what
+    # ``other`` belongs: "blocks" or "fill".
     FILL_WEIGHT_DIFFERS = "fill weight differs"
     # The friction angle of a fill or backing is so small that it may be a tangent, or an angle in radians.
-    # The value ``fill`` is the number of the fill, from 1. The value ``backing`` is True for the fill's
-    # backing and False for the fill. The value ``friction_angle`` is the angle in degrees.
+    # The value ``fill`` is the number of the fill, from 1, and ``backing`` is True for its backing. The value
+    # ``friction_angle`` is in degrees.
     FILL_ANGLE_LOW = "fill angle low"
     # The backing of a fill has no effect, because it touches no block: its line is below all blocks, or
     # blocks separate it from the road. Value: ``fill``, the number of the fill, from 1.
     IDLE_BACKING = "idle backing"
     # The strength or prestress of a tie or prop is so small or so large that its unit is probably wrong. The
-    # value ``kind`` is "tie" or "prop", and ``name`` is the name of the tie or prop. The value ``key`` is
-    # "strength" or "prestress". The value ``value`` is the strength or prestress. The value ``weight`` is a
-    # force for comparison. It is the weight of a median block if the strength or prestress is too small, and
-    # the sum of all dead loads if the strength or prestress is too large.
+    # value ``kind`` is "tie" or "prop", ``name`` is its name, ``key`` is "strength" or "prestress", and
+    # ``value`` is this force. The value ``weight`` is a force for comparison: the weight of a median block if
+    # ``value`` is too small, and the sum of all dead loads if it is too large.
     STRENGTH_DIFFERS = "strength differs"
     # The strength or the cohesion of joints seems to have another unit than the weights. The value ``key`` is
-    # "strength" or "cohesion". The value ``value`` is the strength or cohesion. The value ``weight`` is a
-    # stress for comparison: the stress that the weight of a column causes at its foot. The column has the
-    # median unit weight, and is as high as the largest dimension of the scene.
+    # "strength" or "cohesion", and ``value`` is this stress. The value ``weight`` is a stress for comparison:
+    # the stress below a column that has the median unit weight and is as high as the largest dimension of the
+    # scene.
     STRESS_DIFFERS = "stress differs"
     # The unit weight of the blocks looks like a weight per cubic metre, but the scene is too large for
-    # lengths in metres. The value ``extent`` is the largest dimension of the movable blocks, and
-    # ``unit_weight`` is the median unit weight.
+    # metres. The value ``extent`` is the largest dimension of the movable blocks, and ``unit_weight`` is the
+    # median unit weight.
     LENGTHS_DIFFER = "lengths differ"
-    # Small gaps between blocks carry no force. The value ``pairs`` lists the two blocks at each gap. The
-    # value ``widths`` lists the widths of the gaps. The value ``option`` is the option of the scene that
-    # closes all gaps, "tolerance" or "contact_tolerance". The value ``tolerance`` is the value of this
-    # option.
+    # Small gaps between blocks carry no force. The values ``pairs`` and ``widths`` list the two blocks and
+    # the width of each gap. The value ``option`` is the option of the scene that closes all gaps ("tolerance"
+    # or "contact_tolerance"), and ``tolerance`` is the value to set.
     SMALL_GAPS = "small gaps"
     # Blocks face each other but have no joint, because their sides are too short compared with the option
-    # ``tolerance`` of the scene. The value ``pairs`` lists the two blocks of each such pair. The value
-    # ``widths`` lists the widths of the gaps between the blocks of the pairs.
+    # ``tolerance`` of the scene. The values ``pairs`` and ``widths`` list the two blocks and the width of
+    # each gap.
     LOST_JOINTS = "lost joints"
     # The option ``tolerance`` of the scene is so large that it closes gaps as wide as mortar joints. The
-    # value ``pairs`` lists the two blocks at each gap. The value ``widths`` lists the widths of the gaps. The
-    # value ``aligning`` is a value of ``tolerance`` that aligns the sides of the gaps; 0 if the sides are
-    # parallel.
+    # values ``pairs`` and ``widths`` list the two blocks and the width of each gap. The value ``aligning`` is
+    # a tolerance that aligns the sides of the gaps; 0 if the sides are parallel.
     BRIDGED_BY_TOLERANCE = "bridged by tolerance"
     # The alignment rotated some joints. The value ``pairs`` lists the two blocks of each rotated joint. The
-    # value ``turn`` is the largest rotation, in radians. The value ``tolerance`` is the option ``tolerance``
-    # of the scene.
+    # value ``turn`` is the largest rotation, in radians, and ``tolerance`` is the option of the scene.
     ALIGNED = "aligned"
-    # Joints of one block are nearly parallel. The value ``pairs`` lists the two blocks of each of these
-    # joints. The value ``angle`` is the largest angle between two joints, in radians. The value ``tolerance``
-    # is a value of the option ``tolerance`` that aligns these joints. The value ``scatter`` is the ratio of
-    # the upper to the lower quartile of the angles.
+    # Joints of one block are nearly parallel. The value ``pairs`` lists the two blocks of each joint. The
+    # value ``angle`` is the largest angle between two joints, in radians, and ``scatter`` is the ratio of the
+    # upper to the lower quartile of the angles. The value ``tolerance`` is a value of the scene's option that
+    # aligns the joints.
     NEARLY_PARALLEL = "nearly parallel"
     # Most blocks touch in several joints that are nearly parallel, because their sides are not flat. The
     # value ``pairs`` lists the two blocks of each such side. The values ``angle`` and ``tolerance`` have the
@@ -365,7 +363,7 @@ class Code(StrEnum):
     # empty if the result has no load factor.
     CORNERS_BEAR = "corners bear"
     # A part of an edge load has no effect, because it is not on a free edge of a movable block. The value
-    # ``number`` is the number of the edge load, from 1. The value ``length`` is the length of this part.
+    # ``number`` is the number of the edge load, from 1, and ``length`` is the length of the part.
     BARE_EDGE_LOAD = "bare edge load"
     # The scene was solved without its axles. Value: ``names``, the names of the groups of axles.
     AXLES_LEFT_OUT = "axles left out"

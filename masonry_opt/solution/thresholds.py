@@ -57,7 +57,7 @@ LOWER = 1e-8
 #: Magnitude below which a load factor counts as zero.
 ZERO = 1e-6
 
-#: If the number of starts is smaller, a message says that agreement of their load factors is weak evidence.
+#: If fewer starts agree in their load factors, a message says that a lower collapse state may still exist.
 FEW_STARTS = 8
 
 #: Ratio of the live load's work to the dead load's work above which a message states that the mechanism moves

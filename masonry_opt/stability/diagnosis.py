@@ -155,6 +155,8 @@ def _drives(problem: Problem, d: np.ndarray) -> bool:
     problem = problem.by_cone
     p = problem.rates(d, problem.friction)
     resisted = problem.cohesion @ problem.slip(p) + problem.face_constant @ p
+    # The power is the rate of work of the dead load, minus the rate of work that cohesion, strength and
+    # limited forces resist.
     power = float(problem.dead @ d - resisted)
     departure = float(np.abs(problem.departure(d, p, problem.friction)).max())
     return power > DRIVES and departure <= max(DEPARTS * power, ROUNDING)

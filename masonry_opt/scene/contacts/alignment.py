@@ -34,29 +34,28 @@ from masonry_opt.scene.rows import chunks, combine, dots, lengths, linked
 class AlignmentSettings:
     """Settings of the alignment of contacts."""
 
-    #: Largest angle, in radians, by which the alignment rotates a plane. A larger value also aligns short
-    #: edges of coarse surveys. With a smaller value, the alignment does not change such edges.
+    #: Largest angle, in radians, by which the alignment rotates a plane. With a smaller value, short edges of
+    #: coarse surveys are not aligned.
     most_turn: float = 0.02
-    #: Number of times that directions of planes are fitted to the contact points on the planes. Each fit
-    #: merges more planes of the same bed joint. With fewer fits, a long bed joint may keep several planes.
+    #: Number of fits of plane directions to the contact points. Each fit merges more planes of one bed joint.
+    #: With fewer fits, a long bed joint may keep several planes.
     fits: int = 4
-    #: Largest movement of a contact point, relative to the tolerance of the drawing. If a point would move
-    #: farther, because its planes meet at a sharp angle, it is moved only onto the plane of its joint.
+    #: Largest movement of a contact point, relative to the tolerance. A point that would move farther, where
+    #: planes meet at a sharp angle, is moved only onto the plane of its joint.
     most_shift: float = 2.0
-    #: Largest number of joints of a block that are compared with each other in advance, to speed up the
-    #: search for parallel planes. A larger value needs more memory. A smaller value needs more time for
-    #: rubble.
+    #: Largest number of joints of a block that are compared in advance, to exclude joints without a parallel
+    #: or perpendicular joint from the alignment. A larger value needs more memory. With a smaller value,
+    #: rubble needs more time.
     most_neighbours: int = 100
-    #: Largest number of joints linked to a plane (see ``_Links``) that are found by a search from block to
-    #: block. If more joints are linked, all joints of the scene are searched at once, which is slower if few
-    #: joints are linked.
+    #: Largest number of linked joints (see ``_Links``) that are found by a search from block to block. Beyond
+    #: this number, all joints of the scene are searched at once, which is faster only if many are linked.
     most_one_by_one: int = 64
 
 
 DEFAULT_SETTINGS = AlignmentSettings()
 
-#: Smallest sine of the angle between two planes at which their intersection is computed. A smaller value
-#: amplifies errors. With a larger value, more points are moved onto only one of their planes.
+#: Smallest sine of the angle between two planes whose intersection is computed. With a smaller value, errors
+#: are amplified. With a larger value, more points are moved onto only one of their planes.
 _SINE_OF_DISTINCT_DIRECTIONS = 0.1
 
 
@@ -179,9 +178,9 @@ def _moved_groups(drawn: DrawnContacts, planes: ContactPlanes, groups: list[Grou
     direction = np.stack([group.direction for group in groups])[owner]
     height = dots(drawn.point[points], direction[number])
     mean = np.bincount(number, height) / np.bincount(number)
-    # Sort the planes of a group by their distance from the origin. A new common plane begins where two
-    # neighbouring distances differ by more than the tolerance.
+    # Sort the planes of each group by their distance from the origin.
     order = np.lexsort((mean, owner))
+    # A new common plane begins where two neighbouring distances differ by more than the tolerance.
     begins = (np.diff(owner[order]) != 0) | (np.diff(mean[order]) > drawn.tolerance)
     run = np.empty(len(members), dtype=int)
     run[order] = np.cumsum(np.append(0, begins))
@@ -220,8 +219,8 @@ def _parallel_planes(
         sine = _across(planes.direction[members], direction)
         alike = sine <= accuracy[leader] + accuracy[members]
         members = np.append(leader, members[alike])
-        # The leader is the most accurate plane of the group. If all planes are nearly parallel to the leader,
-        # no plane can rotate by more than its accuracy, and the loop below is not needed.
+        # The leader is the most accurate plane. If all planes are nearly parallel to the leader, no plane
+        # rotates by more than its accuracy, so the loop below is skipped.
         agree = sine[alike].max(initial=0.0) <= accuracy[leader] / 4
         while len(members) > 1 and not agree:
             fitted = _fitted(planes.direction[members], accuracy[members])
@@ -316,8 +315,8 @@ def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: Cont
             number, other = of_block.where(block[plane])
             plane = plane[number]
             sine = _off_axes(drawn.normal[other], planes.direction[plane])
-            # Accept angles up to three times the usual limit, because both planes may be parallel, within
-            # their accuracies, to a third plane with a direction in between.
+            # Accept three times the usual angle, because both planes may be nearly parallel to a third plane
+            # with a direction between theirs.
             near = sine <= 3 * (planes.accuracy[plane] + drawn.accuracy[other])
             has_partner[plane[near & (other != planes.joint[plane])]] = True
     return has_partner
@@ -396,9 +395,9 @@ def _group_values(values: np.ndarray, tolerance: float) -> np.ndarray:
         while len(remaining):
             low = np.searchsorted(rising[remaining], rising[remaining] - tolerance, "left")
             high = np.searchsorted(rising[remaining], rising[remaining] + tolerance, "right")
-            # The leader is the value that has the largest number of other values within the tolerance. If
-            # several values have the same number of neighbours, choose the value whose neighbours are closest
-            # together. The order of the values then has no effect.
+            # The leader is the value with the most neighbours within the tolerance. If several values have
+            # equally many, choose the value whose neighbours span the smallest range. The order of the values
+            # then has no effect.
             leader = np.lexsort((rising[remaining][high - 1] - rising[remaining][low], low - high))[0]
             taken = np.arange(low[leader], high[leader])
             number[remaining[taken]] = groups

@@ -14,13 +14,12 @@ from masonry_opt.scene.contacts.sides import LEAN, Items, Meetings, Touches, nea
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.scene import Scene
 
-#: Largest distance between two edges that coincide up to rounding, relative to the tolerance. Corners of
+#: Two edges coincide if their distance is at most this value, relative to the tolerance. Corners of
 #: coincident edges are not moved. Corners of other touching edges are moved to the middle between the edges.
 _COINCIDENT_EDGE_TOLERANCE = 1e-3
 
-#: Smallest length that two parallel edges must share to form a joint, relative to the tolerance. Edges at an
-#: angle must share a longer length, see :data:`~.sides.LEAN`. With a smaller value, errors of corners produce
-#: false joints.
+#: Smallest length that two parallel edges must share to form a joint, relative to the tolerance. With a
+#: smaller value, errors of corners produce false joints.
 _SHORTEST_PARALLEL = 3.0
 
 #: Largest number of pairs of edges that are compared. A scene with more pairs raises an error. A larger value
@@ -72,11 +71,10 @@ class FacingEdges(sides.Facing):
         faces_other = (one * other).sum(axis=1) > 0
         pair, i, j, along = pair[faces_other], i[faces_other], j[faces_other], (one + other)[faces_other]
         along /= np.hypot(*along.T)[:, None]
-        # ``lines`` has the ends of both edges, ordered along the bisector. ``x`` has the coordinates of these
-        # ends along the bisector. Each end of the shared segment is opposite to an end of one of the two
-        # edges.
+        # Order the ends of both edges along the bisector, and compute their coordinates along it.
         lines = np.array([[tail[i], tip[i]], [tip[j], tail[j]]])
         x = ((lines - tail[i]) * along).sum(axis=-1)
+        # The shared segment begins at the later start of the two edges, and ends at the earlier end.
         x_ends = np.array([np.maximum(*x[:, 0]), np.minimum(*x[:, 1])])
         is_of_first = x[0] == x_ends
         corner = np.where(is_of_first[..., None], *lines)
@@ -162,8 +160,8 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
     touch = parts.most <= shapes.contact_tolerance
     across = parts.where(~touch & (parts.most <= far[parts.pair]))
     touching = _join_parts(parts.where(touch), shapes.tolerance)
-    # Leave out segments that are short compared with the gap between their edges. Such segments are not
-    # joints: they occur where a curved edge, drawn as a chain of short edges, bends.
+    # Leave out segments that are short compared with the gap between their edges. Such segments occur at
+    # bends of curved edges that are drawn as chains of short edges.
     is_wide = touching.extent > LEAN * touching.most
     touching = touching.where((touching.most <= shapes.tolerance) | is_wide)
     if shapes.contact_tolerance == shapes.tolerance:

@@ -15,17 +15,16 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.faces import Frames, OuterFaces, unit
 from masonry_opt.scene.space.shapes import Shapes
 
-#: Smallest width of a shared polygon, and smallest length of an edge in a face, relative to the tolerance.
-#: Smaller contacts are not joints. With a larger value, more slivers of inexact drawings are ignored.
+#: Smallest width of a shared polygon, or length of an edge in a face, at which a joint is formed, relative to
+#: the tolerance. With a larger value, more slivers of inexact drawings are ignored.
 NARROWEST = 10
 
-#: Cosine of the largest angle at which two faces of different blocks count as facing each other, so that they
-#: can share a polygon. A smaller value also accepts faces at a larger angle.
+#: Cosine of the largest angle at which faces of two blocks face each other and can share a polygon. A smaller
+#: value also accepts faces at a larger angle.
 _FACING = 0.94
 
-#: Smallest difference between the vectors ``SolidCorners.inwards`` of two crossing edges, measured along the
-#: common normal of the edges. With a smaller difference, the faces at both edges lie nearly in one plane, so
-#: the blocks do not touch from opposite sides, and the edges form no contact.
+#: Two crossing edges form no contact if the difference of their vectors ``SolidCorners.inwards``, along the
+#: normal of both edges, is smaller than this value. The faces at both edges are then nearly in one plane.
 _FLAT = 1e-3
 
 #: Sine of the largest angle between two faces that counts as a rounding error.
@@ -39,9 +38,8 @@ class FacingFaces(sides.Facing):
     A shared polygon is the part of the bisecting plane of two faces onto which both faces project.
     """
 
-    #: Bisecting plane of the two faces of each polygon. The normal of the plane points out of the first
-    #: block. The first axis of the plane is as parallel as possible to the first axis of the first block's
-    #: face.
+    #: Bisecting plane of the two faces of each polygon. Its normal points out of the first block. Its first
+    #: axis is as parallel as possible to the first axis of the first block's face.
     frame: Frames
     polygon: np.ndarray  #: shared polygons, connected, without corners on straight sides, shape (n,)
 
@@ -120,11 +118,12 @@ def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> 
     faces, frame = Items(shapes.faces.block, *shapes.faces.boxes), shapes.faces.frame
     pair, i, j = near_items(shapes, pairs, far, (faces, faces))
     cosine = -dots(frame.normal[i], frame.normal[j])
-    # Two faces can be near each other only if the base point of the second face is within `reach` of the
-    # plane of the first face. The second term of `reach` bounds the height differences within the second
-    # face, which may be inclined to this plane.
+    # The sine of the angle between two faces limits how far the second face rises above the plane of the
+    # first face.
     lean = np.sqrt(np.maximum(1 - cosine**2, 0)) + _FACE_ANGLE_TOLERANCE
     reach = far[pair] / _FACING + lean * lengths(faces.high - faces.low)[j]
+    # Two faces can be near each other only if the base point of the second face is within `reach` of the
+    # plane of the first face.
     near = (cosine > _FACING) & (np.abs(frame.above(frame.base[j], i)) <= reach)
     return _shared_polygons(shapes, pair[near], i[near], j[near], far[pair[near]])
 
@@ -225,12 +224,11 @@ class SolidCorners(sides.BlockCorners):
     apart = NARROWEST
     outer: OuterFaces  #: outer faces of all blocks
     direction: np.ndarray  #: unit vector along each edge, shape (edges, 3)
-    #: Sum of two unit vectors for each edge, shape (edges, 3). Both vectors are perpendicular to the edge,
-    #: and each points into one of the two faces at the edge.
+    #: Sum of the vectors ``first`` and ``last`` of each edge, shape (edges, 3).
     inwards: np.ndarray
-    #: Two unit vectors for each edge, shape (edges, 3) each: ``first`` points into one face at the edge, and
-    #: ``last`` into the second face. The block occupies the sector from ``first`` to ``last``, counted
-    #: right-handed about the direction of the edge.
+    #: Two unit vectors perpendicular to each edge, shape (edges, 3): ``first`` points into one face at the
+    #: edge, ``last`` into the second face. The block occupies the sector from ``first`` to ``last``, counted
+    #: right-handed about the edge.
     first: np.ndarray
     last: np.ndarray
     edges: Items  #: edges with the indices of their blocks
@@ -253,8 +251,7 @@ class SolidCorners(sides.BlockCorners):
         along = unit(tip - tail)
         inwards = np.cross(outer.frame.normal[face], along)
         self.inwards = sums(number, inwards, len(edge))
-        # An edge is a side of two faces. The boundary of one of these faces runs in the direction of the
-        # edge, and the boundary of the second face runs in the opposite direction.
+        # The outlines of the two faces at an edge run along the edge in opposite directions.
         runs_along = dots(along, self.direction[number]) > 0
         self.last = sums(number[runs_along], inwards[runs_along], len(edge))
         self.first = sums(number[~runs_along], inwards[~runs_along], len(edge))
@@ -411,8 +408,8 @@ def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Touches:
     touches = np.abs(gap) <= tolerance
     for distance, edge in zip(along, (i, j), strict=True):
         touches &= (distance > tolerance) & (distance < length[edge] - tolerance)
-    # Crossing edges form a contact only if the two blocks are on opposite sides of the plane through both
-    # edges. The vectors ``inwards`` of the edges then differ along the normal of this plane.
+    # Crossing edges form a contact only if the blocks are on opposite sides of the plane through both edges.
+    # The vectors ``inwards`` of the edges then differ along the normal of this plane.
     towards = dots(normal, corners.inwards[i] - corners.inwards[j])
     touches &= np.abs(towards) > _FLAT
     point = corners.start[i] + along[0][:, None] * one + gap[:, None] / 2 * normal

@@ -15,8 +15,8 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tolerance_advice import set_contact_tolerance, set_tolerance
 
 #: Ratio of the recommended ``tolerance`` to the median difference between the widths at the two ends of a
-#: gap. If the coordinates of all corners have independent errors of at most e, the median is about 0.8 e. The
-#: tolerance is then about ``TOLERANCE_OVER_ERROR`` times e. A larger ratio aligns more joints than necessary.
+#: gap. If corners have independent errors of at most e, the median is about 0.8 e, so the tolerance is about
+#: ``TOLERANCE_OVER_ERROR`` times e. A larger ratio aligns more joints than necessary.
 _TOLERANCE_OVER_DIFFERENCE = 4.0
 
 #: Scene option that closes gaps: ``tolerance`` corrects errors of a drawing and aligns its joints;

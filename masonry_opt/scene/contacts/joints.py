@@ -56,32 +56,31 @@ class Joints:
     #: Unit normal of each joint, from the second into the first block, shape (joints, 2) or (joints, 3).
     normal: np.ndarray
     #: Unit vector perpendicular to each joint's normal, shape (joints, 2) or (joints, 3). In the plane the
-    #: vector is the normal rotated clockwise by 90°. In space the vector is parallel to the longest side of
-    #: the joint's polygon, or to the touching edge. For a contact at a single point, the vector is parallel
-    #: to a side of the touched face, or to one of the two crossing edges.
+    #: vector is the normal rotated clockwise by 90°. In space the vector is parallel to an edge: the longest
+    #: side of the joint's polygon, the touching edge, a side of the touched face, or one of two crossing
+    #: edges.
     tangent: np.ndarray
     #: Uncertainty of each normal's direction in the drawing, in radians, shape (joints,).
     accuracy: np.ndarray
     turn: np.ndarray  #: angle in radians by which alignment rotated each normal, shape (joints,)
     shift: np.ndarray  #: distance by which alignment moved each contact point, shape (points,)
-    #: Length (in space: area) of each joint, shape (joints,). The value is zero for a corner on an edge, and
-    #: in space for a contact along an edge or at a point.
+    #: Length (in space: area) of each joint, shape (joints,). Contacts at a point, or in space along an edge,
+    #: have the value zero.
     extent: np.ndarray
     middle: np.ndarray  #: midpoint (for a polygon: centroid) of each joint, shape (joints, 2) or (joints, 3)
-    #: Contact points of all joints, shape (points, 2) or (points, 3): for each joint the two ends of an edge,
-    #: the corners of a polygon and of its holes, or one point.
+    #: Contact points, shape (points, 2) or (points, 3). A joint has the two ends of an edge, the corners of a
+    #: polygon and its holes, or one point.
     point: np.ndarray
     #: Index of the joint to which each contact point belongs, in ascending order, shape (points,).
     joint: np.ndarray
-    #: Index of the outline ring to which each contact point belongs, in ascending order, shape (points,). The
-    #: outer ring of a polygon precedes the rings of its holes.
+    #: Index of the outline ring of each contact point, in ascending order, shape (points,). The outer ring of
+    #: a polygon precedes the rings of its holes.
     ring: np.ndarray
     friction: np.ndarray  #: friction coefficient of each joint, ``inf`` if unlimited, shape (joints,)
     cohesion: np.ndarray  #: cohesion of each joint per unit of its length (in space: area), shape (joints,)
     dilatancy: np.ndarray  #: dilatancy tan ψ of each joint, shape (joints,)
-    #: Two mean normal stresses for each joint, shape (joints, 2). Up to the first stress the joint has its
-    #: full dilatancy, and above the second stress the dilatancy is zero. Both stresses are ``inf`` if the
-    #: dilatancy does not depend on stress.
+    #: Two mean normal stresses for each joint, shape (joints, 2). Up to the first stress the dilatancy is
+    #: full; above the second stress it is zero. Both are ``inf`` if the dilatancy does not depend on stress.
     dilatancy_stress: np.ndarray
     #: Compressive strength of each joint per unit of its length (in space: area), ``inf`` if unlimited, shape
     #: (joints,).
@@ -100,10 +99,9 @@ class Joints:
     #: Segments in the middle of small gaps, each given by its two ends, shape (segments, 2, 2) or (segments,
     #: 2, 3). In space the segments are the sides of polygons.
     facing: np.ndarray
-    #: Pairs of blocks (indices) that touch without a contact normal and therefore have no joint. In the
-    #: plane, corners of the two blocks touch. In space, a corner of one block touches an edge of the other
-    #: block. A pair is not listed if both blocks have joints at the point of contact, or if ``gaps`` or
-    #: ``lost`` contains the pair, because other warnings then name the pair.
+    #: Pairs of blocks (indices) that have no joint, because they touch without a contact normal: at two
+    #: corners, or in space at a corner and an edge. The list omits pairs in ``gaps`` and ``lost``, and pairs
+    #: whose blocks both have joints at the point of contact.
     without_normal: list[tuple[int, int]]
     #: Points at which blocks touch without a contact normal, shape (points, 2) or (points, 3).
     meets: np.ndarray

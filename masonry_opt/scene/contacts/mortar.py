@@ -21,31 +21,29 @@ from masonry_opt.scene.rows import linked
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tolerance_advice import set_tolerance
 
-#: Largest mean width of a gap that counts as mortar of the same masonry, relative to the median width of the
-#: gaps. With a larger value, the recommended option also closes narrow openings.
+#: Largest mean width of a mortar joint, relative to the median width of the gaps. With a larger value, the
+#: recommended option also closes narrow openings.
 _WIDEST_OF_MORTAR = 2.0
 
-#: The sides of a gap count as parallel if moving a corner by at most this fraction of the gap's width makes
-#: them parallel. Gaps with parallel sides count as mortar joints. With a larger value, gaps that are only due
-#: to inaccurate coordinates count as mortar joints too.
+#: A gap counts as a mortar joint if moving a corner by at most this fraction of the gap's width makes its
+#: sides parallel. With a larger value, gaps that are due to inaccurate coordinates count too.
 _PARALLEL_ERROR = 0.1
 
-#: Smallest thickness of a block, relative to ``tolerance``. A thinner block raises an error. With a smaller
-#: value, opposite sides of a thin block may merge into one line or plane.
+#: Smallest thickness of a block, relative to ``tolerance``. A thinner block raises an error, because its
+#: opposite sides may merge into one line or plane.
 _THINNEST = 2.0
 
-#: Amount by which a gap may exceed ``contact_tolerance`` because of rounding errors, relative to
-#: ``contact_tolerance``. With a smaller value, warnings name gaps whose width is exactly
-#: ``contact_tolerance``.
+#: Fraction of ``contact_tolerance`` by which a gap may exceed it because of rounding errors. With a smaller
+#: value, warnings name gaps whose width is exactly ``contact_tolerance``.
 _ROUNDING = 1e-6
 
-#: Gaps of a survey count as mortar joints if the widths at the two ends of a gap differ, in the median, by at
-#: most this fraction of the median width of the gaps. With a larger value, gaps that are only due to
-#: inaccurate coordinates count as mortar joints too.
+#: Gaps of a survey count as mortar joints if the median difference between the widths at their two ends is at
+#: most this fraction of their median width. With a larger value, gaps that are due to inaccurate coordinates
+#: count too.
 _SURVEY_ERROR = 0.5
 
-#: Gaps of a survey count as mortar joints only if at least this fraction of all joints cross gaps as wide as
-#: mortar. With a smaller value, gaps at a few inaccurate corners count as mortar joints.
+#: Gaps of a survey count as mortar joints only if at least this fraction of all joints crosses such gaps.
+#: With a smaller value, gaps at a few inaccurate corners count too.
 _SURVEY_FRACTION = 0.5
 
 

@@ -21,13 +21,12 @@ CONTACT_FUNCTIONS: dict[
     3: (shapes_in_space, faces.facing, faces.SolidCorners),
 }
 
-#: Number of pairs of neighbouring blocks that a scene may have, in addition to ``_MOST_PAIRS_PER_BLOCK`` for
-#: each block. More pairs raise an error. With a larger value, a scene of coincident blocks needs more time
-#: and memory before the error is raised.
+#: A scene raises an error if it has more pairs of neighbouring blocks than this number plus
+#: ``_MOST_PAIRS_PER_BLOCK`` for each block. A larger value needs more time and memory for coincident blocks.
 _MOST_PAIRS = 1_000_000
 
-#: Number of pairs of neighbouring blocks that a scene may have for each block, in addition to
-#: ``_MOST_PAIRS``. More pairs raise an error. In a wall, a block has about six neighbours.
+#: Number of pairs of neighbouring blocks that a scene may have for each block, see ``_MOST_PAIRS``. In a
+#: wall, a block has about six neighbours.
 _MOST_PAIRS_PER_BLOCK = 40
 
 #: A gap counts as blocked, and gets no joint, if at least this many of its three test points are inside other

@@ -16,14 +16,13 @@ import numpy as np
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.rows import Rows, chunks, combine, dots, lengths, ranges
 
-#: Largest distance between two touching edges, relative to the length of the segment that they share. Edges
-#: at a larger relative distance form no joint along the segment, unless they are nearly parallel. The
-#: tolerance limits the distance too, so the ratio matters only for segments shorter than ten tolerances. With
-#: a larger value, edges at a larger angle to each other form joints.
+#: Largest distance between two touching edges, relative to the length of their shared segment. Edges farther
+#: apart form no joint, unless they are nearly parallel. With a larger value, edges at a larger angle form
+#: joints.
 LEAN = 0.1
 
-#: Sine of the largest angle between two sides that face each other across a gap, such as undrawn mortar
-#: between rectangular bricks of a small arch. A larger value also joins sides that meet at a corner.
+#: Sine of the largest angle between two sides that face each other across a gap, such as undrawn mortar. A
+#: larger value also joins sides that meet at a corner.
 _MOST_ANGLE_ACROSS = 0.34
 
 
@@ -195,8 +194,8 @@ class Touches(Rows):
     #: Unit normal of each contact, pointing into the first block, shape (touches, 2) or (touches, 3).
     normal: np.ndarray
     #: Unit vector perpendicular to each contact's normal, shape (touches, 2) or (touches, 3). In the plane
-    #: the vector is the normal rotated clockwise by 90°. In space the vector is parallel to the touching
-    #: edge, or, for a corner on a face, to the first axis of the face.
+    #: the vector is the normal rotated clockwise by 90°. In space it is parallel to the touching edge, or to
+    #: the first axis of the face that a corner touches.
     along: np.ndarray
     #: Uncertainty of each normal's direction in the drawing, in radians, shape (touches,).
     accuracy: np.ndarray
@@ -228,10 +227,10 @@ class Meetings(Rows):
     #: Index of the second block's corner (in space: edge) at each meeting, shape (meetings,).
     second: np.ndarray
     #: In the plane, the point halfway between the two corners of each meeting, shape (meetings, 2). In space,
-    #: the start of the line that the two edges of each meeting share, shape (meetings, 3).
+    #: the start of the line that the two edges share, shape (meetings, 3).
     start: np.ndarray
-    #: In the plane, the point halfway between the two corners of each meeting, shape (meetings, 2): equal to
-    #: ``start``. In space, the end of the line that the two edges of each meeting share, shape (meetings, 3).
+    #: In space, the end of the line that the two edges of each meeting share, shape (meetings, 3). In the
+    #: plane, the end equals ``start``.
     end: np.ndarray
 
 
@@ -245,12 +244,10 @@ class BlockCorners(ABC):
     #: In the plane, the coordinates of each corner of ``met``, shape (items, 2). In space, the start of each
     #: edge of ``met``, shape (items, 3).
     start: np.ndarray
-    #: In the plane, the coordinates of each corner of ``met``, shape (items, 2): equal to ``start``. In
-    #: space, the end of each edge of ``met``, shape (items, 3).
+    #: In space, the end of each edge of ``met``, shape (items, 3). In the plane, the end equals ``start``.
     end: np.ndarray
-    #: Threshold, relative to the tolerance, that separates contacts from the sides that their two blocks
-    #: share. A contact nearer to a shared side is part of this side; a contact farther away is a separate
-    #: contact.
+    #: A contact is part of a side that its two blocks share if its distance from the side is at most this
+    #: value, relative to the tolerance.
     apart: float
 
     @abstractmethod

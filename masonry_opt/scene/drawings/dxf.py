@@ -226,8 +226,8 @@ def _outlines(
     windows = [curve for curve in lines if _has(curve, drawing.window_layers)]
     joints = [curve for curve in lines if not _has(curve, drawing.window_layers)]
     if joints:
-        # Stop at defects of supports before the net of joint lines is divided into cells: without a defective
-        # support, cells of the net would be open and cause further error messages.
+        # Report defective supports before the net of joint lines is divided into cells. Without these
+        # supports, cells would be open and cause further errors.
         defects.refuse()
         near = drawing.outline_tolerance or max(apart, drawing.sagitta or outlines.SAGITTA * diagonal)
         supports = [outline.polygon for outline in found]

@@ -458,9 +458,9 @@ def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side 
     Faces cannot be merged if they are not in one plane, if they have no outline, or if their outline touches
     itself.
     """
-    # Two merged faces traverse their common edge in opposite directions, so this edge is not on the outline.
-    # If a notched polygon was divided into a fan of triangles, the triangles outside the polygon have the
-    # opposite orientation, which removes their edges too.
+    # An edge that two faces traverse in opposite directions is inside the merged side, not on its outline.
+    # This rule also removes triangles outside a notched polygon that was divided into a fan, because they
+    # have the opposite orientation.
     edges = {side for face in faces for side in steps_round(face)}
     outline = [(tail, tip) for tail, tip in edges if (tip, tail) not in edges]
     following = dict(outline)

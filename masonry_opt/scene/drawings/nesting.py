@@ -27,13 +27,13 @@ _LIMIT_PRECISION = 1.01
 #: value 1, a block with one hole would count as a frame.
 _FEWEST_IN_FRAME = 2
 
-#: Fraction of the area of a block above which a hole that shares a side with the block's outline counts as
-#: a copy of the block. With a larger value, small copies of a stone become holes. With a smaller value, large
-#: openings that reach the edge of a wall are refused.
+#: A hole that shares a side with the outline of its block counts as a copy of the block if its area exceeds
+#: this fraction of the block's area. With a larger value, small copies become holes. With a smaller value,
+#: large openings at the edge of a wall are refused.
 _LARGEST_OPENING = 0.5
 
-#: Mean thickness of a block round a hole, relative to the width of the block, below which the hole counts as
-#: a copy of the block. With a larger value, thin pipes are refused.
+#: A hole counts as a copy of its block if the mean thickness of the ring between them is below this fraction
+#: of the block's width. With a larger value, thin pipes are refused.
 _THINNEST_RING = 0.02
 
 #: Length of the side that a hole shares with the outline of its block, relative to the tolerance, from which

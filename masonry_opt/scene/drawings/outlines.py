@@ -28,8 +28,8 @@ _MOST_POINTS = 4000
 #: value produces more chords.
 SAGITTA = 1e-4
 
-#: Step of the grid to which intersections of joint lines are rounded, relative to the tolerance of the
-#: outlines or to the default tolerance of a scene, whichever is smaller.
+#: Grid step to which intersections of joint lines are rounded, relative to the tolerance of the outlines, or
+#: to a scene's default tolerance if that is smaller.
 _GRID_SHARE = 0.01
 
 #: A corner of a cell is removed if its distance from the line between the previous and the next corner is at

@@ -71,8 +71,8 @@ class WallCrossing(NamedTuple):
     end: float  #: position, along this wall, of the other wall's farther face
     leaves: int  #: number of leaves of the other wall
     courses: int  #: number of courses of the other wall
-    #: Two flags, for even courses (counted from 0) and for odd courses. A flag is True if this wall passes
-    #: through the other wall, and False if the other wall interrupts this wall.
+    #: One flag for even courses (counted from 0) and one for odd courses: True if this wall passes through
+    #: the other wall, False if the other wall interrupts this wall.
     passes: tuple[bool, bool]
 
     @property
@@ -365,8 +365,8 @@ class Plan(SolidGenerator):
         length = self.thickness if headers else self.block[0]
         joints: list[float] = []
         for start, end, left in stretch.bays():
-            # Every second course begins with half a block. After a crossing in a toothed bond, however, a
-            # course begins with half a block only if this wall passes through the other wall.
+            # After a crossing in a toothed bond, the courses in which this wall passes through the other wall
+            # begin with half a block. Elsewhere, every second course does.
             half = left.passes[course % 2] if left and self.bond == "toothed" else course % 2
             joints += every(length, start + length / 2 * (headers or half), end - CLOSER * length)
         middles = [middle for crossing in stretch.crossings for middle in crossing.middles]

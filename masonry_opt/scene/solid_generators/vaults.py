@@ -57,9 +57,9 @@ class Barrel(ArchRing, SolidGenerator):
         ``abutment 2``.
         """
         built = []
-        # Each voussoir, skewback and abutment forms a row of stones. In a running bond, rows with odd numbers
-        # are offset by half a stone, so neighbouring rows need an even and an odd number. Abutments are not
-        # cut into stones, so their numbers have no effect.
+        # In a running bond, rows with odd numbers are offset by half a stone. A skewback and the voussoir
+        # next to it therefore have an even and an odd number. The numbers of abutments have no effect,
+        # because abutments are not cut into stones.
         rows = [*range(self.voussoirs), 1, self.voussoirs, 0, 0]
         for stone, row in zip(self._stones(), rows, strict=False):
             if stone.area is None:

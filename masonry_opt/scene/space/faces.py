@@ -20,14 +20,14 @@ from masonry_opt.scene.rows import Rows, bounds, dots, first_alike, following, l
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tolerance_advice import set_tolerance
 
-#: Ratio of the error of one corner of a rectangular face to the distance of the corners from their mean
-#: plane. The plane tilts towards the wrong corner, so all four corners have the same distance, a quarter of
-#: the error. A message multiplies this distance by the ratio to recommend a tolerance.
+#: Ratio of the error of one corner of a rectangular face to the distance of this corner from the mean plane
+#: of all corners. The plane tilts towards the wrong corner, so the distance is only a quarter of the error.
+#: Messages recommend a tolerance of this ratio times the distance.
 _ERROR_OVER_HEIGHT = 4.0
 
-#: Largest distance of a corner from the plane of its face that is probably caused by inexact coordinates,
-#: relative to the square root of the face's area. Up to this distance, the error message also suggests a
-#: tolerance. With a larger value, the message would suggest a tolerance for faces that are bent on purpose.
+#: Largest distance of a corner from the plane of its face at which an error message suggests a tolerance,
+#: relative to the square root of the face's area. With a larger value, messages suggest a tolerance for faces
+#: that are bent on purpose.
 _INEXACT = 0.02
 
 

@@ -305,7 +305,7 @@ def test_a_warning_of_lengths_names_the_unit_weight():
     values = {"extent": 5000.0, "unit_weight": 2200.0}
     sentence = message([reason(Code.LENGTHS_DIFFER, **values)])
     assert sentence.startswith(
-        "the blocks extend over 5000, but their median unit weight, 2200, looks like kg/m³: give lengths in"
+        "the blocks extend over 5000, but their median unit weight, 2200, looks like kg/m³: use metres for"
     )
 
 
