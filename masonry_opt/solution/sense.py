@@ -61,7 +61,7 @@ def _is_small_angle(friction: float) -> bool:
 _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], ...] = (
     (Code.FRICTION_HIGH, ("friction",), lambda joint: _HIGH_FRICTION < joint.friction < np.inf),
     (Code.FRICTION_LOW, ("friction",), lambda joint: _is_small_angle(joint.friction)),
-    # With dilatancy below −μ, the normal force does more work in a slip than friction dissipates.
+    # If the dilatancy is below −friction, the normal force does more work in a slip than friction dissipates.
     (Code.DILATANCY_LOW, ("dilatancy", "friction"), lambda joint: joint.dilatancy < -joint.friction),
 )
 
@@ -231,8 +231,8 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
     if solution is None or not len(limited):
         return []
     if solution.load_factor is None or solution.q is None:
-        # If the analysis finds no limit of the live load, crushing at these corners may limit it in reality.
-        # Without a collapse state, normal forces are unknown.
+        # If the analysis finds no limit of the live load, crushing at corners may limit it in reality. The
+        # warning then names all corners on joints of limited strength, without normal forces.
         pairs = assembly.pairs(limited)
         if solution.status.unlimited and pairs:
             return [reason(Code.CORNERS_BEAR, pairs=pairs, normal_forces=[])]

@@ -11,7 +11,8 @@ from masonry_opt.solution.acceptance import SMALLEST
 MOVES = 2e-3
 
 #: A joint counts as sliding if it slips faster than this fraction of the largest speed in the scene. In
-#: inexact answers of the loop, joints between blocks at rest slip by up to 0.002 μ.
+#: inexact answers of the loop, joints between blocks at rest slip by up to 0.002 times the friction
+#: coefficient.
 SLIDES = MOVES
 
 #: Opening of a joint's edge by rotation, relative to the speed of the fastest corner, above which the joint

@@ -116,7 +116,7 @@ class Cuts:
             for model in (self._motion, self._no_motion, self._no_forces)
         )
         # A cut states that at least one of its faces has a rate of zero, or that at least one has a nonzero
-        # rate. Each kind of cuts has a matrix of shape (cuts, faces). Each cut takes a linear program, so
+        # rate. Each kind of cut has a matrix of shape (cuts, faces). Each cut requires a linear program, so
         # ``most_programs`` rows suffice.
         self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (_RESTING, _MOVING)}
         self._count = {_RESTING: 0, _MOVING: 0}
