@@ -26,8 +26,8 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import MATRICES, find_solver
 from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 
-#: Largest number of joints for which stability under the dead load is first tested with elastic contacts. On
-#: larger scenes, a linear program is the first test, because it finds instability faster.
+#: Scenes with up to this number of joints are first tested for stability with elastic contacts. Larger scenes
+#: are first tested by a linear program, because it finds instability faster.
 _MOST_JOINTS_AT_REST = 500
 
 
@@ -56,8 +56,8 @@ class DeadLoadCheck:
         If the solver cannot decide whether the scene is stable, the solution states why.
         """
         self.effort.begins("stability under the dead load")
-        # Programs of this check are counted in a separate record. The final result includes the time and the
-        # solver of the check, but not the number of its programs.
+        # Count the programs of this check separately. The final result includes the time and the solver of
+        # the check, but not the number of its programs.
         own_effort = self.effort.beside()
         with self.effort.measure("dead_load"):
             if self._is_small and self._forces_at_rest(own_effort) is not None:

@@ -84,5 +84,5 @@ def _without_live_load(scene: Scene) -> str:
         )
     return (
         f"no block carries a live load: add {_LIVE_LOAD_KEYS[scene.dimension]}. For a scene without "
-        "live load, 'solve' decides if the scene is stable, and 'least' varies a parameter until it is"
+        "live load, use 'solve' to decide if it is stable, or 'least' to vary a parameter until it is stable"
     )

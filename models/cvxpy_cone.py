@@ -10,8 +10,8 @@ from masonry_opt.models.cvxpy_terms import CvxpyMechanism, CvxpyStatics
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, ShearLimits
 
-#: Factor that multiplies the objective of ConeMotion. Solvers stop at an absolute duality gap. The larger the
-#: factor, the smaller this gap is relative to the objective.
+#: The objective of ConeMotion is multiplied by this factor. Solvers stop at an absolute duality gap, which a
+#: larger factor makes smaller relative to the objective.
 _ENERGY_SCALE = 100.0
 
 
@@ -27,10 +27,9 @@ class Senses(NamedTuple):
     #: Unit vector e of each direction of slip, as two components in the plane of the contact. The shape is
     #: (2, m) for m directions.
     along: np.ndarray
-    #: True if the polygons are inscribed in the friction circles. All forces are then inside the cones, and
-    #: the directions e are opposite to the shear forces at the corners of the polygons. If False, the
-    #: polygons are circumscribed about the circles. Mechanisms then satisfy the flow rule of the cones, and
-    #: the directions e are opposite to the shear forces at the points of tangency.
+    #: True if the polygons are inscribed in the friction circles, so that all forces are inside the cones.
+    #: False if they are circumscribed, so that mechanisms satisfy the flow rule of the cones. The directions
+    #: e are opposite to the shear forces at the corners (True) or at the points of tangency (False).
     inside: bool
 
 

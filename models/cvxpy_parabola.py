@@ -18,8 +18,8 @@ class _Sized:
         self._problem = problem
         crushing = len(problem.crushing)
         self.per_size = cp.Parameter(crushing, name="1/N")
-        #: N² / (f_c L), in which f_c L is the crushing force of a joint. At the normal force N, crushing
-        #: raises the lower limits of 2 n₁ and 2 n₂ from 0 to this value.
+        #: Lower limit of 2 n₁ and 2 n₂ at the normal force N, because of crushing: N² / (f_c L), with the
+        #: crushing force f_c L of the joint.
         self.most_lost = cp.Parameter(crushing, name="lost")
         self.resize(None)
 

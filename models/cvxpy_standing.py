@@ -10,9 +10,9 @@ from masonry_opt.models.cvxpy_cone import ConeMechanism, ConeStatics, Senses
 from masonry_opt.models.cvxpy_terms import CvxpyMechanism, CvxpyShearParameters, CvxpyStatics
 from masonry_opt.problem.problem import Problem, ShearLimits
 
-#: Smallest weight of a block in the inertia term, relative to the weight of the median block; smaller weights
-#: are raised to this value. Without this limit, the motion of weightless blocks would not be unique. A larger
-#: limit would reduce their motion.
+#: Smallest weight of a block in the inertia term, relative to the median block weight. Smaller weights are
+#: raised to this value, because the motion of weightless blocks would not be unique. A larger value would
+#: reduce the motion of light blocks.
 _LEAST_WEIGHT = 1e-2
 
 

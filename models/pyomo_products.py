@@ -11,9 +11,9 @@ from pyomo.core.expr import LinearExpression
 from masonry_opt.problem.edges import EdgeFactors, Form
 from masonry_opt.problem.problem import Problem
 
-#: Two masks that select the products for which the relaxation has variables. Entry (i, j) of the first mask,
-#: shape (joints, joints), selects the forces of joint i times the rates of joint j. Entry (i, e) of the
-#: second mask, shape (joints, blocks), selects the forces of joint i times the velocities of block e.
+#: Two masks of the products for which the relaxation has variables. Entry (i, j) of the first mask selects
+#: the forces of joint i times the rates of joint j. Entry (i, e) of the second mask selects the forces of
+#: joint i times the velocities of block e.
 Pairs = tuple[np.ndarray, np.ndarray]
 
 
@@ -99,15 +99,12 @@ class PyomoProducts:
         slacks = list(factors.other_slacks.values())
         equilibrium = list(factors.equilibrium())
         motions = [*factors.compatibility(), factors.live_work()]
-        # Joints that can slide need a row z₁ p₁ = 0, because z₁ is a linear form, and not an unknown of the
-        # relaxation. The products of all other complementarity conditions need no row: they are zero, and
-        # have no variables.
+        # A row z₁ p₁ = 0 is needed, because z₁ is a linear form of the unknowns. The other complementary
+        # products consist of two unknowns. They are zero, and have no variables.
         complementary = [(form, {rate: 1.0}) for rate, form in factors.other_slacks.items()]
-        # Compatibility gives three equations between the four rates of a joint and the velocities of its
-        # blocks. Let the relaxation have variables for the products of the forces in an equilibrium row with
-        # these velocities. The row times three of the rates then follows from the row times the velocities
-        # and the row times the fourth rate. Only the row times the fourth rate is declared.
         model.statics = self._constraint(product(equilibrium, [motion, *all_velocities]))
+        # Multiply equilibrium rows by the rate p₀ of each joint (``rate % 4 == 2``). Products with the other
+        # three rates are declared only if compatibility does not imply them.
         with_rates = (
             (form, {rate: 1.0})
             for form, rate in product(equilibrium, factors.rates)

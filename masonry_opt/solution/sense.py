@@ -26,12 +26,12 @@ from masonry_opt.solution.thresholds import IDLE
 from masonry_opt.solution.typical_units import in_other_unit
 from masonry_opt.solution.wedges import uneven_sides, wedges
 
-#: Friction coefficient (tan 72°) above which a coefficient is higher than in any dry joint, and may be an
-#: angle in degrees. With a larger value, warnings miss angles.
+#: A friction coefficient above this value (tan 72°) causes a warning: it may be an angle in degrees. With a
+#: larger limit, warnings miss small angles.
 _HIGH_FRICTION = 3.0
 
-#: Friction coefficient (tan 1.1°) below which a friction angle is less than in any joint of masonry, and may
-#: be a tangent or an angle in radians. A smaller value misses steep angles in radians.
+#: A friction angle of less than 1.1°, the arctangent of this value, causes a warning: it may be a tangent or
+#: an angle in radians. With a smaller limit, warnings miss steep angles in radians.
 _SMALL_FRICTION = 0.02
 
 
@@ -56,46 +56,42 @@ def _is_small_angle(friction: float) -> bool:
     return any(map(is_round, (angle, math.tan(angle), math.degrees(angle))))
 
 
-#: Tests for unusual joint properties, each with the code of its warning and the names of the properties.
-#: Dilatancy below −friction is a contraction that friction cannot resist.
+#: Tests for unusual joint properties: code of the warning, names of the properties, and condition on the
+#: properties.
 _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], ...] = (
     (Code.FRICTION_HIGH, ("friction",), lambda joint: _HIGH_FRICTION < joint.friction < np.inf),
     (Code.FRICTION_LOW, ("friction",), lambda joint: _is_small_angle(joint.friction)),
+    # If the dilatancy is below −friction, the normal force does more work in a slip than friction dissipates.
     (Code.DILATANCY_LOW, ("dilatancy", "friction"), lambda joint: joint.dilatancy < -joint.friction),
 )
 
-#: Distance of a group of blocks from all other blocks above which a warning says that the group is far away.
-#: The distance is relative to the size of the group or of all other blocks, whichever is larger.
+#: A warning says that a group of blocks is far away if its distance to all other blocks exceeds this ratio
+#: times the larger size: of the group, or of all other blocks.
 _FAR_DISTANCE_RATIO = 10.0
 
-#: Ratio of two unit weights, or of a force to a weight, above which a warning says that their units differ.
-#: Different materials cause ratios of about 5 (stone to timber), and a mix of kN and N causes the ratio 1000.
-#: Both together can cause a ratio below 1000, so the limit is well below 1000. Two unit weights with a ratio
-#: below the limit are compared with typical values.
+#: Ratio of two unit weights, or of a force to a weight, above which a warning says that their units differ. A
+#: mix of kN and N causes the ratio 1000. The limit is below 1000, because different materials (stone and
+#: timber, ratio 5) can reduce this ratio.
 _OTHER_UNITS = 300.0
 
-#: Ratio of a block's weight per area to the median weight per area, for plane blocks that are specified by
-#: their weight. If the ratio or its inverse is larger, a wrong unit is suspected, and both weights per area
-#: are compared with typical values. Smaller ratios can be due to different thicknesses.
+#: The specified weight of a plane block is checked for a wrong unit if its weight per area differs from the
+#: median by more than this factor. Smaller differences can be due to the thickness.
 _OTHER_THICKNESS = 50.0
 
-#: Ratio of the strength or prestress of a tie or prop to the sum of all dead loads. Above this ratio, a
-#: warning says that their units probably differ. A larger value would miss a strength in N in a large scene
-#: with weights in kN.
+#: If the strength or prestress of a tie or prop exceeds this multiple of all dead loads, a warning says that
+#: the units probably differ. A larger value would miss a strength in N in a large scene with weights in kN.
 _DEAD_LOADS_TO_STRENGTH = 20.0
 
-#: Ratio of the sum of all dead loads to the strength of a tie or prop. If the ratio is larger, and the
-#: strength is smaller than a fifth of the median block weight, a warning says that the strength is too small
-#: to have an effect.
+#: A warning says that a tie or prop is too weak to have an effect if its strength is below two limits: the
+#: sum of all dead loads divided by this value, and a fifth of the median block weight.
 _SUM_TO_STRENGTH = 300.0
 
-#: Ratio of a block's weight to a dead force on the block. Above this ratio, a warning says that the force is
-#: too small to have an effect. With a larger value, warnings miss forces in MN beside weights in kN. Small
-#: live forces cause no warning, because a live force is often a unit force.
+#: If a block weighs more than this multiple of a dead force on it, a warning says that the force is too small
+#: to have an effect. With a larger value, warnings miss forces in MN beside weights in kN.
 _WEIGHT_TO_FORCE_RATIO = 1000.0
 
-#: Largest distance of a force from its block that counts as rounding, relative to the size of the block (the
-#: root of its area or volume). A force at a larger distance causes a warning.
+#: A force causes a warning if its distance from its block exceeds this fraction of the block's width (square
+#: root of its area, cube root of its volume). Smaller distances count as rounding errors.
 _OUTSIDE = 0.02
 
 #: Fraction of a block's weight below which a difference of forces counts as a rounding error.
@@ -235,8 +231,8 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
     if solution is None or not len(limited):
         return []
     if solution.load_factor is None or solution.q is None:
-        # If the analysis finds no limit of the live load, crushing at corners may limit the load in reality.
-        # The warning then names all these corners without normal forces, because no collapse state is known.
+        # If the analysis finds no limit of the live load, crushing at corners may limit it in reality. The
+        # warning then names all corners on joints of limited strength, without normal forces.
         pairs = assembly.pairs(limited)
         if solution.status.unlimited and pairs:
             return [reason(Code.CORNERS_BEAR, pairs=pairs, normal_forces=[])]
@@ -271,12 +267,12 @@ def _far_away(assembly: Assembly) -> list[Reason]:
     if groups == 1:
         return []
     low, high = assembly.geometry.boxes
+    # Upper bounds are negated, so that the least value is the outermost for all bounds.
     bounds, axes = np.column_stack([low, -high]), low.shape[1]
     lowest = np.full((groups, 2 * axes), np.inf)
     np.minimum.at(lowest, group, bounds)
-    # For each group, compute the bounding box of all other groups. Each lower bound of the box is the least
-    # bound of all groups or, if the group itself has the least bound, the second least. Upper bounds are
-    # negated, so the rule applies to them too.
+    # For each group, compute the bounding box of all other groups: the least bounds of all groups, or the
+    # second least if the group itself has the least.
     least, second = np.sort(lowest, axis=0)[:2]
     others = np.where(lowest == least, second, least)
     size, size_of_rest = (np.hypot.reduce(-box[:, axes:] - box[:, :axes], axis=1) for box in (lowest, others))
@@ -334,13 +330,14 @@ def _weights(assembly: Assembly) -> list[Reason]:
     mixed = heavy & differs & in_other_unit(density, median)
     values = {"median": median, "per_area": per_area}
     warnings = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, most, mixed, **values)
-    # A light block, such as a jack's plate, may carry a force that is large compared with its own weight but
-    # small compared with other blocks. Such a force is compared with the median weight.
+    # A force on a light block, such as a jack's plate, is compared with the median weight, because it may be
+    # much larger than the block's own weight.
     weight_near = np.maximum(weight, np.median(weight[heavy]))
     live, dead = (problem.forces(load) * problem.force_unit for load in (problem.live, problem.dead))
     # Weights and forces of fill are subtracted, so that only forces specified by the user are checked.
     of_fill = fill_forces(scene, assembly.geometry, assembly.filled_pieces)["dead"][movable, : dead.shape[1]]
     dead = dead - scene.factor("dead", "weight") * weight[:, None] * scene.down - of_fill
+    # Small live forces cause no warning, because a live force is often a unit force.
     for name, force, least in (("live", live, np.inf), ("dead", dead, _WEIGHT_TO_FORCE_RATIO)):
         size = np.hypot.reduce(force, axis=1)
         acts = size > _FORCE_DIFFERENCE_TOLERANCE * weight

@@ -46,13 +46,13 @@ class Solution:
     associative: float | None = None  #: λ with associative flow; None if unlimited or not computed
     #: Status of the program for the associative load factor, if a separate program was solved.
     associative_ended: Status | None = None
-    #: Solution of method "incremental". If the method was not run, the reasons in this solution state why.
-    #: None if the incremental load factor was not requested, or if the scene is unstable under its dead load.
+    #: Solution of method "incremental", or a solution with the reasons why the method was not run. None if it
+    #: was not requested, or if the scene is unstable under its dead load.
     incremental: "Solution | None" = None
     #: Lower bound of λ from a proof or from method "global". The reasons list the assumptions of the bound.
     bound: float | None = None
-    #: True if a proof by conflicts shows the bound, or if method "global" assumed no limits for the bound. A
-    #: proof by conflicts covers forces and motions up to ``proof.REACH``.
+    #: True if a proof by conflicts shows the bound, or if method "global" computed the bound without assumed
+    #: limits of forces and rates.
     bound_derived: bool = False
     proof: Proof | None = None  #: proof that no collapse state has a lower λ; None if there is no proof
     #: Number of starts of the search for exact states; None if the method does not search.

@@ -11,9 +11,8 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.rank import has_independent_columns
 from masonry_opt.solution.thresholds import IDLE
 
-#: The function ``worst_joint`` ignores joints whose normal force is less than this fraction of the dead load
-#: of the joint's lighter block. Such joints have little influence on stability. With a smaller value, the
-#: worst joint may be a joint that is almost without force.
+#: The function ``worst_joint`` ignores a joint if its normal force is below this fraction of the lighter
+#: block's dead load. With a smaller value, the worst joint may be almost without force.
 _PRESSED_SHARE = 0.01
 
 
@@ -88,8 +87,7 @@ def are_resultants_unique(assembly: Assembly) -> bool:
         B = B[:, ~is_second]
     if has_independent_columns(B):
         return True
-    # The ground and all fixed blocks form one node of the graph, the last one. The index -1, which stands for
-    # the ground, selects the last entry of ``node``.
+    # The ground and all fixed blocks form one node of the graph, the last one.
     ground = len(scene.blocks)
     node = np.append(np.where(scene.fixed, ground, np.arange(ground)), ground)
     first, second = joints.first, joints.second
@@ -97,6 +95,7 @@ def are_resultants_unique(assembly: Assembly) -> bool:
     if any(len(blocks) > 2 for blocks in ends):
         return False
     first = node[np.append(first, [blocks[0] for blocks in ends]).astype(int)]
+    # The second end of a force on a single block is the ground: index -1 selects the last entry of ``node``.
     second = node[np.append(second, [(*blocks, -1)[1] for blocks in ends]).astype(int)]
     count = ground + 1
     links = csr_array((np.ones(len(first)), (first, second)), shape=(count, count))

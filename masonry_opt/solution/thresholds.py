@@ -5,14 +5,13 @@ The limits that decide if an answer is accepted are in :mod:`~masonry_opt.soluti
 
 from masonry_opt.solution.acceptance import SMALLEST
 
-#: Speed of a block's fastest corner below which the block counts as at rest, relative to the speed of the
-#: fastest corner of the scene. Answers of the loop contain 1.0e-3 for a block at rest
-#: (``closed_forms/pulled_stone``). The slowest block that moves according to a hand calculation has 5e-3
-#: (``closed_forms/two_leaves``).
+#: A block counts as at rest if its fastest corner is slower than this fraction of the largest speed in the
+#: scene. The loop computes 1.0e-3 for a block at rest (``closed_forms/pulled_stone``). A hand calculation
+#: shows 5e-3 for the slowest moving block (``closed_forms/two_leaves``).
 MOVES = 2e-3
 
-#: Slip of a joint, relative to the speed of the fastest corner, above which the joint counts as sliding.
-#: Answers of the loop are inexact: joints between blocks at rest slip by up to 0.002 times the friction
+#: A joint counts as sliding if it slips faster than this fraction of the largest speed in the scene. In
+#: inexact answers of the loop, joints between blocks at rest slip by up to 0.002 times the friction
 #: coefficient.
 SLIDES = MOVES
 
@@ -28,9 +27,8 @@ SEPARATES = MOVES
 #: strength counts as crushing.
 CRUSHES = MOVES
 
-#: A limited force (such as the force of a tie) counts as yielding if it exceeds this fraction of its upper
-#: limit, and if its end points move apart in the mechanism. The end points of a prop must move together
-#: instead.
+#: A limited force (such as a tie force) counts as yielding if it exceeds this fraction of its upper limit,
+#: and if the mechanism lengthens the tie or shortens the prop.
 AT_HIGHEST = 1 - MOVES
 
 #: Power of the loads, in median block weights, below which the loads do not drive the mechanism. Solvers
@@ -41,13 +39,12 @@ DRIVES = 1e-7
 #: force.
 IDLE = 1e-6
 
-#: Messages about locking joints, and messages about self-stress, list only the joints whose value exceeds
-#: this fraction of the largest value of all joints. For locking joints, the value is the departure from
-#: associative flow. For joints under self-stress, the value is the normal force.
+#: Messages about locking and self-stress list a joint if its value exceeds this fraction of the largest
+#: value. The value is the departure from associative flow (locking) or the normal force (self-stress).
 LISTED_JOINT_SHARE = 1e-2
 
-#: Relative difference below which two load factors count as equal. Answers of different methods for one state
-#: differ by up to 2e-8 on the case files; different states differ by 8e-4 and more.
+#: Relative difference below which two load factors count as equal. On the case files, methods differ by up to
+#: 2e-8 for one state, and different states differ by at least 8e-4.
 SAME = 1e-6
 
 #: Relative difference above which one load factor counts as lower than another. The value is the residual

@@ -6,8 +6,8 @@ probably in different units if each is typical of masonry, earth or concrete in 
 
 import numpy as np
 
-#: Range of unit weights of stone, brick, concrete, mortar and earth, in each unit. Timber and steel are
-#: outside of these ranges. A fill of foam glass, with 2 kN/m³, is mistaken for a fill in t/m³.
+#: Range of the unit weights of stone, brick, concrete, mortar and earth, in each unit. A fill of foam glass
+#: (2 kN/m³) is mistaken for a fill in t/m³.
 _TYPICAL: dict[str, tuple[float, float]] = {
     "kN/m³": (10.0, 32.0),
     "N/m³": (10e3, 32e3),

@@ -22,34 +22,31 @@ _NEARLY_PARALLEL_ANGLE = 0.01
 #: wedges.
 _PARALLEL_ANGLE = 1e-9
 
-#: Rotation of a joint by alignment, in radians, above which a warning names the joint. The value is one
-#: millimetre per metre, the accuracy of cut stones. With a larger value, a large tolerance
-#: may make the faces of a real wedge parallel without a warning. With a smaller value, warnings are more
-#: frequent.
+#: A warning names a joint that alignment rotates by more than this angle, in radians. The value is one
+#: millimetre per metre, the accuracy of cut stones. A larger value would miss real wedges whose faces a large
+#: tolerance makes parallel.
 _NAMED_TURN = 1e-3
 
-#: A joint counts as about to slide if its shear exceeds this fraction of the friction limit. With a smaller
-#: value, warnings name joints that carry less shear. With a larger value, joints at the limit are missed in
-#: answers of interior-point solvers.
+#: A joint counts as about to slide if its shear exceeds this fraction of the friction limit. A larger value
+#: would miss joints at the limit, because answers of interior-point solvers are inexact.
 _SHARE_OF_FRICTION_LIMIT = 0.999
 
-#: The joints of a block are compared with each other only if the block has at most this number of joints.
-#: Blocks with more joints are, for example, wide blocks under many others. A larger value needs more memory;
-#: a smaller value misses more wedges.
+#: Largest number of joints of a block for which all pairs of joints are compared. To limit the memory, blocks
+#: with more joints, such as a wide block under many others, are not checked for wedges.
 _MOST_JOINTS_COMPARED = 300
 
-#: Angle, in radians, below which two joints of one pair of blocks count as one side that is drawn unevenly.
-#: With a larger value, warnings would name sides that are curved on purpose. With a smaller value, warnings
-#: would miss surveys with large errors.
+#: A side between two blocks counts as drawn unevenly if its joints differ in direction by less than this
+#: angle, in radians. A larger value would include sides curved on purpose. A smaller value would miss surveys
+#: with large errors.
 _UNEVEN_ANGLE = 0.05
 
-#: A side of a pair of blocks counts as curved on purpose if the angle between two of its joints is from
-#: ``_UNEVEN_ANGLE`` to this angle, in radians. With a larger value, sides next to a blunt corner count as
+#: A side between two blocks counts as curved on purpose if two of its joints differ in direction by
+#: ``_UNEVEN_ANGLE`` up to this angle, in radians. With a larger value, sides next to a blunt corner count as
 #: curved.
 _CURVED_ANGLE = 0.3
 
-#: A warning names uneven sides only if at least this fraction of all pairs of touching blocks have uneven
-#: sides. With a smaller value, a few sides that are curved on purpose would cause a warning.
+#: A warning names uneven sides if at least this fraction of all pairs of touching blocks have uneven sides.
+#: With a smaller value, a few sides curved on purpose would cause a warning.
 _UNEVEN_SHARE = 0.5
 
 #: A warning names uneven sides only if at least this number of pairs of touching blocks have uneven sides.

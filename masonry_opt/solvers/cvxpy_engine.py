@@ -27,8 +27,8 @@ _CVXPY_VERDICTS = {
     cp.OPTIMAL_INACCURATE: Verdict.NEARLY,
 }
 
-#: Map from CVXPY's name of a solver to the solver's option for a time limit in seconds. A solver without an
-#: entry cannot be stopped, so an analysis can exceed its time limit until the solver ends.
+#: Solver option that limits the time in seconds, by CVXPY's name of the solver. A solver without an entry
+#: cannot be stopped, so an analysis may exceed its time limit.
 _TIME_LIMITS = {
     cp.CLARABEL: "time_limit",
     cp.HIGHS: "time_limit",
@@ -36,9 +36,9 @@ _TIME_LIMITS = {
     cp.SCS: "time_limit_secs",
 }
 
-#: Number of columns above which CVXPY compiles the program again for every solve. A smaller program is
-#: compiled once, into a tensor that contains its parameters. The memory of the tensor grows with the square
-#: of the number of joints, so for large programs the tensor takes more time than compiling again.
+#: CVXPY compiles a program with at least this number of columns again for every solve. A smaller program is
+#: compiled once, with parameters. The form with parameters grows with the square of the number of joints, so
+#: compiling a large program again is faster.
 _COLUMNS_TO_RECOMPILE = 3000
 
 
@@ -126,9 +126,9 @@ def has_optimum(
     return CvxpyEngine(program, solver, effort, purpose).solve().readable(nearly)
 
 
-#: Magnitude above which entries are scaled down: first the rows, then the columns with a larger entry are
-#: scaled to this magnitude. With this value, a row with the entries 1 and 1e6 (a large friction coefficient)
-#: is scaled to 1e-3 and 1e3. A smaller or larger value would lose digits of one of the two entries.
+#: Rows, and then columns, with a larger entry are scaled down to this magnitude. A row with the entries 1 and
+#: 1e6 (a large friction coefficient) becomes 1e-3 and 1e3. With another value, one of the two entries would
+#: lose digits.
 _LARGE_ENTRY = 1e3
 
 

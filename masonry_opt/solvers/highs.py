@@ -150,8 +150,8 @@ class HighsSession:
         self.lp = lp = program if isinstance(program, LinearProgram) else LinearProgram.of(program)
         self._highs = highspy.Highs()
         self._highs.silent()
-        # The simplex method may cycle, so its iterations are limited to ten times the number of rows plus
-        # columns. A run that converges needs less than a tenth of this limit.
+        # The simplex method may cycle, so its iterations are limited. A solve without cycling needs less than
+        # a tenth of this limit.
         limit = {"simplex_iteration_limit": 10 * sum(lp.matrix.shape)}
         for name, value in {**limit, **solver.options, **options}.items():
             self._highs.setOptionValue(name, value)

@@ -107,10 +107,10 @@ def _highs_simplex(tolerance: float) -> dict[str, Any]:
 
 
 def _highs_interior(tolerance: float, solver: str = "ipx") -> dict[str, Any]:
-    # The solver is named "ipx", because the name "ipm" selects HiPO if HiPO is installed. Crossover is
-    # switched off, because it ends in a vertex, but the fixed-point iteration needs the centre of the set of
-    # optimal states.
+    # Crossover is switched off, because it ends in a vertex, but the fixed-point iteration needs the centre
+    # of the set of optimal states.
     interior = {"run_crossover": "off", "ipm_optimality_tolerance": max(tolerance, 1e-12)}
+    # The default name is "ipx", because "ipm" selects HiPO if HiPO is installed.
     return {"solver": solver, **_feasibility(tolerance), **interior}
 
 

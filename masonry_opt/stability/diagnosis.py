@@ -32,22 +32,20 @@ from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 #: Key of ``result.solvers`` for the optimisation programs that determine why there is no load factor.
 DIAGNOSIS = "diagnosis"
 
-#: Largest number of programs that are solved to decide if a load drives a mechanism. After so many programs
-#: without a decision, it remains undecided if the load drives a mechanism. Small random scenes need at most 5
-#: programs, or 14 if no cone program is used.
+#: Largest number of programs that are solved to decide if a load drives a mechanism. After this number, the
+#: question remains undecided. Small random scenes need at most 5 programs, or 14 without cone programs.
 _MOST_PROGRAMS = 40
 
-#: Largest number of joints for which programs are solved by the simplex method if the first program does not
-#: decide if a load drives a mechanism. A simplex run takes half a minute for so many joints. With more
-#: joints, it then remains undecided if the load drives a mechanism.
+#: Largest number of joints for which more than one program is solved to decide if a load drives a mechanism.
+#: The simplex method, which solves all programs but the first, takes half a minute at this size.
 _SIMPLEX_UP_TO = 2000
 
 #: Largest number of joints for which the smallest stabilising factor on friction is computed. On larger
 #: scenes the factor remains unknown.
 FACTOR_UP_TO = 2000
 
-#: Largest number of friction factors that the search for the smallest stabilising factor tries. The search
-#: then ends with the smallest stable factor so far.
+#: The search for the smallest stabilising friction factor ends after this number of trials, with the smallest
+#: stable factor found by then.
 _MOST_FACTORS = 12
 
 #: The search for the smallest stabilising friction factor ends if the smallest stable and the largest
@@ -132,8 +130,8 @@ def mechanism_or_forces(
         engine = CvxpyEngine(model.program, chosen, effort, DEAD_LOAD, repeats=kept.keeps)
         return _Standing(model, engine)
 
-    # The check does not depend on the live load. The live load is replaced by the dead load, so that
-    # scenes with equal dead loads share one compiled program.
+    # Replace the live load, which the check does not need, by the dead load. Scenes with equal dead loads
+    # then share one compiled program.
     unloaded = replace(problem, live=problem.dead)
     standing = kept.of((DEAD_LOAD, chosen.key), unloaded, effort, declared)
     if standing.forces is not None and carries(problem, standing.forces):
@@ -171,8 +169,8 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
     problem = assembly.problem
     low, high = assembly.geometry.boxes
     square = np.pad((high - low)[assembly.movable] ** 2, ((0, 0), (0, 1)))[:, :3]
-    # For each bounding box and each axis of rotation, add the squares of the two extents perpendicular to the
-    # axis. The radius of gyration follows from this sum. In the plane the axis is z.
+    # For the radius of gyration, add the squares of a bounding box's two extents perpendicular to each axis
+    # of rotation. In the plane, the axis is z.
     across = (square.sum(axis=1)[:, None] - square)[:, problem.layout.dimension - problem.layout.rows :]
     gyration = np.sqrt(across / 12) / problem.length_unit
     inertia = float(problem.force_sizes(problem.dead) @ problem.by_block(falling**2).sum(axis=1))
@@ -450,12 +448,12 @@ def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
     down = np.where(size[:, None] > 0, down / np.where(size > 0, size, 1.0)[:, None], scene.down)
     first_borne = (joints.normal * down[joints.first]).sum(axis=1) < -_BEARS
     second_borne = (joints.normal * down[joints.second]).sum(axis=1) > _BEARS
-    # In the graph, each edge leads from a supporting block to the block above it. An extra node with number
-    # ``count`` has edges to all supports, including supports that can rotate, which are modelled as movable
-    # blocks with restraining forces.
+    # Supports are fixed blocks, and movable blocks with support forces, such as supports that can rotate.
     support_forces = [force for force in assembly.limited if force.role is Role.SUPPORT]
     supported = [action.block for force in support_forces for action in force.actions]
     supports = np.append(np.setdiff1d(np.arange(count), movable), supported).astype(int)
+    # Each edge of the graph leads from a supporting block to the block above it. An extra node, ``count``,
+    # has edges to all supports.
     bears = np.concatenate([joints.second[first_borne], joints.first[second_borne], 0 * supports + count])
     borne = np.concatenate([joints.first[first_borne], joints.second[second_borne], supports])
     chains = sp.csr_array((np.ones(len(bears)), (bears, borne)), shape=(count + 1, count + 1))

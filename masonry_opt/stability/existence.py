@@ -45,22 +45,21 @@ _RAYS_UP_TO = 2000
 #: larger scenes, branch and cut is skipped.
 _CUTS_UP_TO = 100
 
-#: Limit of the number of linear programs of branch and cut, multiplied by the number of joints. Beyond the
-#: limit, branch and cut stops without a proof. Most random scenes in which joints jam need 5 to 400 programs,
-#: and a few need up to 3300.
+#: Branch and cut stops without a proof if its number of linear programs times the number of joints exceeds
+#: this limit. Most random scenes in which joints jam need 5 to 400 programs, and a few need up to 3300.
 _MOST_WORK = 120_000
 
 #: Key of ``result.solvers`` for the solver that decides if a load factor exists.
 _EXISTENCE_PURPOSE = "existence"
 
-#: Rate of a face (yield condition) above which the rate counts as nonzero in a mechanism of branch and cut.
-#: Mechanisms are scaled such that the live load does the work Σ|f_L|. Proofs do not depend on this threshold,
-#: because the residual of each cut is compared with ``PROOF``.
+#: Rate of a face (yield condition) above which branch and cut regards the rate as nonzero. Mechanisms are
+#: scaled such that the live load does the work Σ|f_L|. Proofs are valid with any value, because the residual
+#: of each cut is compared with ``PROOF``.
 _MOVING_RATE = 1e-9
 
-#: A face (yield condition) belongs to a cut of branch and cut if its Farkas multiplier exceeds this fraction
-#: of the largest multiplier. With a larger fraction, cuts contain fewer faces, but the residuals of the cuts
-#: may be too large for a proof.
+#: A cut of branch and cut contains the faces (yield conditions) whose Farkas multipliers exceed this fraction
+#: of the largest multiplier. With a larger fraction, cuts have fewer faces, but perhaps residuals that are
+#: too large for a proof.
 _TO_BLAME = 1e-9
 
 #: Number of latest cuts in which branch and cut counts how often each face occurs. The search branches on the
@@ -117,8 +116,8 @@ class Cuts:
             for model in (self._motion, self._no_motion, self._no_forces)
         )
         # A cut states that at least one of its faces has a rate of zero, or that at least one has a nonzero
-        # rate. Each of the two kinds has a matrix, with a row for each cut and a column for each face. Each
-        # cut requires a linear program, so ``most_programs`` rows suffice.
+        # rate. Each kind of cut has a matrix of shape (cuts, faces). Each cut requires a linear program, so
+        # ``most_programs`` rows suffice.
         self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (_RESTING, _MOVING)}
         self._count = {_RESTING: 0, _MOVING: 0}
         self.residual, self.exclude = 0.0, False
@@ -157,8 +156,8 @@ class Cuts:
                 return None
             cut = self._static_cut(moving | (rates > _MOVING_RATE))
             if cut is None:
-                # No cut was found: all faces that have nonzero rates in the choice or in the mechanism can be
-                # at yield in one state. The choice therefore cannot be excluded, and the proof fails.
+                # No cut excludes the choice: all faces with nonzero rates can be at yield in one state. The
+                # proof fails.
                 raise _Undecided
             open_faces = [face for face in cut if choice[face] == _OPEN]
             if len(open_faces) > 1:
@@ -267,17 +266,17 @@ def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> In
 
 def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> InfeasibilityCertificate:
     """Return the certificate of :func:`existence` for a problem that is scaled by its load."""
-    # If the dilatancy falls with stress, its value in a collapse state is not known in advance. The proof
-    # then uses the smallest possible value, zero, for each joint with a positive dilatancy.
     dilatancy_falls = problem.dilatancy_depends_on_stress
+    # A dilatancy that falls with stress is unknown in a collapse state. The proof replaces it by zero, its
+    # smallest possible value, unless it is negative.
     own_flow = np.minimum(problem.dilatancy, 0.0) if dilatancy_falls else problem.dilatancy
     against_mechanisms = _ray(problem, own_flow, effort)
     if against_mechanisms:
         return InfeasibilityCertificate(Existence.NO_MECHANISM, *against_mechanisms[1])
     ray = _ray(problem, problem.friction, effort)
     if ray is None:
-        # No joint forces were found that balance the live load alone, so λ may be limited. A load factor may
-        # then exist although the method found no load factor.
+        # No joint forces were found that balance the live load alone, so λ may be limited. The method may
+        # have missed a load factor.
         return InfeasibilityCertificate(Existence.UNDECIDED)
     certificate = InfeasibilityCertificate(Existence.UNBOUNDED, *ray[1])
     opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)

@@ -17,17 +17,16 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver
 from masonry_opt.stability.diagnosis import FACTOR_UP_TO, DeadLoadUndecided, falling_mechanism
 
-#: The bisection for a safety margin ends if the distance between the largest unstable value and the smallest
-#: stable value is at most this fraction of the stable value. With a smaller tolerance, more linear programs
-#: are solved.
+#: The bisection for a safety margin ends if the largest unstable and the smallest stable value differ by at
+#: most this fraction of the stable value. A smaller tolerance requires more linear programs.
 _BISECTION_TOLERANCE = 2e-4
 
-#: The bisection for a safety margin also ends if the smallest stable value is at most this limit, regardless
-#: of the tolerance. With a smaller limit, more linear programs are solved.
+#: The bisection for a safety margin ends early if a value up to this limit is stable, because such a small
+#: value is negligible. A smaller limit requires more linear programs.
 _NEGLIGIBLE_VALUE = 1e-4
 
-#: Largest number of joints for which the geometric margin is computed. It is omitted for larger scenes,
-#: because each step of the bisection builds a new linear program, which takes about a second at this size.
+#: The geometric margin is omitted for scenes with more joints. Each step of its bisection builds a new linear
+#: program, which takes about a second at this size.
 _MARGIN_UP_TO = 600
 
 

@@ -16,8 +16,8 @@ from masonry_opt.solution.motion import joint_motion
 from masonry_opt.solution.reasons import Code
 from masonry_opt.solution.solution import Solution
 
-#: Types of the columns that contain a run's answer, by column name. A table begins with the columns of the
-#: varied values. Only the values of ``seconds`` depend on the computer.
+#: Types of the columns of a run's answer, by column name. Only the values of ``seconds`` depend on the
+#: computer.
 ANSWER_COLUMNS = {
     "load_factor": "float64",
     **dict.fromkeys(("which", "status", "reason"), "object"),
@@ -31,8 +31,8 @@ ANSWER_COLUMNS = {
     "seconds": "float64",
 }
 
-#: Types of the columns of a run in a sweep or sample. If a run's collapse state was taken from another run,
-#: ``state_from`` names that run. ``warnings`` has the warnings about the scene of the run.
+#: Types of the columns of a run in a sweep or sample. ``state_from`` names the run from which the collapse
+#: state was taken. ``warnings`` contains the warnings about the scene.
 RUN_COLUMNS = ANSWER_COLUMNS | {"state_from": "object", "warnings": "object"}
 
 #: Columns that describe the worst position of axles.
@@ -40,9 +40,8 @@ PLACE = ("axles", "position", "direction", "load_case")
 #: Explanation of λ that is printed if axles cross the scene in each run.
 CROSSED_RUNS = "axles cross the scene in each run: λ is the least load factor of all axle positions"
 
-#: Types of the additional columns of a run in which axles cross the scene. The columns contain the worst
-#: position (load case, axles, direction, position of the first axle), the proven lower bound of λ, the number
-#: of solved positions, and the number of undecided positions.
+#: Types of the additional columns of a run with moving axles: the worst position, the proven lower bound of
+#: λ, and the numbers of solved and undecided positions.
 CROSSING_COLUMNS = {
     **dict.fromkeys(("load_case", "axles", "direction"), "object"),
     **dict.fromkeys(("position", "bound"), "float64"),

@@ -36,8 +36,8 @@ MEMORY_LIMIT = "memory limit"  #: Outcome of a task whose process used too much 
 UNSOLVED = (REFUSED, CRASHED, DIED, TIME_LIMIT, MEMORY_LIMIT)
 MOST_DEATHS = 3  #: Largest number of attempts to run a task whose worker process dies.
 _MEMORY_INTERVAL = 0.02  #: Seconds between two measurements of the memory of a process.
-#: Largest number of tasks per worker that are submitted and not yet finished. With a smaller number, workers
-#: may be idle. With a larger number, more memory is used.
+#: Largest number of unfinished tasks per worker that are submitted at one time. With fewer tasks, workers may
+#: be idle. With more tasks, more memory is used.
 _TASKS_PER_WORKER = 3
 #: Time in seconds within which a Dask scheduler must answer and must have a worker. After this time, an
 #: OptionError is raised.
@@ -47,8 +47,8 @@ PATIENCE = 10
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 #: Modules that the fork server imports for ``Workers``, so that the worker processes need not import them.
 _MODULES_OF_WORKERS = ("studies.many.runs", "methods.coulomb.method")
-#: Modules that the fork server imports for ``run_alone``, so that its processes need not import them. The
-#: modules import Pyomo and CVXPY, which takes a second.
+#: Modules that the fork server imports in advance for ``run_alone``. They import Pyomo and CVXPY, which would
+#: take a second in each process.
 _MODULES_OF_RUN_ALONE = ("studies.compare.runs", "methods.bracket.bracket", "methods.mpec")
 #: Start method of processes. Windows has no fork server, so processes are spawned on Windows.
 _START_METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
@@ -230,9 +230,8 @@ def _prepare_process() -> None:
     """
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     if _START_METHOD == "forkserver":
-        # Set the default start method to "fork", because Pyomo creates a lock when it is imported. With any
-        # other start method, the lock would remain when the process is terminated, and Python would print a
-        # warning.
+        # Set the default start method to "fork", because Pyomo creates a lock when it is imported. With
+        # another method, the lock of a terminated process would remain and cause a warning of Python.
         multiprocessing.set_start_method("fork", force=True)
     _silence(1, 2)
 

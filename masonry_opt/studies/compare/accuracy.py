@@ -25,8 +25,8 @@ from masonry_opt.solvers.registry import find_solver
 #: Largest relative width (upper − lower) / |λ| of the bounds that a solver may provide. If the width is
 #: larger, the next solver is used.
 CLOSE = 1e-9
-#: Model, solver and tolerance with which the static program is solved to obtain certified bounds. A later
-#: entry is used if the bounds from all earlier entries are wider than ``CLOSE``.
+#: Model, solver and tolerance with which the static program is solved for certified bounds. The next entry is
+#: used if the bounds from all entries before it are wider than ``CLOSE``.
 _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo", "highs", 1e-10))
 #: Smallest number of joints for which HiGHS is not used to compute certified bounds, because HiGHS would take
 #: minutes.
@@ -45,9 +45,8 @@ _STEP_EXCESS = 1.001
 #: for joints that cannot slide.
 _REGULARISATION = 1e-12
 
-#: Type of friction cones limit · x + c ≥ |(first · x, second · x)|: the tuple (limit, c, (first, second)).
-#: Each of the three matrices has one row for each cone, and the array c has one entry for each cone. In the
-#: plane all four are empty.
+#: Type of friction cones limit · x + c ≥ |(first · x, second · x)|: the tuple (limit, c, (first, second)), in
+#: which each cone has a row of the matrices and an entry of c. In the plane, all four arrays are empty.
 _Cones = tuple[sp.csr_array, np.ndarray, tuple[sp.csr_array, sp.csr_array]]
 
 

@@ -183,16 +183,16 @@ def run_plan(
     by_parabola = sorted({*results["scene"][results["crushing"] == "parabola"]})
     if by_parabola:
         notes.append(
-            f"{', '.join(by_parabola)}: no error is computed for methods static and kinematic with a conic "
-            "solver, because conic solvers use the crushing parabola, but the certified bounds use chords"
+            f"{', '.join(by_parabola)}: with conic solvers, the errors of static and kinematic are unknown, "
+            "because the solvers use the crushing parabola, but the certified bounds use its chords"
         )
     summary = judge.summary(rows, bounds, best)
     coulomb = summary[(summary["question"] == judge.COULOMB) & summary["load_factor"].notna()]
     without_best = sorted({*coulomb["scene"]} - {*best})
     if without_best:
         notes.append(
-            f"the gap to the best exact state is unknown for {', '.join(without_best)}, because no exact "
-            "state is known and no run searches for exact states: add 'coulomb' or 'mpec' to the methods"
+            f"the gap to the best exact state is unknown for {', '.join(without_best)}, because no run "
+            "searches for exact states: add 'coulomb' or 'mpec' to the methods"
         )
     return judge.Comparison(
         tuple(scenes), planned, limits, bounds, best, results, summary, tuple(notes), interrupted, warnings

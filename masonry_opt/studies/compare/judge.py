@@ -29,17 +29,16 @@ from masonry_opt.studies.compare.runs import (
 from masonry_opt.studies.runner import FINISHED
 from masonry_opt.studies.writing import in_words, notebook_html
 
-#: Kinds of answers that can be exact collapse states. The paper's loop of linear programs is excluded,
-#: because sliding joints may contract in the answers of the loop.
+#: Kinds of answers that can be exact collapse states. Answers of the paper's loop of linear programs are
+#: excluded, because their sliding joints may contract.
 _EXACT_KINDS = (Kind.NEARLY_COMPLEMENTARY, Kind.RELAXED, Kind.EXACT)
 
 ASSOCIATIVE = "associative"  #: Value of column "question" for load factors with associative flow.
 COULOMB = "Coulomb"  #: Value of column "question" for load factors with the joints' own dilatancy.
 
 ANSWER = "answer"  #: Claim of a run that reports a load factor of the scene.
-#: Claims that a run of a comparison can make about its scene, and that can be true or false: a load factor,
-#: or the reason why there is no load factor. A run that ends in another way (not converged, solver failed,
-#: limit exceeded) makes no claim.
+#: Claims of a run about its scene that can be true or false: a load factor, or the reason why no load factor
+#: exists. A run that ends in another way (not converged, solver failed, limit exceeded) makes no claim.
 CLAIMS = (ANSWER, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
 
 CERTIFIED = "certified"  #: Verdict on a run whose load factor is certified.
@@ -248,8 +247,8 @@ def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, b
         margin = OUTSIDE * max(abs(bounds.middle), SMALLEST)
         if load_factor > bounds.upper + margin:
             return WRONG, "λ above its certified bound"
-        # The lower bound is a bound of the largest λ in eq. (9). It is not applied to Coulomb states, nor to
-        # states with friction polygons inside the cones, because their λ may be less than the largest λ.
+        # The lower bound concerns the largest λ in eq. (9). Coulomb states, and states with polygons inside
+        # the friction cones, may have a smaller λ.
         has_lower_bound = question_of(row["method"]) == ASSOCIATIVE and not _by_sides(row)
         if has_lower_bound and load_factor < bounds.lower - margin:
             return WRONG, "λ below its certified bound"

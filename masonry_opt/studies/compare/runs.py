@@ -32,9 +32,8 @@ KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance",
 CERTIFICATE_RESIDUALS = ("equilibrium", "yield", "flow", "complementarity")  #: Residuals of a certificate.
 #: Columns of text; "" if unknown.
 _TEXT_COLUMNS = ("ended", "status", "kind", "existence", "crushing", "friction_law", "message")
-#: Columns of results.csv: λ and its certificate, times in seconds, memory in MB, counts, and the limits of
-#: the run. The column ``wall`` contains the duration of the solve or, for a run that did not finish, of the
-#: process.
+#: Columns of results.csv: λ, its certificate, times in seconds, memory in MB, counts and limits of the run.
+#: The column ``wall`` is the duration of the solve, or of the process if the run did not finish.
 COMPARISON_COLUMNS = (
     *KEY,
     *_TEXT_COLUMNS,

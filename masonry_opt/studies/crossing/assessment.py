@@ -145,8 +145,8 @@ def _raised_by_parabola(answer: CrossingLoadFactors) -> dict[str, float]:
         ratio = max(1.0, by_parabola / associative)
         name = (
             f"λ = {numeral(load_factor, '.6f')} by method '{result.method}' with chords, times "
-            f"{numeral(ratio, '.6f')}, the ratio by which the crushing parabola raises the associative λ; "
-            "assumed: the parabola raises no other λ by a larger ratio"
+            f"{numeral(ratio, '.6f')}: the crushing parabola raises the associative λ by this ratio, and is "
+            "assumed to raise no other λ by more"
         )
         raised[name] = load_factor * ratio
     return raised
@@ -172,9 +172,8 @@ def _why_undecided(answer: CrossingLoadFactors, required: float) -> str:
         return f"{below}, but the crushing parabola may permit a larger λ{missing}"
     if bound is not None and _is_below(bound, required):
         return (
-            f"the required load factor is above the proven lower bound {numeral(bound, '.6f')}, but not "
-            "above the governing λ; even the smallest permitted distance between solved positions does not "
-            "decide the comparison"
+            f"the required load factor is between the proven lower bound {numeral(bound, '.6f')} and the "
+            "governing λ, even with the smallest permitted distance between solved positions"
         )
     return ""
 

@@ -116,8 +116,8 @@ def crossing(
 class Questions(NamedTuple):
     """Results that a user requests from a crossing in addition to the least load factor."""
 
-    #: Required load factor. With an associative method, the search continues until its proven lower bound
-    #: decides if the load factor is reached. None if no load factor is required.
+    #: Required load factor, or None. An associative method solves more positions until λ and its proven lower
+    #: bound decide if the crossing reaches the required load factor.
     required_factor: float | None = None
     #: True if other methods also solve the worst position: see :func:`_other_methods`.
     other_methods: bool = False
@@ -320,8 +320,8 @@ def _cross(
         for way in ways:
             for passage in way:
                 program = programs[passage.case]
-                # For speed, a compiled linear program replaces an associative method. The program has the
-                # same answers as the method, unless joints crush or the user chose a solver.
+                # For speed, replace an associative method by a compiled linear program with the same answers.
+                # The program cannot be used if joints crush or if the user chose a solver.
                 is_program = default_solver and associative and not len(passage.assembly.problem.crushing)
                 solve = program if is_program else _solve(many, passage, effort)
                 bounds = None if associative else search.PassageTrials(passage, program)

@@ -34,14 +34,14 @@ from masonry_opt.solvers.registry import Verdict
 
 #: Function that returns the answer of a scene under a given live load, shape (3b,).
 SolveLive = Callable[[np.ndarray], Solution]
-#: If the loads on blocks jump at a position of the axles, the loads are evaluated on both sides, at this
-#: distance from the jump. The distance is relative to the length of the road.
+#: If the loads on blocks jump at a position of the axles, both sides of the jump are evaluated. Their
+#: distance from the jump is this fraction of the length of the road.
 _BREAK_DISTANCE = 1e-9
-#: The loads on blocks are compared with a linear and with a parabolic function of the position. A deviation
-#: counts as a rounding error up to this fraction of the largest entry of the live load.
+#: The search tests if the loads on blocks are linear or parabolic functions of the position. Deviations up to
+#: this fraction of the largest load count as rounding errors.
 _LOAD_TOLERANCE = 1e-7
-#: Shortest range of positions that the search for the least load factor halves, relative to the distance from
-#: the first to the last position. Shorter ranges are not halved.
+#: The search for the least load factor halves a range of positions only if it is longer than this fraction of
+#: the distance from the first to the last position.
 _SHORTEST_RANGE = 1e-4
 #: Number of positions that a Coulomb method solves before it searches for the least load factor between them.
 #: With more positions, fewer minima are missed.
@@ -49,12 +49,11 @@ _FIRST_POSITIONS = 25
 #: Fraction by which estimates of λ between two solved positions are reduced, so that fewer minima are missed.
 #: With a larger fraction, more positions are solved.
 _RATIO_MARGIN = 0.005
-#: Largest number of times that the search for the least load factor of a crossing halves the distances from
-#: the worst position to its neighbours. The worst position is the position with the least load factor.
+#: The search for the worst position of axles halves the distances from the worst position found to its
+#: neighbours, at most this number of times.
 _MOST_HALVINGS = 10
-#: The search for the least load factor of a crossing halves the distances from the worst position to its
-#: neighbours. It ends if the relative decrease of λ is less than this fraction of the relative tolerance of
-#: λ.
+#: The search for the worst position of axles stops halving distances if λ decreases by less than this
+#: fraction of the relative tolerance of λ.
 _PROGRESS_SHARE = 0.1
 
 

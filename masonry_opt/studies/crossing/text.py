@@ -11,8 +11,8 @@ from masonry_opt.studies.crossing.assessment import assessment_text, capacity_te
 from masonry_opt.studies.crossing.load_factors import CrossingLoadFactors
 from masonry_opt.studies.crossing.search import Passage
 
-#: Relative tolerance of the least load factor of a crossing. The search ends when the lower bound and the
-#: least load factor differ by at most this tolerance. Load factors that differ by less count as equal.
+#: Relative tolerance of the least load factor of a crossing: the search ends when the proven lower bound is
+#: this close. Load factors that differ by less count as equal.
 WITHIN = 1e-3
 #: Printed reason why a Coulomb load factor is less than the associative load factor.
 _BY_FRICTION = "because sliding joints do not open with Coulomb friction"

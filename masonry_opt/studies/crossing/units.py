@@ -17,12 +17,12 @@ _UNIT_OF_SETS = "kN/m³"
 #: Least plausible load, in kN, of the heaviest axle of a vehicle. With a smaller value, warnings miss axles
 #: in kN beside weights in N or kg.
 _LIGHTEST_AXLE = 3.0
-#: Greatest plausible load, in kN, of the heaviest axle. An axle of a standard, with its factors, has up to
-#: 800 kN. With a larger value, warnings miss axles in kg or N beside weights in kN.
+#: Greatest plausible load of the heaviest axle, in kN. Axles of standards have up to 800 kN, including
+#: factors. With a larger value, warnings miss axles in kg or N beside weights in kN.
 _HEAVIEST_AXLE = 1500.0
-#: Largest load of a group that has relative loads, such as 1 for each axle, or 2 for one of them and 1 for
-#: the others. Relative loads have no unit. The ``factor`` of the group is not included. A larger value misses
-#: light axles in tonnes or kN.
+#: The loads of a group of axles are relative, without a unit, if the largest is below this value: for example
+#: 1 for each axle. The ``factor`` of the group is not included. A larger value would miss light axles in
+#: tonnes or kN.
 _LARGEST_RELATIVE_LOAD = 10.0
 
 

@@ -338,8 +338,8 @@ def solve_cases(
             f"{base.origin}: the scene has no load cases: use 'solve', or add a table [[load_case]]"
         )
     moving = [case.name for case in base.load_cases if case.moves]
-    # If axles move in all load cases, this function can solve none of them. In this case, try to solve all of
-    # them: the first solve raises an error that advises what to do.
+    # If axles move in all load cases, try to solve all of them. The first solve raises an error that advises
+    # what to do.
     solved = [case.name for case in base.load_cases if case.name not in moving] or moving
     scenes = {name: settled_scene(base.in_case(name), settled) for name in solved}
     results = solve_all(scenes, method, progress, phases, function=solve_cases, **options)

@@ -40,8 +40,8 @@ _LOOKS = {
 _DARK = "#333333"  #: Colour of lines, and of marks of runs without a mechanism.
 _CROSS = "M-.8-.8L.8.8M.8-.8L-.8.8"  #: Mark of a run without a load factor, as an SVG path.
 _UP = "triangle-up"  #: Mark of a value above the axis.
-#: Largest number of values of the second parameter of a sweep for which a chart draws a line of λ for each
-#: value. With more values, the chart draws points.
+#: A chart of a sweep has a line of λ for each value of the second parameter, up to this number of values.
+#: With more values, the chart has points.
 _MOST_DRAWN_LINES = 7
 #: Largest number of values beyond the axis that a chart writes as numbers. If there are more values, the
 #: chart writes only the greatest value.
@@ -54,8 +54,8 @@ _SYMBOLS = {
     "joints.dilatancy_angle": "dilatancy angle φ₀ [°]",
     "joints.cohesion": "cohesion c",
 }
-#: A load factor is beyond the axis if its ratio to the next smaller load factor is at least this value. A
-#: load factor beyond the axis is drawn in the strip at the top of the chart.
+#: A load factor is beyond the axis if it is at least this multiple of the next smaller load factor. It is
+#: then drawn in the strip at the top of the chart.
 _FAR_RATIO = 10.0
 #: Largest fraction of load factors that may be beyond the axis. Among three or more load factors, one may
 #: always be beyond the axis.

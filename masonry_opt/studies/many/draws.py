@@ -22,9 +22,9 @@ from masonry_opt.studies.many.parameters import Parameters, is_of_joints
 
 #: Groups of joints with one random value of a property: all joints, each course, or each joint.
 BY = ("scene", "course", "joint")
-#: Sobol points are used in at most this many dimensions, and independent points in more dimensions. In 83
-#: dimensions, some pairs of coordinates of 128 Sobol points have a correlation of 0.8. The correlations of
-#: independent points are at most 0.3.
+#: Samples use Sobol points in up to this number of dimensions, and independent points in more dimensions. In
+#: 83 dimensions, coordinates of 128 Sobol points have correlations of up to 0.8. Independent points have at
+#: most 0.3.
 _MOST_SOBOL_DIMENSIONS = 10
 #: Probabilities are at least this far from 0 and from 1, because quantiles of 0 and 1 may be infinite.
 _LEAST_PROBABILITY = 2.0**-32
@@ -35,8 +35,8 @@ _PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")  #: Properties t
 _DISTRIBUTION_FORMS = (
     "write ('lognormal', mean, deviation), ('normal', mean, deviation), ('uniform', least, greatest) or a "
     "frozen distribution of scipy.stats. A deviation is a positive number, or a share of the mean such as "
-    "'15%'. For 'lognormal', enter the mean and deviation of the value, not of its logarithm; the mean must "
-    "be positive"
+    "'15%'. For 'lognormal', the mean must be positive; mean and deviation are those of the value, not of "
+    "its logarithm"
 )
 
 
@@ -224,9 +224,9 @@ class Draws:
         except CaseError as error:
             how = f" (values below 0: {law.frozen.cdf(0.0):.2g} of all)" if value < 0 else ""
             raise OptionError(
-                f"the scene does not accept {value:g}{how}, a value of {law.text} for '{name}': {error}; use "
-                "a lognormal distribution, a truncated distribution (scipy.stats.truncnorm), or another "
-                "distribution without these values"
+                f"the distribution {law.text} of '{name}' contains {value:g}{how}, which the scene does not "
+                f"accept: {error}; use a distribution without such values, for example a lognormal or a "
+                "truncated distribution (scipy.stats.truncnorm)"
             ) from None
 
     def scene(self, values: Mapping[str, float]) -> Scene:

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from masonry_opt.solution.thresholds import JUMP
 from masonry_opt.studies.many.trial import FALLS, Trial
 
-#: Smallest ratio of a jump to the change that the slopes next to the interval predict. With a smaller ratio,
-#: a steep change of the load factor is mistaken for a jump.
+#: A change of the load factor counts as a jump if it exceeds this multiple of the change that the slopes next
+#: to the interval predict. A smaller value would mistake a steep change for a jump.
 _STEEPER = 10.0
 
 

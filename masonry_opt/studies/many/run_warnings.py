@@ -16,8 +16,8 @@ from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
-#: Last parts of the names of parameters that limit forces, such as ``joints.friction``. A state whose forces
-#: stay below a limit is also a state of each scene with a larger limit.
+#: Last parts of the names of parameters that limit forces, such as ``joints.friction``. A larger limit
+#: permits all forces that a smaller limit permits.
 _LIMITS = ("friction", "friction_angle", "cohesion", "strength")
 _MOST_LISTED_VALUES = 3  #: Largest number of values that a warning lists; further values are only counted.
 

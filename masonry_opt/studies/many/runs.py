@@ -265,12 +265,12 @@ def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, fl
         "versions": digest(versions()),
         "columns": digest(sorted(RUN_COLUMNS)),
     }
-    # Open an existing journal first, because opening raises an error if the journal has runs of another
-    # study. Create a new journal last, after all other checks.
+    # Open an existing journal first: this raises an error if the journal has runs of another study.
     journal = Journal(folder, head) if (folder / JOURNAL).exists() else None
     if not output.force:
         _refuse_losing(folder / _RUNS_FILE, points)
     refuse_outputs(folder, (_RUNS_FILE, *output.beside), output.force)
+    # Create a new journal last, after all other checks.
     return journal or Journal(folder, head)
 
 

@@ -24,14 +24,12 @@ from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import same
 
-#: Largest number of joints (in space: contact points) of a scene whose exact states are recorded, so that
-#: other runs can use them. States of larger scenes are not recorded, because each needs more than 150 kB in
-#: the journal and in memory.
+#: Exact states of scenes with more joints (in space: contact points) are not recorded for other runs, because
+#: each needs more than 150 kB in the journal and in memory.
 RECORDED_UP_TO = 3000
 
-#: Factor by which the quick test of states of other runs multiplies the limits of residuals. With a smaller
-#: factor, the test may reject states that a certificate accepts. With a larger factor, more certificates are
-#: computed for states that fail.
+#: The quick test of states of other runs multiplies the limits of residuals by this factor. A smaller factor
+#: may reject valid states. A larger factor causes more certificates of invalid states.
 MARGIN = 10.0
 
 Row = Mapping[str, Any]  #: Row of a run by column name, including the columns of :func:`recorded_state`.

@@ -34,8 +34,8 @@ class DeadLoadMargin(NamedTuple):
     certificate.
     """
 
-    #: Largest force that can be subtracted from the normal force of every joint before the scene becomes
-    #: unstable, as a multiple of the median block weight. It is negative if the scene is unstable.
+    #: Largest force, in median block weights, by which every normal force can be reduced while the scene
+    #: remains stable. It is negative if the scene is unstable.
     margin: float
     certificate: Certificate | None  #: residuals of the solution that determines the margin
     result: Result  #: result with the forces or the mechanism under dead load, without a load factor
@@ -85,9 +85,9 @@ def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None
     solution = associative(Task(pressed, solver, effort=effort))
     if solution.load_factor is None:
         return None
-    # The complementarity error is an energy, which is usually divided by λ before it is compared with its
-    # limit. Here λ is the margin, which may be zero, so the energy is compared with a limit without division.
     failing = solution.failing()
+    # The complementarity error is an energy divided by λ. Here λ is the margin, which may be zero, so the
+    # energy itself is compared with its limit.
     energy = failing.pop("complementarity", 0.0)
     gap = inf if energy is None else energy * max(abs(solution.load_factor), SMALLEST)
     return solution if not failing and gap <= MARGIN_ENERGY else None

@@ -5,8 +5,8 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 
 from masonry_opt.reporting.sentences import numeral
 
-#: Number of significant digits to which a value is rounded first. The binary value of 0.3 is slightly less
-#: than 0.3; without the first rounding, it would be rounded down to 0.299999999.
+#: Values are first rounded to this number of significant digits, to remove errors of binary numbers.
+#: Otherwise 0.3, which is slightly smaller in binary, would be rounded down to 0.299999999.
 _EXACT_DIGITS = 15
 
 

@@ -55,8 +55,8 @@ _SCALE_BAR_HEIGHT = 0.08  #: Height of the strip for the scale bar, relative to 
 _MOST_ROWS = 150  #: A report prints at most this many rows of a table, and leaves out all other rows.
 #: Largest number of lines of a printed case file. A report omits a case file that has more lines.
 _MOST_CASE_FILE_LINES = 600
-#: Records of a scene that a report prints in tables, such as loads and ties. The keys are the headings of the
-#: tables; the values are the names of the scene's attributes that contain the records.
+#: Map from the heading of a table in a report to the scene's attribute whose records the table lists, such as
+#: loads and ties.
 _RECORDS = {
     "Joints that differ": "exceptions",
     "Fill": "fills",
@@ -212,10 +212,10 @@ def _(answer: Crossing) -> ReportPart:
         for name in answer.not_crossed
     ]
     left_out = dict.fromkeys(answer.left_out, "this load case has no axles: use 'solve'")
-    # The axles were not moved, because the scene is not known to be stable under its dead load. In the scene
-    # of the result, loads on blocks replace the axles. ``varied`` therefore lists the keys in which this
-    # scene may differ from the user's scene.
+    # The axles were not moved, because the scene is not known to be stable under its dead load.
     if least is None:
+        # In the scene of the result, loads on blocks replace the axles. These keys may differ from the user's
+        # scene.
         varied = ("axles", "loads", "load_cases")
         return replace(_part(worst), varied=varied, left_open=left_open, left_out=left_out)
     facts, all_cases = answer.facts(), len(answer.by_case) > 1 and not left_open

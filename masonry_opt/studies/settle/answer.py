@@ -165,8 +165,8 @@ class Bound:
         """Return a table row for each result: reaction, status, certainty and moving blocks."""
         rows = []
         for kind, result in self.results.items():
-            # The load factor of an incremental result belongs to the end of the load history. The incremental
-            # reaction may be an earlier peak of the load history, so it is taken from ``incremental``.
+            # The load factor of an incremental result is from the end of the load history. The incremental
+            # reaction may be an earlier peak.
             reaction = self.incremental if kind == "incremental" else self._reaction(result.load_factor)
             values = (kind, reaction, str(result.status), self._certainty(kind, result), _moving(result))
             rows.append(dict(zip(_REACTION_COLUMNS, values, strict=True)))
@@ -328,8 +328,8 @@ class Settlement(StudyAnswer):
         if end.across_rest is not None:
             sentence = (
                 f"{name} reaction: an exact collapse state has the reaction "
-                f"{numeral(end.across_rest, '.6g')}, on the other side of the reaction at rest: the scene "
-                "would fall with the joint forces of this state"
+                f"{numeral(end.across_rest, '.6g')}, on the other side of the reaction at rest; with the "
+                "joint forces of this state, the scene would fall by itself"
             )
             values = {"end": name, "reaction": end.across_rest, "at_rest": self.at_rest}
             yield study_warning(StudyCode.STATE_ACROSS_REST, sentence, **values)

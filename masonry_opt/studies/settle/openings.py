@@ -10,8 +10,8 @@ from masonry_opt.solution.frames import unsigned
 from masonry_opt.solution.motion import fastest, joint_motion
 from masonry_opt.solution.thresholds import ZERO
 
-#: Largest rotation of a block, in radians, up to which openings are calculated as in a small motion. Larger
-#: movements are rejected. The relative error of an opening is about as large as the rotation.
+#: A movement is rejected if it rotates a block by more than this angle, in radians. Openings are calculated
+#: for small rotations, with a relative error about as large as the rotation.
 SMALL_ROTATION = 0.1
 
 

@@ -96,10 +96,10 @@ def settle(
     effort.begins("reaction at rest")
     rest = reaction_at_rest(held.problem, settling.problem, problem.B.shape[1])
     if rest is None:
-        # The joint forces at rest are unknown, so the incremental analysis cannot start and is switched off.
+        # The incremental analysis cannot start, because the joint forces at rest are unknown.
+        session = session.without_incremental()
         # The joint forces at the two associative reactions are known. The search for the least reaction
         # therefore starts at the greatest associative reaction, and vice versa.
-        session = session.without_incremental()
         start_pushed_back, start_settling = _ends_by_statics(settling.problem, pushed_back.problem)
     else:
         start_settling = start_pushed_back = rest
