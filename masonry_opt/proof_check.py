@@ -54,8 +54,8 @@ class ProofCheck:
         return (
             f"proven: no collapse state has a load factor from 0 to {self.bound:.9g}. The proof consists of "
             f"{self.static} static and {self.kinematic} kinematic conflicts, checked in exact arithmetic. It "
-            f"covers all forces that sum to at most {self.reach:.1e} times the loads, and all motions that "
-            "sum to at most this multiple of the mean velocity of the live load"
+            f"covers all states in which the joint forces sum to at most {self.reach:.1e} times the loads, "
+            "and the joint rates to at most this multiple of the mean velocity of the live load"
         )
 
 
@@ -243,7 +243,7 @@ class _Checker:
         return self._outweighed(gain, max(unbalanced, lacks), "kinematic")
 
     def _outweighed(self, gain: Fraction, residual: Fraction, kind: str) -> str:
-        """Return a fault if multipliers prove nothing or violate their conditions too much, otherwise ""."""
+        """Return the reason why multipliers do not prove a conflict; "" if they prove it."""
         if gain <= 0:
             return f"the {kind} multipliers do not lead to a contradiction"
         if residual * Fraction(REACH) >= gain:

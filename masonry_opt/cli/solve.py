@@ -131,8 +131,8 @@ def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, 
 
         try:
             answer = function(scene, progress=show_step, phases=work.phase, **options)
-            # Raise the interrupt again, unless a search was interrupted. An interrupted search has an answer:
-            # the state with the lowest load factor found so far.
+            # If Ctrl+C interrupted a search, the answer is the state with the lowest load factor so far. Any
+            # other interrupted analysis has no answer, so the interrupt is raised again.
             if not _drawn_result(answer).solution.interrupted:
                 check_interrupt()
         except KeyboardInterrupt:

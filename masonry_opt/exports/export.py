@@ -126,8 +126,8 @@ _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
     "mcp": _mcp,
 }
 
-#: Map from Pyomo's names of the parts of a complementary pair to names in the file. "slack" defines the slack
-#: "z", "product" is z times the rate, and "pair" is complementary to the rate.
+#: Names in the file for the parts of a complementary pair, by Pyomo's name of the part: the slack variable
+#: "z", the constraint "slack" that defines it, the "product" of z and the rate, and the constraint "pair".
 _PAIR_NAMES = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
 #: Prefixes of the names of variables and rows. The keys are the components of a program that have one
 #: variable or row for each yield condition.

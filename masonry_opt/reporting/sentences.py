@@ -448,8 +448,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.STATES_MET: _states_met,
     Code.FEW_STARTS: lambda v: (
-        f"all load factors agree after only {counted(v['candidates'], 'start')}, so a lower collapse state "
-        "may still exist: equilibrium alone does not determine the forces"
+        f"all load factors agree, but the search made only {counted(v['candidates'], 'start')}; a collapse "
+        "state with a lower load factor may exist, because equilibrium alone does not determine the forces"
     ),
     Code.SEARCHED: lambda v: (
         f"the search for states with a lower λ used {counted(v['candidates'], 'start')}"

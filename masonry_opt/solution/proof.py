@@ -154,7 +154,7 @@ class Proof:
         return json.dumps(table)
 
     def save(self, path: str | Path, force: bool = False) -> None:
-        """Write the proof to a JSON file. Set ``force`` to replace a file of another program.
+        """Write the proof to a JSON file. Set ``force`` to replace a file that another program wrote.
 
         Raises
         ------

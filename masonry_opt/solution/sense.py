@@ -371,9 +371,9 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _fill_angles(assembly: Assembly) -> Iterator[Reason]:
-    """Generate warnings about friction angles of fills and backings that look like tangents.
+    """Generate warnings about friction angles of fills and backings that may be friction coefficients.
 
-    The angle 0 is that of a fluid.
+    Angles below one degree are probably tangents, except for the angle 0, which is that of a fluid.
     """
     for number, fill in enumerate(assembly.scene.fills, start=1):
         of_backing = fill.backing.friction_angle if fill.backing else None

@@ -23,8 +23,8 @@ _NEARLY_PARALLEL_ANGLE = 0.01
 _PARALLEL_ANGLE = 1e-9
 
 #: A warning names a joint that alignment rotates by more than this angle, in radians. The value is one
-#: millimetre per metre, the accuracy of cut stones. A larger value would miss real wedges whose faces a large
-#: tolerance makes parallel.
+#: millimetre per metre, the accuracy of cut stones. With a larger value, wedges that are meant as wedges may
+#: become parallel without a warning.
 _NAMED_TURN = 1e-3
 
 #: A joint counts as about to slide if its shear exceeds this fraction of the friction limit. A larger value

@@ -40,9 +40,9 @@ class StudyCode(StrEnum):
     #: Some load cases have no axles, so the crossing skipped them. The record has the names ``cases`` of
     #: these load cases.
     CASES_WITHOUT_AXLES = "cases without axles"
-    #: The load history ends at a reaction closer to the reaction at rest than the answer. The record has the
-    #: ``end`` ("least" or "greatest"), the ``reaction`` of the answer, and the reaction at the end of the
-    #: load history, ``incremental``.
+    #: The reaction at the end of the load history is closer to the reaction at rest than the reaction of the
+    #: answer is. The record has the ``end`` ("least" or "greatest"), the ``reaction`` of the answer, and
+    #: ``incremental``, the reaction at the end of the load history.
     HISTORY_ENDS_NEARER = "history ends nearer"
     #: The search for the least (greatest) reaction found an exact state above (below) the reaction at rest.
     #: The record has the ``end`` ("least" or "greatest"), the ``reaction`` of the state, and the reaction

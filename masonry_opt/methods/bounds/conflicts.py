@@ -355,9 +355,9 @@ class Kinematics(Theory):
 def _balancing(
     problem: Problem, flow: sp.csr_array, unbalanced: np.ndarray, resistance: np.ndarray
 ) -> np.ndarray:
-    """Return the least change of forces that restores equilibrium and sets small resistances to zero.
+    """Return the least change of forces that restores equilibrium and makes small slacks zero.
 
-    The change has shape (3c + t,). The small resistances are the nonzero entries of ``resistance``.
+    The change has shape (3c + t,). The small slacks are the nonzero entries of ``resistance``.
     """
     support = np.flatnonzero(resistance)
     rows = np.vstack([problem.B.toarray(), flow[support].toarray()])

@@ -316,7 +316,7 @@ def _largest_per_rate(model: PyomoProducts, shortfall: np.ndarray) -> float:
 
 
 def _forces(model: PyomoProducts, of_products: np.ndarray) -> list[np.ndarray]:
-    """Return vectors of joint forces, shape (3c,) each, computed from the values of the products.
+    """Return candidate vectors of joint forces, shape (3c,) each, from a solution of the relaxation.
 
     The first array has the forces that are not multiplied by a rate or velocity. For each rate or velocity
     that is not zero, a further array has the products of the forces with it, divided by it. The further

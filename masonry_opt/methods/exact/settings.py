@@ -95,9 +95,9 @@ class SearchSettings(Settings):
     #: larger weights, less energy remains.
     weights_in_plane: tuple[float, ...] = (1e3, 1e4)
 
-    #: Series of weights in space, used like ``weights_in_plane``. The second series is tried if the first
-    #: finds no state. The first series leads to a lower λ. The second keeps forces near the start, which
-    #: helps on many rings of wedges. Further starts use only the first series.
+    #: Series of weights in space, used like ``weights_in_plane``. The first series leads to a lower λ. If it
+    #: finds no state, the second series is tried. It keeps forces near the start, which helps in rings of
+    #: wedge-shaped blocks. Further starts use only the first series.
     weight_series_in_space: tuple[tuple[float, ...], ...] = (
         (3.0, 10.0, 30.0, 1e2, 3e2, 1e3, 1e4),
         (*5 * [1e4], *2 * [1e5, 1e6]),

@@ -33,9 +33,8 @@ class IncrementalSettings(Settings):
     #: increments. With a larger value, contacts that slip back and forth may lead to a different equilibrium.
     increment: float = 0.1
     #: Displacement beyond which the blocks count as collapsed, relative to the elastic displacement under the
-    #: mean contact force or, if larger, under the load. With a smaller value, a long slide counts as
-    #: collapse. With a larger value, nearly parallel joints may jam, and motions of large scenes remain
-    #: undecided.
+    #: mean contact force or, if larger, under the load. With a smaller value, a long slide that would stop
+    #: counts as collapse. With a larger value, nearly parallel joints may jam during the long motion.
     far: float = 3e3
 
     #: Coulomb methods other than "incremental" compute the incremental load factor on scenes of up to this

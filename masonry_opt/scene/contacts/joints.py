@@ -96,8 +96,8 @@ class Joints:
     bridged: Gaps
     #: Value of ``tolerance`` that aligns the sides of the gaps in ``bridged``; 0 if the sides are parallel.
     aligning: float
-    #: Segments in the middle of small gaps, each given by its two ends, shape (segments, 2, 2) or (segments,
-    #: 2, 3). In space the segments are the sides of polygons.
+    #: Segments midway between two sides that a small gap separates, each given by its two ends, shape
+    #: (segments, 2, 2) or (segments, 2, 3). In space the segments are the sides of polygons.
     facing: np.ndarray
     #: Pairs of blocks (indices) that have no joint, because they touch without a contact normal: at two
     #: corners, or in space at a corner and an edge. The list omits pairs in ``gaps`` and ``lost``, and pairs

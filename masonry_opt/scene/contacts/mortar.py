@@ -194,9 +194,9 @@ def _gaps_to_close(
     *,
     contact_tolerance: float | None = None,
 ) -> tuple[np.ndarray, Facing]:
-    """Return pairs of neighbouring blocks, and the pairs of their sides that an option could join.
+    """Return pairs of neighbouring blocks, and the pairs of their sides that a larger tolerance could join.
 
-    A larger ``contact_tolerance`` or ``tolerance`` could join the sides. The sides touch, or the gap between
+    The tolerance is ``contact_tolerance`` or ``tolerance``. The sides touch, or the gap between
     them is as narrow as mortar, and they have no joint yet. ``joined`` has the two blocks of each joint. The
     argument ``contact_tolerance`` replaces the contact tolerance of the shapes if it is larger.
     """

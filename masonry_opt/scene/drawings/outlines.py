@@ -433,7 +433,7 @@ def net_cells(
     for window, line in zip(windows, window_lines, strict=True):
         if shapely.length(shapely.difference(line, closed)) > tolerance:
             mistake = "is not part of a closed outline of an opening"
-            several = "lines of windows are not part of a closed outline of an opening"
+            several = "lines that draw windows are not part of a closed outline"
             remedy = "draw the complete outline of each opening, or omit the layer with 'without_layers'"
             defects.add(Defect(window.where, mistake, several, remedy))
     outside = ~shapely.within(shapely.point_on_surface(found), shapely.union_all([*drawn, openings]))

@@ -353,7 +353,7 @@ class Comparison:
     bounds: dict[str, CertifiedBounds]  #: bounds of the associative load factor, by scene name
     best: dict[str, BestKnown]  #: lowest known exact Coulomb states, by scene name
     results: pd.DataFrame  #: table with one row for each run (see :data:`~.runs.COMPARISON_COLUMNS`)
-    summary: pd.DataFrame  #: table with one row for each scene and pair (see :func:`summary`)
+    summary: pd.DataFrame  #: table with one row for each scene and each pair of a method and a solver
     notes: tuple[str, ...] = ()  #: remarks, one line each
     interrupted: bool = False  #: True if runs are missing
     warnings: tuple[str, ...] = ()  #: warnings about damaged lines of the journal and about unusual inputs

@@ -119,7 +119,7 @@ def _crushing(answer: CrossingLoadFactors) -> str:
         law = crushing(answer.worst)
         missing = f"; no associative λ by the parabola here: {answer.no_parabola}"
         return law + missing if answer.no_parabola else law
-    known = f"limited by {BY_CHORDS}, also for the associative λ"
+    known = f"λ and the associative λ are limited by {BY_CHORDS}"
     chords = answer.worst.associative
     more = "" if not chords else f", {answer.by_parabola / chords - 1:.2%} more than by chords"
     return f"{known}; by the parabola, the associative λ is {numeral(answer.by_parabola, '.6f')} here{more}"

@@ -57,8 +57,8 @@ _SYMBOLS = {
 #: A load factor is beyond the axis if it is at least this multiple of the next smaller load factor. It is
 #: then drawn in the strip at the top of the chart.
 _FAR_RATIO = 10.0
-#: Largest fraction of load factors that may be beyond the axis. Among three or more load factors, one may
-#: always be beyond the axis.
+#: Largest fraction of load factors that may be larger than the end of the axis. Of three or more load
+#: factors, one may always be larger.
 _FAR_SHARE = 0.25
 _LABEL = "load factor λ"  #: Title of the axis of load factors.
 #: Height in pixels of the two strips of a chart: the top strip for values beyond the axis, and the bottom

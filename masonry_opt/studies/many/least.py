@@ -150,7 +150,10 @@ class Threshold(StudyAnswer):
             return records
         values = ", ".join(f"{value:.6g}" for value in self.contradictions)
         side = "below" if self.least else "above"
-        sentence = f"the scene also meets the requirement {side} the threshold, at {values}: search there too"
+        sentence = (
+            f"the scene also meets the requirement {side} the threshold, at {values}: search around these "
+            "values too"
+        )
         contradictions = list(self.contradictions)
         return [study_warning(StudyCode.SEVERAL_THRESHOLDS, sentence, values=contradictions), *records]
 
@@ -162,7 +165,7 @@ class Threshold(StudyAnswer):
         return [end.name for end in (self.holds, self.fails) if math.isfinite(end.number)]
 
     def _rounded(self, end: Trial) -> str:
-        """Return the value of an end as text, rounded outwards from the interval.
+        """Return an end of the interval as text, rounded so that the printed interval contains the exact one.
 
         If there is one threshold in the range, the scene thus also holds at the printed holding end, and
         fails at the printed failing end.
@@ -430,7 +433,10 @@ class _Search:
             return f"{at} and {not_so} at {high.value:g}: use {other}"
         exceptions = ", ".join(f"{trial.value:.6g}" for trial in row if trial.holds != low.holds)
         if exceptions:
-            return f"{at} and at {high.value:g}, but {not_so} at {exceptions}: begin or end the range there"
+            return (
+                f"{at} and at {high.value:g}, but {not_so} at {exceptions}: choose one of these values as an "
+                "end of the range"
+            )
         remedies, count = ", or ".join(self._remedies(low, high)), len(row) - 2
         return (
             f"no threshold was found, because all trials agree ({at}, at {high.value:g} and at all {count} "
