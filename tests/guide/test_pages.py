@@ -300,7 +300,8 @@ def test_pictures_of_matplotlib_and_altair_are_shown_once_and_below_each_other(r
 
 
 @pytest.mark.parametrize(
-    ("code", "is_short"), [("--plot FILE", True), ("cases/examples/arch_piers.toml", False)]
+    ("code", "is_short"),
+    [("--plot FILE", True), ("cases/examples/arch_piers.toml", False), ("scene/settings.py", False)],
 )
 def test_short_words_of_code_are_marked_so_that_hyphens_do_not_break_them(records, code, is_short):
     from docutils import nodes, utils
