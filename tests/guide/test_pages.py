@@ -183,7 +183,7 @@ def test_the_version_stands_in_one_place():
 def test_example_of_a_user_s_own_tests_holds_each_case_to_it(monkeypatch, capsys, tmp_path):
     """The example passes with λ = 2, fails with λ = 1/2, and fails with the message if no λ exists."""
     (example,) = blocks(section(page("start"), "In your own tests"), "python")
-    assert len(example.splitlines()) == 10
+    assert len(example.splitlines()) == 13
     (tmp_path / "test_masonry.py").write_text(example)
     (tmp_path / "cases").mkdir()
     scenes = {"enough": block_on_floor(live=(0.25, 0.0)), "weak": block_on_floor(), "none": pressed_down()}

@@ -37,3 +37,4 @@ result.plot()
 smooth = mo.solve(wall(0.4))
 print(f"friction 0.4: load factor {smooth.required():.4f}")
 assert abs(smooth.required() - 0.4 * weight / thrust) < 1e-5
+smooth.plot()
