@@ -1,7 +1,7 @@
 """Sphinx extension that marks inline code of short words, which the style sheet does not break into lines.
 
-Browsers break lines after each hyphen, so that ``--plot`` could become two lines. Long words, such as paths,
-must be broken, because they do not fit on a phone.
+Browsers break lines after each hyphen, so that ``--plot`` could become two lines. Long words and paths must
+be broken, because they do not fit on a phone.
 """
 
 from typing import Any
@@ -13,9 +13,9 @@ _LONGEST = 24  #: Number of letters up to which a word of code is kept on one li
 
 
 def mark(app: Sphinx, doctree: nodes.document, name: str = "") -> None:
-    """Add the class "short" to inline code whose words are all short."""
+    """Add the class "short" to inline code whose words are all short, and not paths."""
     for code in doctree.findall(nodes.literal):
-        if all(len(word) <= _LONGEST for word in code.astext().split()):
+        if all(len(word) <= _LONGEST and "/" not in word for word in code.astext().split()):
             code["classes"].append("short")
 
 

@@ -208,8 +208,11 @@ class Activation:
     spectral: float  #: spectral acceleration a*_0 = a_0 / (e* FC), in g, with FC = 1.35
 
     def __str__(self) -> str:
-        spectral = f"a*_0 = {self.spectral:.4f} g (FC = {CONFIDENCE_FACTOR:g})"
-        return f"a_0 = {self.acceleration:.4f} g; e* = {self.mass_fraction:.4f}; {spectral}"
+        spectral = f"spectral acceleration a*_0 = {self.spectral:.4f} g (FC = {CONFIDENCE_FACTOR:g})"
+        return (
+            f"acceleration of the masses a_0 = {self.acceleration:.4f} g; participating mass fraction "
+            f"e* = {self.mass_fraction:.4f}; {spectral}"
+        )
 
 
 def activation(result: Result) -> Activation | None:

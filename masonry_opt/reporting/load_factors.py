@@ -25,6 +25,9 @@ LEAST_SO_FAR = "the least at the positions solved so far"
 #: history ends at a smaller load factor.
 FOUND = "found"
 INCREMENTAL = "incremental"  #: Name of the largest load factor of the load history.
+#: Name of the load factor that moving blocks carry after the collapse begins, if it is smaller than the
+#: incremental load factor.
+AFTER_INCREMENTAL = "after incremental collapse"
 ASSOCIATIVE = "associative"  #: Name of the load factor of classical limit analysis.
 
 _SEARCHES = "coulomb"  #: Name of the method that has the option ``search``.
@@ -62,6 +65,9 @@ _LOAD_FACTOR_MEANINGS = {
     LEAST_SO_FAR: "the crossing ended early, so λ may be less at positions that were not solved",
     FOUND: "collapse states that are not exact, or whose λ is larger than at the end of the load history",
     INCREMENTAL: "equilibrium is lost as the live load grows from zero; lower collapse states may exist",
+    AFTER_INCREMENTAL: (
+        "moving blocks carry this load after equilibrium is lost at a larger load; lower states may exist"
+    ),
     ASSOCIATIVE: "upper bounds, by classical limit analysis",
 }
 
@@ -153,7 +159,7 @@ def own_name(result: Outcome) -> str:
     if result.kind is Kind.ASSOCIATIVE:
         return ASSOCIATIVE
     if result.kind is Kind.INCREMENTAL:
-        return INCREMENTAL
+        return AFTER_INCREMENTAL if _carries_less_after_collapse(result) else INCREMENTAL
     if known_least(result):
         return LEAST
     return LOWEST if result.exact and not load_history_ends_lower(result) else FOUND
@@ -216,7 +222,7 @@ def _heading(result: Outcome) -> str:
 def _own_line(result: Outcome) -> LoadFactorLine:
     """Return the row of the method's own load factor, which must not be None."""
     name = own_name(result)
-    if name == INCREMENTAL:
+    if name in (INCREMENTAL, AFTER_INCREMENTAL):
         return _incremental_line(result)
     if name == ASSOCIATIVE:
         return LoadFactorLine(name, result.load_factor, known_least(result) or _associative_remark(result))
@@ -258,8 +264,10 @@ def _incremental_remark(result: Outcome) -> str:
     assert state is not None
     remark = next((words for code, words in _HISTORY_END_REMARKS.items() if state.has(code)), _LOST)
     if state.has(Code.RANGE):
-        not_carried = factor_text(state.values_of(Code.RANGE)["not_carried"])
-        remark = f"equilibrium is lost between this load factor and {not_carried} as the live load grows"
+        carried, not_carried = (
+            factor_text(state.values_of(Code.RANGE)[name]) for name in ("carried", "not_carried")
+        )
+        remark = f"equilibrium is lost between λ = {carried} and {not_carried} as the live load grows"
     if state.peak is None:
         return remark
     if result.end is None:
@@ -366,6 +374,12 @@ def search_advice(method: str, states: str) -> str:
     """
     option = "option search=10" if method == _SEARCHES else f"--method {_SEARCHES} -o search=10"
     return f" ({option} looks for {states})"
+
+
+def _carries_less_after_collapse(result: Outcome) -> bool:
+    """Return True if moving blocks carry a smaller load factor than the incremental load factor."""
+    at_end, largest = result.load_factor, result.incremental
+    return at_end is not None and largest is not None and not same(at_end, largest)
 
 
 def load_history_ends_lower(result: Outcome) -> bool:

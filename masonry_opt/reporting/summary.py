@@ -10,6 +10,7 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.reporting.linear_laws import BY_CHORDS, PARABOLA_REMARK
 from masonry_opt.reporting.load_factors import (
+    AFTER_INCREMENTAL,
     ASSOCIATIVE,
     FOUND,
     INCREMENTAL,
@@ -125,6 +126,7 @@ _AT = {
     LOWEST: "at the lowest",
     LEAST: "at the least",
     FOUND: "at the state found",
+    AFTER_INCREMENTAL: "after incremental collapse",
     INCREMENTAL: "at incremental collapse",
     ASSOCIATIVE: "at associative collapse",
 }

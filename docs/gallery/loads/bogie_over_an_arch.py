@@ -40,7 +40,7 @@ assert crossed.bound > 0.997 * crossed.required()
 # With Coulomb friction, only positions that may have a lower load factor are solved. For this arch the load
 # factor is not lower, because the arch collapses by hinges.
 coulomb = mo.crossing(scene, bogie)
-print(f"{coulomb.required():.3f}, {len(coulomb.table)} positions asked")
+print(f"{coulomb.required():.3f}, {len(coulomb.table)} positions solved")
 assert abs(coulomb.required() / crossed.required() - 1) < 2e-3
 
 # %%

@@ -64,6 +64,7 @@ for (words, ratios), marker in zip(found.items(), ["v", "s", "^", "x"], strict=T
     axes.plot(ratios, [name.capitalize() for name in scenes], marker, label=words)
 axes.axvline(1, color="0.4", linewidth=1)
 axes.set(xlim=(0, None), xlabel="computed load / load of the test")
+axes.margins(y=0.12)
 axes.invert_yaxis()
 axes.legend(fontsize="small")
 figure

@@ -33,8 +33,9 @@ assert around.min() < around[[0, 90, 180, 270]].min()
 
 # %%
 # A simultaneous upward force of 0.3 times the horizontal force reduces the normal forces, and therefore the
-# friction, of all joints that slide:
+# friction, of all joints that slide. The example compares eight directions, 45° apart:
 upwards = mo.directions(corner, "incremental", every=45, vertical=-0.3)
+print(f"the least of eight, horizontal push: {around[::3].min():.3f}")
 print(f"with 0.3 of the push upwards: {upwards.to_draw.required():.3f}, {upwards.governing}")
 assert upwards.to_draw.required() < around[::3].min()
 

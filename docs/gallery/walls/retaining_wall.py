@@ -30,10 +30,11 @@ slides, overturns = FRICTION * weight / thrust, weight * WIDTH / 2 / (thrust * H
 result = mo.solve(wall(FRICTION))
 print(f"load factor {result.required():.4f}; by hand slides at {slides:.4f}, overturns at {overturns:.4f}")
 assert abs(result.required() - min(slides, overturns)) < 1e-5
+result.plot()
 
 # %%
 # With smoother joints (friction 0.4) the wall slides instead of overturning:
 smooth = mo.solve(wall(0.4))
 print(f"friction 0.4: load factor {smooth.required():.4f}")
 assert abs(smooth.required() - 0.4 * weight / thrust) < 1e-5
-result.plot()
+smooth.plot()

@@ -10,7 +10,7 @@ import pandas as pd
 from masonry_opt.brief import brief
 from masonry_opt.drawing.elements import title_of
 from masonry_opt.reporting.sentences import numeral
-from masonry_opt.solution.thresholds import same
+from masonry_opt.solution.thresholds import ZERO, same
 from masonry_opt.studies.crossing.assessment import AssessmentOutcome, assessed
 from masonry_opt.studies.crossing.load_factors import PLACE_COLUMNS, CrossingLoadFactors
 from masonry_opt.studies.crossing.text import facts
@@ -145,5 +145,8 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
 
     def page_tables(self) -> dict[str, dict[str, Any]]:
         """Return the tables of the HTML page, by heading."""
-        rows = frame_table(self.told, position="first axle at", load_case="load case that governs")
+        # A position that differs from zero by a rounding error is shown as zero.
+        position = self.told["position"]
+        shown = self.told.assign(position=position.where(position.abs() > ZERO * position.abs().max(), 0.0))
+        rows = frame_table(shown, position="first axle at", load_case="load case that governs")
         return {f"Every position solved ({len(self.told)})": rows}

@@ -331,6 +331,8 @@ def test_what_is_left_after_the_peak_is_said():
     assert remark.endswith(
         f"after the collapse begins, the moving blocks carry only λ = {result.incremental:.6g}"
     )
+    assert own_name(result.at_incremental) == "incremental"
+    assert own_name(after_peak.at_incremental) == "after incremental collapse"
 
 
 def test_a_missing_incremental_load_factor_is_explained():
@@ -352,7 +354,7 @@ def test_an_incremental_load_factor_within_a_range_is_told_with_both_ends():
         "incremental"
     ]
     assert value == f"{result.incremental:.6g}"
-    assert "between this load factor and 0.1882" in remark
+    assert "between λ = 0.188 and 0.1882" in remark
 
 
 def test_friction_is_not_named_where_it_does_not_act():
