@@ -99,7 +99,7 @@ def guide_columns(assembly: Assembly, solution: Solution) -> Columns | None:
 
 
 def _components(forces: np.ndarray, moments: np.ndarray, prefix: str = "") -> Columns:
-    """Return forces and moments of several blocks as columns, with a prefix before the name of each column."""
+    """Return forces and moments of several blocks as columns; each column name begins with the prefix."""
     axes = "xyz"[: forces.shape[1]]
     moment_names = [f"m{axis}" for axis in axes] if len(axes) == 3 else ["moment"]
     names = [*(f"f{axis}" for axis in axes), *moment_names]

@@ -151,6 +151,12 @@ def test_a_study_of_which_nothing_was_solved_says_why(doubtful, command, asked):
     assert not out.exists()
 
 
+def test_runs_refused_for_reasons_with_different_values_are_counted_together():
+    """Each run has a reason of its own, which names its value: the error counts all runs."""
+    with pytest.raises(NoRunSolvedError, match="'refused' in 3 of 3 runs: for example joints.friction = -"):
+        mo.sweep(block_on_floor(), {"joints.friction": [-1, -2, -3]}, method="static", workers=1)
+
+
 @pytest.mark.usefixtures("without_charts")
 def test_a_folder_stays_as_it_was_if_no_run_is_solved(doubtful, command):
     """If all runs of a second study are refused, the journal of two runs and their table do not change."""

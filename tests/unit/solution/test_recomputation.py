@@ -222,7 +222,12 @@ def lintel_on_two_piers(**changes: Any) -> mo.Scene:
 
 @pytest.mark.parametrize(
     ("supports", "turns", "space"),
-    [("right", False, False), (["left", "right"], False, False), ("right", True, False), ("right", False, True)],
+    [
+        ("right", False, False),
+        (["left", "right"], False, False),
+        ("right", True, False),
+        ("right", False, True),
+    ],
 )
 def test_the_forces_that_guide_a_settling_support_are_in_json(supports, turns, space):
     """Without the forces that guide the support, its forces do not balance."""
