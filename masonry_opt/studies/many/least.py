@@ -118,10 +118,12 @@ class Threshold(StudyAnswer):
 
     def facts(self) -> dict[str, str]:
         """Return the printed lines of the answer, as a dict from the label of each line to its text."""
-        does = (
-            "is stable under its dead load" if self.load is None else f"carries λ = {numeral(self.load, 'g')}"
+        meets = (
+            "the scene is stable under its dead load"
+            if self.load is None
+            else f"λ is at least {numeral(self.load, 'g')}"
         )
-        value = f"{self._rounded(self.holds)}, at which the scene {does}"
+        value = f"{self._rounded(self.holds)}, at which {meets}"
         if self.value != self.holds.value:
             value += f" (threshold, interpolated between both ends: {numeral(self.value, '.9g')})"
         facts = {
