@@ -56,6 +56,14 @@ def test_a_command_says_what_looks_unintended(doubtful, command, name):
     assert RECORD in command.json(*asked)["warnings"]
 
 
+def test_a_search_without_a_threshold_says_what_looks_unintended(doubtful, command):
+    """The friction, written in degrees, may be the reason why the block carries the load at both ends."""
+    asked = ("--vary", "block.A.weight=10:20", "--load", "0.1", "--samples", "0", *STATIC)
+    error = command.refused("least", doubtful / "block.toml", *asked)
+    assert "no threshold was found" in error
+    assert error.strip().endswith(f"; warning: {IN_DEGREES}")
+
+
 def test_warnings_are_yellow_on_a_terminal_and_whole_in_a_pipe(doubtful, command, terminal):
     with redirect_stderr(Screen(terminal=True)) as screen:
         command("solve", doubtful / "block.toml", *STATIC)
