@@ -18,6 +18,11 @@ from masonry_opt.scene.tolerance_advice import set_both, set_contact_tolerance, 
 #: the larger block.
 _SHARE_INSIDE = 0.999
 
+#: Relative amount by which the distance of two overlapping sides may exceed the computed depth of the overlap.
+#: The depth of a wedge-shaped overlap is smaller than the error of its corner, in rare cases by 2e-5. With a
+#: larger value the advised tolerances are larger; with zero they may be too small to join the sides.
+_DEPTH_ERROR = 1e-3
+
 
 def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
     """Raise CaseError if two blocks overlap by more than the contact tolerance.
@@ -72,7 +77,7 @@ def _sides_to_join(
     ``near`` lists the pairs of blocks that may face each other. ``overlapping`` lists the pairs of blocks
     that overlap.
     """
-    shapes = replace(shapes, contact_tolerance=depth)
+    shapes = replace(shapes, contact_tolerance=depth * (1 + _DEPTH_ERROR))
     facing = facing_sides(scene, shapes, near, shapes.reach[near].min(axis=1, initial=np.inf))
     number_of_pair = np.array([len(scene.blocks), 1])
     overlap = np.isin(near @ number_of_pair, overlapping @ number_of_pair)
@@ -85,9 +90,10 @@ def _advice_on_inexact(scene: Scene, shapes: Extents, sides: Facing, depth: floa
 
     The option is the tolerance, unless a tolerance that closes the gaps is so large that joints may be lost.
     """
-    tolerance = max(depth, joining_tolerance(sides))
+    closing = depth * (1 + _DEPTH_ERROR)
+    tolerance = max(closing, joining_tolerance(sides))
     if not has_large_tolerance(scene, replace(shapes, tolerance=tolerance)):
-        parallel = " (the tolerance also aligns nearly parallel sides)" if tolerance > depth else ""
+        parallel = " (the tolerance also aligns nearly parallel sides)" if tolerance > closing else ""
         return f"if coordinates are inexact, {set_tolerance(tolerance)}{parallel}"
     closes, aligning = float(sides.most.max(initial=depth)), aligning_tolerance(sides)
     if not aligning:
