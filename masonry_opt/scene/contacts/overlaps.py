@@ -18,8 +18,8 @@ from masonry_opt.scene.tolerance_advice import set_both, set_contact_tolerance, 
 #: the larger block.
 _SHARE_INSIDE = 0.999
 
-#: Relative amount by which the distance of two overlapping sides may exceed the computed depth of the overlap.
-#: The depth of a wedge-shaped overlap is smaller than the error of its corner, in rare cases by 2e-5. With a
+#: Relative amount by which the distance of two overlapping sides may exceed the computed depth of their
+#: overlap. The depth of a wedge-shaped overlap is smaller than the error of its corner, in rare cases by 2e-5. With a
 #: larger value the advised tolerances are larger; with zero they may be too small to join the sides.
 _DEPTH_ERROR = 1e-3
 
