@@ -19,8 +19,9 @@ from masonry_opt.scene.tolerance_advice import set_both, set_contact_tolerance, 
 _SHARE_INSIDE = 0.999
 
 #: Relative amount by which the distance of two overlapping sides may exceed the computed depth of their
-#: overlap. The depth of a wedge-shaped overlap is smaller than the error of its corner, in rare cases by 2e-5. With a
-#: larger value the advised tolerances are larger; with zero they may be too small to join the sides.
+#: overlap. The depth of a wedge-shaped overlap is smaller than the error of its corner, in rare cases by
+#: 2e-5. With a larger value the advised tolerances are larger; with zero they may be too small to join the
+#: sides.
 _DEPTH_ERROR = 1e-3
 
 
