@@ -187,7 +187,7 @@ def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, shar
     omitted.
     """
 
-    def of_scene(values: Mapping[str, Any], names: Iterable[str]) -> dict[str, float]:
+    def of_scene(values: Mapping[str, Any], names: Iterable[str]) -> dict[str, Any]:
         """Convert the named load factors, except None, from the modified loads to the loads of the scene."""
         load_factors = {name: values[name] for name in names if values.get(name) is not None}
         sizes = {name: _size(value, at, share) for name, value in load_factors.items()}
