@@ -15,7 +15,13 @@ from masonry_opt.problem.limited_forces import Role
 from masonry_opt.reporting.sentences import message, sentences
 from masonry_opt.reporting.summary import left_out, summary
 from masonry_opt.solution.outcome import Outcome, Size
-from masonry_opt.solution.recomputation import limit_columns, line_columns, load_columns, normal_columns
+from masonry_opt.solution.recomputation import (
+    guide_columns,
+    limit_columns,
+    line_columns,
+    load_columns,
+    normal_columns,
+)
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.registry import Solver
 
@@ -222,6 +228,11 @@ class Result(Outcome):
             "curve": self.curve,
         }
         tables = {name: frame.to_dict("records") for name, frame in frames.items() if frame is not None}
+        guides = guide_columns(self.assembly, self.solution)
+        if guides is not None:
+            tables["support_results"] = [
+                dict(zip(guides, row, strict=True)) for row in zip(*guides.values(), strict=True)
+            ]
         return plain(attributes | tables)
 
     def _joint_tables(self) -> dict[str, "pd.DataFrame"]:

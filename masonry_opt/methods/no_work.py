@@ -180,10 +180,11 @@ def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, shar
 
     If the modified loads are s times those of the scene, a load factor λ becomes λ / s, or NaN if the loads
     vanish. ``alike`` is True if a state remains valid when loads and forces are scaled. If it is False,
-    reasons that contain load factors are omitted. Proofs and load histories are always omitted.
+    reasons that contain load factors are omitted. Proofs, notes of the log and load histories are always
+    omitted.
     """
 
-    def of_scene(values: Mapping[str, Any], names: Iterable[str]) -> dict[str, float]:
+    def of_scene(values: Mapping[str, Any], names: Iterable[str]) -> dict[str, Any]:
         """Convert the named load factors, except None, from the modified loads to the loads of the scene."""
         load_factors = {name: values[name] for name in names if values.get(name) is not None}
         sizes = {name: _size(value, at, share) for name, value in load_factors.items()}
@@ -197,7 +198,9 @@ def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, shar
     history = tuple(
         replace(step, **of_scene(vars(step), _LOAD_FACTORS_OF_STEPS)) for step in solution.history
     )
-    solution = replace(solution, bound=None, bound_derived=False, proof=None, history=history)
+    # Omit notes, such as "proven by 3 conflicts", because they are valid only for the modified loads.
+    log = tuple(replace(step, note="", **of_scene(vars(step), ["load_factor"])) for step in solution.log)
+    solution = replace(solution, bound=None, bound_derived=False, proof=None, history=history, log=log)
     below_zero = inf
     if any(entry.code is Code.BELOW_ZERO for entry in reasons):
         value = of_scene(vars(solution), ("below_zero",))["below_zero"]

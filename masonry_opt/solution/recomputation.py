@@ -1,8 +1,8 @@
 """Return columns for a result's JSON, from which other programs can recompute its certificate.
 
 Tables of a result contain the joint forces and the velocities of the blocks. These columns add the points on
-which forces act, the loads of the blocks, and the limits of the yield conditions. Forces and lengths are in
-the case's units.
+which forces act, the loads of the blocks, the forces that guide supports which settle, and the limits of the
+yield conditions. Forces and lengths are in the case's units.
 """
 
 from typing import Any
@@ -22,18 +22,13 @@ def load_columns(assembly: Assembly) -> Columns:
     In the plane the columns also contain the ``vertices`` of the block.
     """
     problem = assembly.problem
-    axes = "xyz"[: assembly.scene.dimension]
     columns: Columns = {}
     if assembly.scene.dimension == 2:
         columns["vertices"] = [assembly.scene.blocks[row].vertices for row in assembly.movable]
-    moment_names = [f"m{axis}" for axis in axes] if assembly.scene.dimension == 3 else ["moment"]
     for kind, load in (("dead", problem.dead), ("live", problem.live)):
         forces = problem.forces(load) * problem.force_unit
         moments = problem.moments(load) * problem.force_unit * problem.length_unit
-        columns |= {f"{kind}_f{axis}": column.tolist() for axis, column in zip(axes, forces.T, strict=True)}
-        columns |= {
-            f"{kind}_{name}": column.tolist() for name, column in zip(moment_names, moments.T, strict=True)
-        }
+        columns |= _components(forces, moments, f"{kind}_")
     return columns
 
 
@@ -77,3 +72,36 @@ def line_columns(assembly: Assembly, *roles: Role) -> Columns:
     return columns | {
         f"u{axis}": [float(action.force[row]) for action in actions] for row, axis in enumerate(axes)
     }
+
+
+def guide_columns(assembly: Assembly, solution: Solution) -> Columns | None:
+    """Return the forces that prevent motions of supports which settle; None if no support settles.
+
+    The columns contain one row for each support that settles: its name ``block``, the force on it, and the
+    moment of this force about the centroid of the support. Coupled supports settle at one rate, so their
+    forces along the direction of the settlement are included.
+    """
+    problem = assembly.problem
+    guides = [force.role is Role.SUPPORT for force in assembly.limited]
+    actions = [force.actions for force in assembly.limited if force.role is Role.SUPPORT]
+    guided = {action.block for each in actions for action in each}
+    if not guided:
+        return None
+    q = np.full(problem.B.shape[1], np.nan) if solution.q is None else solution.q
+    first = problem.B.shape[1] - len(guides)
+    of_guides = first + np.flatnonzero(guides)
+    on_blocks = problem.B[:, of_guides] @ q[of_guides]
+    forces = problem.forces(on_blocks) * problem.force_unit
+    moments = problem.moments(on_blocks) * problem.force_unit * problem.length_unit
+    rows = [row for row, block in enumerate(assembly.movable) if int(block) in guided]
+    columns: Columns = {"block": [assembly.scene.blocks[assembly.movable[row]].name for row in rows]}
+    return columns | _components(forces[rows], moments[rows])
+
+
+def _components(forces: np.ndarray, moments: np.ndarray, prefix: str = "") -> Columns:
+    """Return forces and moments of several blocks as columns; each column name begins with the prefix."""
+    axes = "xyz"[: forces.shape[1]]
+    moment_names = [f"m{axis}" for axis in axes] if len(axes) == 3 else ["moment"]
+    names = [*(f"f{axis}" for axis in axes), *moment_names]
+    values = [*forces.T, *moments.T]
+    return {f"{prefix}{name}": column.tolist() for name, column in zip(names, values, strict=True)}

@@ -38,7 +38,7 @@ RUN_COLUMNS = ANSWER_COLUMNS | {"state_from": "object", "warnings": "object"}
 #: Columns that describe the worst position of axles.
 PLACE = ("axles", "position", "direction", "load_case")
 #: Explanation of λ that is printed if axles cross the scene in each run.
-CROSSED_RUNS = "axles cross the scene in each run: λ is the least load factor of all axle positions"
+CROSSED_RUNS = "axles cross the scene in each run: λ is the least load factor of the solved positions"
 
 #: Types of the additional columns of a run with moving axles: the worst position, the proven lower bound of
 #: λ, and the numbers of solved and undecided positions.

@@ -37,6 +37,10 @@ def test_a_stack_that_the_live_load_lifts_and_a_fill_pushes_aside():
     assert problem.slacks(result.solution.q).min() >= -1e-8
     # The work of the live load vanishes against the work of the pressures.
     assert abs(problem.live @ result.solution.d) <= 1e-7 * abs(result.pressures["lengthens"]).max()
+    # The search for a proof excludes states with work of the live load only, so the details claim no proof.
+    assert "proof of the least" in result.details
+    assert "not proven to be the least" in result.details
+    assert "proven by" not in result.details
 
 
 @pytest.mark.slow

@@ -322,6 +322,15 @@ def test_bad_input_names_what_to_change():
         mo.sweep(low, {"block.slab.weight": [1.0]}, **STATIC)
 
 
+def test_a_refused_run_adds_no_load_case_to_the_worst_position():
+    """A table with a refused run has NaN in the column of load cases, also for a scene without load cases."""
+    frame = mo.sweep(WITH_AXLES, {"block.slab.weight": [-1, 6]}, **STATIC)
+    assert frame["status"].tolist() == ["refused", "optimal"]
+    told = summary_text(frame, ["block.slab.weight"])
+    assert "smallest at block.slab.weight = 6, with 'a' at -1, travelling right\n" in told
+    assert "load case" not in told
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("without_charts")
 def test_the_command_names_the_worst_position(tmp_path, command):

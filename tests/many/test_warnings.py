@@ -56,6 +56,14 @@ def test_a_command_says_what_looks_unintended(doubtful, command, name):
     assert RECORD in command.json(*asked)["warnings"]
 
 
+def test_a_search_without_a_threshold_says_what_looks_unintended(doubtful, command):
+    """The friction, written in degrees, may be the reason why the block carries the load at both ends."""
+    asked = ("--vary", "block.A.weight=10:20", "--load", "0.1", "--samples", "0", *STATIC)
+    error = command.refused("least", doubtful / "block.toml", *asked)
+    assert "no threshold was found" in error
+    assert error.strip().endswith(f"; warning: {IN_DEGREES}")
+
+
 def test_warnings_are_yellow_on_a_terminal_and_whole_in_a_pipe(doubtful, command, terminal):
     with redirect_stderr(Screen(terminal=True)) as screen:
         command("solve", doubtful / "block.toml", *STATIC)
@@ -149,6 +157,12 @@ def test_a_study_of_which_nothing_was_solved_says_why(doubtful, command, asked):
     assert "the road of axles 'cart'" in error
     assert len(error.strip().splitlines()) == 1
     assert not out.exists()
+
+
+def test_runs_refused_for_reasons_with_different_values_are_counted_together():
+    """Each run has a reason of its own, which names its value: the error counts all runs."""
+    with pytest.raises(NoRunSolvedError, match=r"in 3 of 3 runs: for example joints\.friction = -"):
+        mo.sweep(block_on_floor(), {"joints.friction": [-1, -2, -3]}, method="static", workers=1)
 
 
 @pytest.mark.usefixtures("without_charts")

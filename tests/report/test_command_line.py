@@ -434,29 +434,6 @@ def test_a_plane_scene_has_no_view(command, tmp_path):
     assert "plane" in command.refused("draw", plane, tmp_path / "a.png", "--view=30,45")
 
 
-SMALL = str(CASES / "gilbert" / "two_blocks.toml")
-#: Each command starts Python anew, which takes seconds: most of these tests are slow.
-ENDING = {
-    "version": ["--version"],
-    "solve": ["solve", SMALL, "--json"],
-    "check": ["check", SMALL],
-    "draw": ["draw", SMALL, "picture.png"],
-    "export": ["export", SMALL, "program.lp"],
-}
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name == "solve" else pytest.mark.slow) for name in ENDING]
-)
-def test_a_command_ends_without_a_word_on_standard_error(tmp_path, name):
-    """No file is left open: Python would report it when it exits, where no exception can be raised."""
-    run = "from masonry_opt.cli import main; main()"
-    command = [sys.executable, "-W", "error", "-X", "dev", "-c", run, *ENDING[name]]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
-    assert (ended.returncode, ended.stderr) == (0, "")
-    assert ended.stdout
-
-
 @pytest.mark.parametrize(
     ("former", "present"), [("--no-expected", "--no-incremental"), ("--expected", "--incremental")]
 )

@@ -2,7 +2,7 @@
 How tall may the piers of an arch be?
 =====================================
 
-An arch thrusts its piers apart. An arch that is safe on low piers may collapse on high piers. Which
+An arch thrusts its piers apart. An arch that is stable on low piers may collapse on high piers. Which
 horizontal acceleration, in g, can an arch withstand on piers of 1 m, 2 m and 3 m?
 """
 

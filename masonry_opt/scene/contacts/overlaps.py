@@ -18,6 +18,12 @@ from masonry_opt.scene.tolerance_advice import set_both, set_contact_tolerance, 
 #: the larger block.
 _SHARE_INSIDE = 0.999
 
+#: Relative amount by which the distance of two overlapping sides may exceed the computed depth of their
+#: overlap. The depth of a wedge-shaped overlap is smaller than the error of its corner, in rare cases by
+#: 2e-5. With a larger value the advised tolerances are larger; with zero they may be too small to join the
+#: sides.
+_DEPTH_ERROR = 1e-3
+
 
 def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
     """Raise CaseError if two blocks overlap by more than the contact tolerance.
@@ -39,14 +45,15 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
     deepest = max(overlaps[worst], key=lambda piece: piece.depth)
     names = [repr(scene.blocks[index].name) for index in pairs[worst]]
     depth = max(piece.depth for pieces in overlaps.values() for piece in pieces)
+    bridged = depth * (1 + _DEPTH_ERROR)
     advice = "move the blocks apart"
     if size[worst] > _SHARE_INSIDE * shapes.size[pairs[worst]].min():
         advice = "one block is inside the other: move the blocks apart, or remove one of them"
     elif deepest.depth <= shapes.reach[pairs[worst]].min() and scene.contact_tolerance is None:
         # A thin overlap may be due to inexact coordinates, so the message also recommends a tolerance.
-        advice += f"; {_advice_on_inexact(scene, shapes, near, pairs[[*overlaps]], depth)}"
+        advice += f"; {_advice_on_inexact(scene, shapes, near, pairs[[*overlaps]], bridged)}"
     elif depth <= MORTAR * shapes.width[pairs[worst]].min():
-        advice += f"; {_advice_on_meant(scene, shapes, near, pairs[[*overlaps]], depth)}"
+        advice += f"; {_advice_on_meant(scene, shapes, near, pairs[[*overlaps]], bridged)}"
     others = len(overlaps) - 1
     least = "at least " if len(overlaps) == shapes.enough else ""
     more = ""

@@ -22,6 +22,7 @@ from masonry_opt.files import plain
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.reporting.load_factors import meaning
+from masonry_opt.reporting.names import warning_lines
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.reporting.summary import crushing
 from masonry_opt.result import distinct_warnings
@@ -118,10 +119,12 @@ class Threshold(StudyAnswer):
 
     def facts(self) -> dict[str, str]:
         """Return the printed lines of the answer, as a dict from the label of each line to its text."""
-        does = (
-            "is stable under its dead load" if self.load is None else f"carries λ = {numeral(self.load, 'g')}"
+        meets = (
+            "the scene is stable under its dead load"
+            if self.load is None
+            else f"λ is at least {numeral(self.load, 'g')}"
         )
-        value = f"{self._rounded(self.holds)}, at which the scene {does}"
+        value = f"{self._rounded(self.holds)}, at which {meets}"
         if self.value != self.holds.value:
             value += f" (threshold, interpolated between both ends: {numeral(self.value, '.9g')})"
         facts = {
@@ -332,7 +335,9 @@ class _Search:
         # the requirement.
         row = sorted(self.trials.values(), key=lambda trial: trial.value, reverse=self.least)
         if not row[0].holds or row[-1].holds:
-            raise OptionError(self._no_threshold())
+            warnings = distinct_warnings([row[0].answer, row[-1].answer])
+            sentences = warning_lines(record["sentence"] for record in warnings)
+            raise OptionError("; ".join([self._no_threshold(), *sentences]))
         holds, fails = next((near, far) for near, far in pairwise(row) if not far.holds)
         holds, fails = self._narrow(holds, fails, tolerance, _LEAST_SCALE * (upper - lower))
         jump = jump_between(holds, fails, self.trials.values(), self.load)

@@ -232,10 +232,16 @@ def _discarded_if_nothing_is_solved(journal: Journal | None, rows: Mapping[int, 
 
 
 def _nothing_solved(frame: pd.DataFrame) -> NoRunSolvedError:
-    """Return the error for a study in which no run was solved, with the most frequent reason."""
-    ends = Counter(zip(frame["status"], frame["message"], strict=True))
-    (((how, why), count),) = ends.most_common(1)
-    return NoRunSolvedError(f"no run was solved: status '{how}' in {count} of {len(frame)} runs: {why}")
+    """Return the error for a study in which no run was solved.
+
+    The message names the most frequent status, the number of runs with this status, and their most frequent
+    reason. The reasons of several runs differ if they contain the values of a run.
+    """
+    ((how, count),) = Counter(frame["status"]).most_common(1)
+    reasons = Counter(frame.loc[frame["status"] == how, "message"])
+    ((why, alike),) = reasons.most_common(1)
+    named = why if alike == count else f"for example {why}"
+    return NoRunSolvedError(f"no run was solved: status '{how}' in {count} of {len(frame)} runs: {named}")
 
 
 def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:

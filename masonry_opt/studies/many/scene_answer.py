@@ -96,9 +96,12 @@ class SceneAnswer(NamedTuple):
 
 
 def place_text(axles: object, position: float, direction: object, load_case: object) -> str:
-    """Return a text with a position of axles, and with the load case if there is one."""
+    """Return a text with a position of axles, and with the load case if there is one.
+
+    The load case is a name, None, or NaN in a table of runs of which some were refused.
+    """
     text = f"'{axles}' at {numeral(position, '.6g')}, travelling {direction}"
-    return f"{text}, in load case '{load_case}'" if load_case else text
+    return f"{text}, in load case '{load_case}'" if isinstance(load_case, str) else text
 
 
 def solve_or_cross(session: Session, scene: Scene) -> SceneAnswer:

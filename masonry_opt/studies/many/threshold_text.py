@@ -1,4 +1,4 @@
-"""Write the values and load factors of a threshold with enough digits, rounded to the safe side."""
+"""Write the values and load factors of a threshold with enough digits, rounded away from the threshold."""
 
 from collections.abc import Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal

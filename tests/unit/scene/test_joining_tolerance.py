@@ -109,6 +109,20 @@ def test_advice_in_space(error: float, method: str) -> None:
     assert result.load_factor == pytest.approx(exact, rel=3e-3)
 
 
+@pytest.mark.parametrize("corner", CORNERS)
+def test_advice_in_space_for_each_corner_in_millimetres(corner: tuple[str, int]) -> None:
+    """The error of 0.1 mm is not a binary fraction: a tolerance as large as the error would lose the joint of
+    A and B."""
+
+    def drawing(tolerance: float | None) -> mo.Scene:
+        drawn = outlines(*corner, 1e-4)
+        in_mm = {name: [[1000 * x, 1000 * y] for x, y in corners] for name, corners in drawn.items()}
+        return mo.extrude(scene_of(in_mm, tolerance), 1000)
+
+    result, _ = as_advised(drawing, "static")
+    assert result.load_factor == pytest.approx(0.25, rel=3e-3)
+
+
 def completed(read: mo.Scene, up: int) -> mo.Scene:
     """Return a scene read from a drawing, with the loads and the joint that a drawing does not contain.
 

@@ -118,6 +118,8 @@ def out_of_balance(told: dict[str, Any]) -> dict[str, np.ndarray]:
             if block in total:
                 turns = turning(at - centroid[block], force) + (0.0 if space else moment)
                 total[block] += sign * np.concatenate([force, turns])
+    for row in told.get("support_results", []):
+        total[row["block"]] += vector(row, *names)
     return total
 
 
@@ -204,3 +206,59 @@ def test_flow_rule_and_energy_from_json():
         dissipated += row["force"] * row["lengthens"]
     assert power == pytest.approx(dissipated, rel=1e-7)
     assert power > 0
+
+
+def lintel_on_two_piers(**changes: Any) -> mo.Scene:
+    """Return a lintel on two piers of unequal weight, each on a foundation that can settle."""
+    blocks = [
+        mo.Block(name="left pier", vertices=rectangle(0, 1.1, 0, 3), unit_weight=19.0),
+        mo.Block(name="right pier", vertices=rectangle(3, 4.2, 0, 3), unit_weight=21.0, live=(2.0, 1.0)),
+        mo.Block(name="lintel", vertices=rectangle(-0.2, 4.4, 3, 3.8), unit_weight=23.0, live=(1.0, -0.5)),
+        mo.Block(name="left", vertices=rectangle(-2, 1.5, -1, 0), fixed=True),
+        mo.Block(name="right", vertices=rectangle(2.5, 6, -1, 0), fixed=True),
+    ]
+    return mo.Scene(**{"joints": mo.JointDefaults(friction=0.5), "blocks": blocks} | changes)
+
+
+@pytest.mark.parametrize(
+    ("supports", "turns", "space"),
+    [
+        ("right", False, False),
+        (["left", "right"], False, False),
+        ("right", True, False),
+        ("right", False, True),
+    ],
+)
+def test_the_forces_that_guide_a_settling_support_are_in_json(supports, turns, space):
+    """Without the forces that guide the support, its forces do not balance."""
+    scene = lintel_on_two_piers()
+    scene = mo.extrude(scene, 1.3) if space else scene
+    direction = (0.3, 0.2, -1.0) if space else (0.3, -1.0)
+    settled = mo.settle(scene, supports, direction, method="static", turns=turns)
+    told = json.loads(settled.least.result.to_json())
+    weight = weights(told, 3 if space else 2).sum()
+    left = np.concatenate(list(out_of_balance(told).values()))
+    assert np.abs(left).max() <= SOLVED * weight
+    named = [supports] if isinstance(supports, str) else supports
+    assert [row["block"] for row in told["support_results"]] == named
+    del told["support_results"]
+    left = np.concatenate(list(out_of_balance(told).values()))
+    assert np.abs(left).max() > 1e-3 * weight
+
+
+def test_no_support_guided_no_row():
+    assert "support_results" not in mo.solve(lintel_on_two_piers(), "static").as_dict()
+
+
+def test_crushing_joints_follow_the_documented_flow_rule():
+    """A joint with a strength rotates about a point between its middle and its edge when it yields."""
+    told = read(lintel_on_two_piers(joints=mo.JointDefaults(friction=0.5, strength=500.0)), "static")
+    assert told["crushing"] == "parabola"
+    speed = max(np.abs(vector(row, "vx", "vy")).max() for row in told["block_results"])
+    turning_rows = [row for row in told["joint_results"] if abs(row["rotation"]) > 1e-3 * speed]
+    assert turning_rows
+    for row in turning_rows:
+        arm = (1 - 2 * row["n"] / row["crushing_force"]) * row["length"] / 2
+        opens = abs(row["rotation"]) * arm + row["flow_slope"] * abs(row["slip"])
+        assert row["opening"] == pytest.approx(opens, abs=1e-5 * speed)
+        assert row["opening"] < abs(row["rotation"]) * row["length"] / 2 - 1e-3 * speed
