@@ -8,6 +8,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from importlib import import_module
 
 import pytest
+from forks import in_forks
 from scenes import (
     CASES,
     WALLS,
@@ -264,58 +265,50 @@ def test_version(command):
     assert command("--version") == "0.1.0\n"
 
 
-#: A command whose solvers print to the descriptor of standard output, in C and in Python. Output in C is
-#: buffered until the end. The command may be interrupted while solvers print.
+#: Lines that let solvers print to the descriptor of standard output, in C and in Python. Output in C is
+#: buffered until the end. The command named "interrupted" is interrupted while solvers print.
 NOISY = """
-import ctypes, os, sys
-from masonry_opt.cli import main
+import ctypes
 from masonry_opt.effort import Effort
 
-add, interrupted = Effort.add, sys.argv.pop(1) == "interrupted"
+add = Effort.add
 
 def prints(effort, part, seconds):
     os.write(1, b"banner\\n")
     ctypes.CDLL(None).printf(b"banner\\n")
     print("banner")
-    if interrupted:
+    if name == "interrupted":
         raise KeyboardInterrupt
     add(effort, part, seconds)
 
 Effort.add = prints
-main()
 """
 
-
-def noisy(how, *arguments):
-    """Return the exit code and standard output of the noisy command; its standard error has what solvers
-    print."""
-    command = [sys.executable, "-c", NOISY, how, *map(str, arguments), "--json"]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert ended.stderr.count("banner") >= 3
-    return ended.returncode, ended.stdout
-
-
-MORE_COMMANDS = [
-    ("space/corner_wall", ["directions", "--every", "180", "--method", "static"]),
-    ("oppenheim/seven_voussoirs", ["capacity"]),
-    ("casapulla_lauro/arch", ["settle", "--support", "abutment 2", "--direction", "0,-1"]),
-    ("gilbert/two_blocks", ["least", "--vary", "joints.friction=0.05:1", "--load", "0.3"]),
-]
-SLOW = [pytest.param(*command, marks=pytest.mark.slow) for command in MORE_COMMANDS]
+SMALL, IN_SPACE = CASES / "gilbert" / "two_blocks.toml", CASES / "space" / "corner_wall.toml"
+#: Commands whose standard output is one JSON object.
+WITH_JSON = {
+    "solve": ["solve", SMALL],
+    "directions": ["directions", IN_SPACE, "--every", "180", "--method", "static"],
+    "capacity": ["capacity", CASES / "oppenheim" / "seven_voussoirs.toml"],
+    "settle": ["settle", SMALL, "--support", "floor", "--direction", "0,-1"],
+    "least": ["least", SMALL, "--vary", "joints.friction=0.05:1", "--load", "0.3", "--samples", "0"],
+}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("case", "asked"), [("gilbert/two_blocks", ["solve"]), *SLOW])
-def test_nothing_but_the_object_whatever_solvers_print(case, asked):
-    code, out = noisy("", asked[0], CASES / f"{case}.toml", *asked[1:])
-    assert code in (0, 1)
-    assert json.loads(out)
-    assert out.count("\n") == 1
-
-
-@pytest.mark.slow
-def test_nothing_at_all_of_a_command_that_is_interrupted_as_a_solver_prints():
-    assert noisy("interrupted", "solve", CASES / "gilbert" / "two_blocks.toml") == (130, "")
+def test_nothing_but_the_object_whatever_solvers_print(tmp_path):
+    """Standard output is one line of JSON. It is empty if a command is interrupted as a solver prints."""
+    commands = {
+        name: [*asked, "--json"] for name, asked in (WITH_JSON | {"interrupted": ["solve", SMALL]}).items()
+    }
+    imported = ("masonry_opt.studies.load_cases.cases", "masonry_opt.cli.studies", "cvxpy", "pandas")
+    ended = in_forks(commands, tmp_path, imported, before=NOISY)
+    assert all(error.count("banner") >= 3 for _, _, error in ended.values())
+    assert ended.pop("interrupted")[:2] == (130, "")
+    for name, (code, out, _) in ended.items():
+        assert code in (0, 1), name
+        assert json.loads(out), name
+        assert out.count("\n") == 1, name
 
 
 def test_kind_of_plot_and_names_can_be_chosen(command, saved, tmp_path):
@@ -434,27 +427,31 @@ def test_a_plane_scene_has_no_view(command, tmp_path):
     assert "plane" in command.refused("draw", plane, tmp_path / "a.png", "--view=30,45")
 
 
-SMALL = str(CASES / "gilbert" / "two_blocks.toml")
-#: Each command starts Python anew, which takes seconds: most of these tests are slow.
-ENDING = {
-    "version": ["--version"],
-    "solve": ["solve", SMALL, "--json"],
-    "check": ["check", SMALL],
-    "draw": ["draw", SMALL, "picture.png"],
-    "export": ["export", SMALL, "program.lp"],
-}
+#: Options of Python under which a file that is left open is reported on standard error.
+STRICT = ("-W", "error", "-X", "dev")
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name == "solve" else pytest.mark.slow) for name in ENDING]
-)
-def test_a_command_ends_without_a_word_on_standard_error(tmp_path, name):
+def test_a_command_ends_without_a_word_on_standard_error(tmp_path):
     """No file is left open: Python would report it when it exits, where no exception can be raised."""
     run = "from masonry_opt.cli import main; main()"
-    command = [sys.executable, "-W", "error", "-X", "dev", "-c", run, *ENDING[name]]
+    command = [sys.executable, *STRICT, "-c", run, "solve", SMALL, "--json"]
     ended = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert (ended.returncode, ended.stderr) == (0, "")
     assert ended.stdout
+
+
+@pytest.mark.slow
+def test_more_commands_end_without_a_word_on_standard_error(tmp_path):
+    commands = {
+        "version": ["--version"],
+        "check": ["check", SMALL],
+        "draw": ["draw", SMALL, tmp_path / "picture.png"],
+        "export": ["export", SMALL, tmp_path / "program.lp"],
+    }
+    imported = ("masonry_opt.analysis", "masonry_opt.drawing.figure", "cvxpy", "pyomo.environ")
+    for name, (code, out, error) in in_forks(commands, tmp_path, imported, options=STRICT).items():
+        assert (code, error) == (0, ""), name
+        assert out, name
 
 
 @pytest.mark.parametrize(
