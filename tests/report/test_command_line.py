@@ -465,7 +465,7 @@ def test_a_former_option_ends_in_its_present_name(command, former, present):
 def test_progress_with_json_is_written_to_standard_error(monkeypatch, capsys, saved):
     """Standard output stays one JSON object, and progress lines go to standard error."""
     monkeypatch.setattr("masonry_opt.reporting.terminal.SECONDS_BETWEEN_LINES", 0.01)
-    code, out, error = run_command(monkeypatch, capsys, "solve", saved(small_wall()), "--json")
+    code, out, error = run_command(monkeypatch, capsys, "solve", saved(two_blocks()), "--json")
     assert code == 0
     assert json.loads(out)["load_factor"] is not None
     assert re.search(r"^0 s: .*: ", error, re.MULTILINE)
