@@ -40,7 +40,7 @@ def test_a_constant_has_one_value_in_the_package():
 def test_no_two_classes_share_a_name():
     paths: dict[str, list[str]] = defaultdict(list)
     for path in files():
-        for node in ast.walk(parsed(path)):
+        for node in classes_and_imports(path):
             if isinstance(node, ast.ClassDef):
                 paths[node.name].append(path.relative_to(ROOT).as_posix())
     assert {name: several for name, several in paths.items() if len(several) > 1} == {}
@@ -65,6 +65,13 @@ def parsed(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
+@cache
+def classes_and_imports(path: Path) -> list[ast.AST]:
+    """Return the statements anywhere in a file that define a class or import something."""
+    kinds = (ast.ClassDef, ast.Import, ast.ImportFrom)
+    return [node for node in ast.walk(parsed(path)) if isinstance(node, kinds)]
+
+
 def constants_of(path: Path) -> Iterator[tuple[str, str]]:
     """Yield the names in capital letters that a file assigns at its top level, with the code of their
     values."""
@@ -85,9 +92,9 @@ def module_of(path: Path) -> str:
     return ".".join(part for part in parts if part != "__init__")
 
 
-def imports_of(path: Path, within: Callable[[ast.Module], Iterable[ast.AST]] = ast.walk) -> Iterator[str]:
+def imports_of(path: Path, within: Callable[[ast.Module], Iterable[ast.AST]] | None = None) -> Iterator[str]:
     """Yield the full names of the modules that a file imports, anywhere or among certain nodes."""
-    for node in within(parsed(path)):
+    for node in within(parsed(path)) if within else classes_and_imports(path):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
