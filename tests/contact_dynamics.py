@@ -20,9 +20,9 @@ of :mod:`second_program`. The model has neither dilatancy nor limited compressiv
 """
 
 from dataclasses import dataclass
+from functools import cache
 from math import inf
 
-import numba
 import numpy as np
 import scipy.sparse as sp
 from second_program import program
@@ -129,7 +129,7 @@ class _Motion:
         """
         of, largest = self.settings, max(np.abs(base).max(), np.abs(increment).max())
         far = of.far * largest / self.stiffness
-        share = _raise_load(
+        share = _compiled()(
             *self.columns,
             *self.law,
             self.mass,
@@ -160,7 +160,17 @@ def _stiffness(assembly: Assembly, joint: np.ndarray) -> np.ndarray:
     return np.append(of_slider.ravel(), np.where(holds, 2000.0, 2.0))
 
 
-@numba.njit(cache=True)
+@cache
+def _compiled():
+    """Return :func:`_raise_load` in machine code.
+
+    Numba is imported here, because that takes half a second, and few of the tests need it.
+    """
+    import numba
+
+    return numba.njit(cache=True)(_raise_load)
+
+
 def _raise_load(  # noqa: C901, PLR0912, PLR0913, PLR0915 - one compiled loop over time steps
     pointers, rows, values, stiffness, friction, cohesion, limits, points, mass, state, loads, rules, patience
 ):

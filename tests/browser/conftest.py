@@ -16,7 +16,7 @@ _SWITCHES = [
 ]
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def chromium(tmp_path_factory):
     """Start Chromium with an empty profile, and log the messages and requests of pages."""
     program, driver = shutil.which("chromium"), shutil.which("chromedriver")

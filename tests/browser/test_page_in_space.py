@@ -109,7 +109,7 @@ def test_the_slider_moves_blocks_as_the_mechanism_does(page, result):
 @pytest.fixture(scope="module")
 def loaded(tmp_path_factory):
     """Return the result of a corner wall by the default method, and the file of its page."""
-    return written(mo.solve(corner_wall(3, 2, 4)), tmp_path_factory, view=VIEW)
+    return written(mo.solve(corner_wall(3, 2, 3)), tmp_path_factory, view=VIEW)
 
 
 @pytest.mark.parametrize("width", WIDTHS[:1])

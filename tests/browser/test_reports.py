@@ -5,7 +5,7 @@ import itertools
 import pytest
 from comparisons import made_up
 from loads.overhang import OVERHANG, axles
-from pages import sticking_out
+from pages import show, sticking_out
 from scenes import block_on_floor, type_command
 from selenium.webdriver.support.wait import WebDriverWait
 
@@ -95,8 +95,7 @@ def test_no_table_moves_sideways_on_a_telephone(browser, comparison_page):
 @pytest.mark.slow
 def test_charts_are_drawn_whole(browser, charts_page, width):
     """Each chart is as wide as the page, contains its legend, and has tick labels that do not overlap."""
-    chromium = browser(width)
-    chromium.get(charts_page.as_uri())
+    chromium = show(browser, charts_page, width)
     missing = "return document.querySelectorAll('.chart:not(:has(.role-axis-label text))').length"
     WebDriverWait(chromium, 30).until(lambda page: page.execute_script(missing) == 0)
     assert overflow(chromium) <= 0

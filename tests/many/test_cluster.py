@@ -10,14 +10,18 @@ from scenes import block_on_floor, small_wall
 
 import masonry_opt as mo
 
-distributed = pytest.importorskip("distributed")
-
 QUIET = {"dashboard_address": None, "silence_logs": "ERROR"}
 VARY = {"joints.friction": [0.1 + 0.02 * number for number in range(30)], "block.A.live.x": [1.0, 2.0]}
 
 
 @pytest.fixture
-def cluster():
+def distributed():
+    """Return the library, which is imported here rather than in every process that collects the tests."""
+    return pytest.importorskip("distributed")
+
+
+@pytest.fixture
+def cluster(distributed):
     """Return the address of a scheduler with two workers of one thread, and the processes of the workers."""
     with distributed.LocalCluster(n_workers=0, processes=True, **QUIET) as scheduler:
         command = [sys.executable, "-m", "distributed.cli.dask_worker", scheduler.scheduler_address]
@@ -55,7 +59,7 @@ def test_a_cluster_that_loses_a_worker_ends_in_the_same_table(cluster):
 
 
 @pytest.mark.slow
-def test_threads_of_one_worker_share_no_session():
+def test_threads_of_one_worker_share_no_session(distributed):
     """Each thread has its own session: otherwise one thread would change programs while another solves
     them."""
     wall = small_wall(3, 2)
@@ -66,7 +70,7 @@ def test_threads_of_one_worker_share_no_session():
     same(frame, expected)
 
 
-def test_a_scheduler_without_workers_is_told(monkeypatch):
+def test_a_scheduler_without_workers_is_told(distributed, monkeypatch):
     monkeypatch.setattr("masonry_opt.studies.runner.PATIENCE", 1)
     with (
         distributed.LocalCluster(n_workers=0, processes=False, **QUIET) as scheduler,

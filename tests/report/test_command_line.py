@@ -2,12 +2,11 @@
 
 import json
 import re
-import subprocess
-import sys
 from contextlib import redirect_stderr, redirect_stdout
 from importlib import import_module
 
 import pytest
+from forks import in_forks
 from scenes import (
     CASES,
     WALLS,
@@ -264,58 +263,50 @@ def test_version(command):
     assert command("--version") == "0.1.0\n"
 
 
-#: A command whose solvers print to the descriptor of standard output, in C and in Python. Output in C is
-#: buffered until the end. The command may be interrupted while solvers print.
+#: Lines that let solvers print to the descriptor of standard output, in C and in Python. Output in C is
+#: buffered until the end. The command named "interrupted" is interrupted while solvers print.
 NOISY = """
-import ctypes, os, sys
-from masonry_opt.cli import main
+import ctypes
 from masonry_opt.effort import Effort
 
-add, interrupted = Effort.add, sys.argv.pop(1) == "interrupted"
+add = Effort.add
 
 def prints(effort, part, seconds):
     os.write(1, b"banner\\n")
     ctypes.CDLL(None).printf(b"banner\\n")
     print("banner")
-    if interrupted:
+    if name == "interrupted":
         raise KeyboardInterrupt
     add(effort, part, seconds)
 
 Effort.add = prints
-main()
 """
 
-
-def noisy(how, *arguments):
-    """Return the exit code and standard output of the noisy command; its standard error has what solvers
-    print."""
-    command = [sys.executable, "-c", NOISY, how, *map(str, arguments), "--json"]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert ended.stderr.count("banner") >= 3
-    return ended.returncode, ended.stdout
-
-
-MORE_COMMANDS = [
-    ("space/corner_wall", ["directions", "--every", "180", "--method", "static"]),
-    ("oppenheim/seven_voussoirs", ["capacity"]),
-    ("casapulla_lauro/arch", ["settle", "--support", "abutment 2", "--direction", "0,-1"]),
-    ("gilbert/two_blocks", ["least", "--vary", "joints.friction=0.05:1", "--load", "0.3"]),
-]
-SLOW = [pytest.param(*command, marks=pytest.mark.slow) for command in MORE_COMMANDS]
+SMALL, IN_SPACE = CASES / "gilbert" / "two_blocks.toml", CASES / "space" / "corner_wall.toml"
+#: Commands whose standard output is one JSON object.
+WITH_JSON = {
+    "solve": ["solve", SMALL],
+    "directions": ["directions", IN_SPACE, "--every", "180", "--method", "static"],
+    "capacity": ["capacity", CASES / "oppenheim" / "seven_voussoirs.toml"],
+    "settle": ["settle", SMALL, "--support", "floor", "--direction", "0,-1"],
+    "least": ["least", SMALL, "--vary", "joints.friction=0.05:1", "--load", "0.3", "--samples", "0"],
+}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("case", "asked"), [("gilbert/two_blocks", ["solve"]), *SLOW])
-def test_nothing_but_the_object_whatever_solvers_print(case, asked):
-    code, out = noisy("", asked[0], CASES / f"{case}.toml", *asked[1:])
-    assert code in (0, 1)
-    assert json.loads(out)
-    assert out.count("\n") == 1
-
-
-@pytest.mark.slow
-def test_nothing_at_all_of_a_command_that_is_interrupted_as_a_solver_prints():
-    assert noisy("interrupted", "solve", CASES / "gilbert" / "two_blocks.toml") == (130, "")
+def test_nothing_but_the_object_whatever_solvers_print(tmp_path):
+    """Standard output is one line of JSON. It is empty if a command is interrupted as a solver prints."""
+    commands = {
+        name: [*asked, "--json"] for name, asked in (WITH_JSON | {"interrupted": ["solve", SMALL]}).items()
+    }
+    imported = ("masonry_opt.studies.load_cases.cases", "masonry_opt.cli.studies", "cvxpy", "pandas")
+    ended = in_forks(commands, tmp_path, imported, before=NOISY)
+    assert all(error.count("banner") >= 3 for _, _, error in ended.values())
+    assert ended.pop("interrupted")[:2] == (130, "")
+    for name, (code, out, _) in ended.items():
+        assert code in (0, 1), name
+        assert json.loads(out), name
+        assert out.count("\n") == 1, name
 
 
 def test_kind_of_plot_and_names_can_be_chosen(command, saved, tmp_path):
@@ -445,7 +436,7 @@ def test_a_former_option_ends_in_its_present_name(command, former, present):
 def test_progress_with_json_is_written_to_standard_error(monkeypatch, capsys, saved):
     """Standard output stays one JSON object, and progress lines go to standard error."""
     monkeypatch.setattr("masonry_opt.reporting.terminal.SECONDS_BETWEEN_LINES", 0.01)
-    code, out, error = run_command(monkeypatch, capsys, "solve", saved(small_wall()), "--json")
+    code, out, error = run_command(monkeypatch, capsys, "solve", saved(two_blocks()), "--json")
     assert code == 0
     assert json.loads(out)["load_factor"] is not None
     assert re.search(r"^0 s: .*: ", error, re.MULTILINE)

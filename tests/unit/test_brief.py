@@ -96,10 +96,10 @@ def test_a_proof_prints_as_a_sentence():
 def test_answers_of_studies():
     wall = small_wall(2, 2)
     for answer in (
-        mo.crossing(axles_on_a_beam(0.5)),
-        mo.sample(wall, {"joints.friction": ("normal", 0.6, 0.05)}, n=2, workers=1),
+        mo.crossing(axles_on_a_beam(0.5), method="static"),
+        mo.sample(wall, {"joints.friction": ("normal", 0.6, 0.05)}, n=2, workers=1, method="static"),
         mo.settle(axles_on_a_beam(0.5).replace(axles=[]), "east", (0, -1)),
-        mo.capacity(mo.solve(wall)),
+        mo.capacity(mo.solve(wall, incremental=False)),
     ):
         assert_short(answer)
 
@@ -110,8 +110,8 @@ def test_answers_of_slower_studies():
     groups = [mo.LoadCase(name="push", live={"live": 1.0}), mo.LoadCase(name="both", live={"live": 2.0})]
     for answer in (
         mo.check(wall),
-        mo.solve_cases(wall.replace(load_cases=groups)),
-        mo.least(lambda friction: wall.replace(friction=friction), 0.1, 0.9, load=0.3),
+        mo.solve_cases(wall.replace(load_cases=groups), "static"),
+        mo.least(lambda friction: wall.replace(friction=friction), 0.1, 0.9, load=0.3, method="static"),
     ):
         assert_short(answer)
 

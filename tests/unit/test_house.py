@@ -3,6 +3,7 @@
 import ast
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +40,7 @@ def test_a_constant_has_one_value_in_the_package():
 def test_no_two_classes_share_a_name():
     paths: dict[str, list[str]] = defaultdict(list)
     for path in files():
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in classes_and_imports(path):
             if isinstance(node, ast.ClassDef):
                 paths[node.name].append(path.relative_to(ROOT).as_posix())
     assert {name: several for name, several in paths.items() if len(several) > 1} == {}
@@ -58,10 +59,23 @@ def test_no_two_files_import_each_other():
     assert [names for names in together if len(names) > 1] == []
 
 
+@cache
+def parsed(path: Path) -> ast.Module:
+    """Return the syntax tree of a file, which several tests read."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@cache
+def classes_and_imports(path: Path) -> list[ast.AST]:
+    """Return the statements anywhere in a file that define a class or import something."""
+    kinds = (ast.ClassDef, ast.Import, ast.ImportFrom)
+    return [node for node in ast.walk(parsed(path)) if isinstance(node, kinds)]
+
+
 def constants_of(path: Path) -> Iterator[tuple[str, str]]:
     """Yield the names in capital letters that a file assigns at its top level, with the code of their
     values."""
-    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+    for node in parsed(path).body:
         if isinstance(node, ast.Assign):
             targets = node.targets
         elif isinstance(node, ast.AnnAssign) and node.value is not None:
@@ -78,9 +92,9 @@ def module_of(path: Path) -> str:
     return ".".join(part for part in parts if part != "__init__")
 
 
-def imports_of(path: Path, within: Callable[[ast.Module], Iterable[ast.AST]] = ast.walk) -> Iterator[str]:
+def imports_of(path: Path, within: Callable[[ast.Module], Iterable[ast.AST]] | None = None) -> Iterator[str]:
     """Yield the full names of the modules that a file imports, anywhere or among certain nodes."""
-    for node in within(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in within(parsed(path)) if within else classes_and_imports(path):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):

@@ -115,9 +115,9 @@ PLAN += [{"name": "side", "axis": [(0.5, 0.5), (0.5, 4)]}]
 
 #: Meshes have no weights, so the weight of the barrel is computed from straight edges.
 GENERATED = {
-    "barrel": mo.Barrel(**VAULT, voussoirs=5, length=3, stone=1.0, skewbacks=0.5, weights="straight"),
+    "barrel": mo.Barrel(**VAULT, voussoirs=3, length=2, stone=1.0, skewbacks=0.5, weights="straight"),
     "dome": mo.Dome(radius=2.0, thickness=0.3, rings=2, voussoirs=6, at=(0.1, 0.2, 0.3), **LOADED),
-    "groin": mo.Groin(**VAULT, voussoirs=4, bay=6, stone=1.0, name="bay 1"),
+    "groin": mo.Groin(**VAULT, voussoirs=4, bay=6, stone=2.0, name="bay 1"),
     "plan": mo.Plan(block=(2, 1), thickness=1, courses=3, walls=PLAN, **LOADED),
     "shaft": mo.Shaft(
         diameter=(1.2, 0.8), height=5.0, drums=3, sides=7, name="24\" \\ of \"Pont d'Arc'", **LOADED

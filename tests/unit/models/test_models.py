@@ -25,12 +25,10 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 from masonry_opt.solution.answer import certify
 from masonry_opt.solvers.highs import LinearProgram
 
-PROBLEMS = {name: assemble(scene).problem for name, scene in KINDS_OF_JOINTS.items()}
 
-
-@pytest.fixture(params=PROBLEMS)
+@pytest.fixture(scope="module", params=KINDS_OF_JOINTS)
 def problem(request) -> Problem:
-    return PROBLEMS[request.param]
+    return assemble(KINDS_OF_JOINTS[request.param]).problem
 
 
 @pytest.fixture

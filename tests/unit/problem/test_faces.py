@@ -16,14 +16,12 @@ from masonry_opt.problem.laws import Law
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Problem
 
-PROBLEMS = {name: assemble(scene).problem for name, scene in KINDS_OF_JOINTS.items()} | {
-    "irregular": assemble(irregular()).problem
-}
+SCENES = KINDS_OF_JOINTS | {"irregular": irregular()}
 
 
-@pytest.fixture(params=PROBLEMS)
+@pytest.fixture(scope="module", params=SCENES)
 def problem(request):
-    return PROBLEMS[request.param]
+    return assemble(SCENES[request.param]).problem
 
 
 def slacks_by_hand(problem, q, slope, cohesion, whole):

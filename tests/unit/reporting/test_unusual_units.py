@@ -136,9 +136,12 @@ BESIDE = [
 ]
 
 
-@pytest.mark.parametrize(("own", "other", "units"), BESIDE)
+SHAPED = [lambda scene: scene, lambda scene: scene.replace(thickness=0.5), mo.extrude]
+
+
 @pytest.mark.parametrize(
-    "shaped", [lambda scene: scene, lambda scene: scene.replace(thickness=0.5), mo.extrude]
+    ("own", "other", "units", "shaped"),
+    [(*beside, SHAPED[number % 3]) for number, beside in enumerate(BESIDE)],
 )
 def test_unit_weights_beside_each_other(own, other, units, shaped):
     """One of four blocks has another unit weight. The scene is plane, plane with a thickness, or in space."""

@@ -2,6 +2,7 @@
 exactly."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from atlas.random_scenes import random_scene
 from atlas.random_scenes_in_space import random_scene_in_space
 from drawing_errors import with_errors
 from mappings import mapped, mirrored, turned
+from scenes import solved
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
@@ -92,17 +94,18 @@ def leaning_columns(count: int) -> mo.Scene:
 
 
 @pytest.mark.parametrize(
-    "scene",
+    "made",
     [
-        with_errors(random_scene("wall", 1_250_005), 1e-3, 0),
-        with_errors(random_scene("tessellation", 1_250_005), 1e-3, 1),
-        with_errors(random_scene_in_space("boxes", 1_250_000), 1e-3, 1),
-        with_errors(leaning_columns(20), 1e-4, 2),
-        ring(40, 0.01),
+        lambda: with_errors(random_scene("wall", 1_250_005), 1e-3, 0),
+        lambda: with_errors(random_scene("tessellation", 1_250_005), 1e-3, 1),
+        lambda: with_errors(random_scene_in_space("boxes", 1_250_000), 1e-3, 1),
+        lambda: with_errors(leaning_columns(20), 1e-4, 2),
+        lambda: ring(40, 0.01),
     ],
     ids=["wall", "tessellation", "boxes", "columns", "ring"],
 )
-def test_joints_found_one_by_one_are_those_found_at_once(scene: mo.Scene, monkeypatch) -> None:
+def test_joints_found_one_by_one_are_those_found_at_once(made: Callable[[], mo.Scene], monkeypatch) -> None:
+    scene = made()
     one_by_one = joints_of(scene)
     at_once = replace(alignment.DEFAULT_SETTINGS, most_one_by_one=0)
     monkeypatch.setattr(
@@ -134,26 +137,27 @@ def test_load_factors_of_a_wall_stand_small_errors(seed: int, error: float) -> N
     """Copies with errors have the load factors of the exact wall, up to ten times the error. Without
     alignment, the lowest load factor of some copies is 8, 11 or 55 % too high."""
     scene = random_scene("wall", seed)
-    exact, copy = mo.solve(scene), mo.solve(with_errors(scene, error, 1))
+    exact, copy = solved(scene, incremental=True), mo.solve(with_errors(scene, error, 1))
     assert copy.load_factor == pytest.approx(exact.load_factor, rel=10 * error)
     assert copy.incremental == pytest.approx(exact.incremental, rel=10 * error)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1_250_000, 1_250_001])
-def test_load_factors_in_space_stand_small_errors(seed: int) -> None:
+@pytest.mark.parametrize(("seed", "further_starts"), [(1_250_000, False), (1_250_001, True)])
+def test_load_factors_in_space_stand_small_errors(seed: int, further_starts: bool) -> None:
     """Without alignment, copies of the first scene have a lowest load factor up to 21 % too high.
 
     The further starts of one drawing may lead to a state that the starts of the other miss. In the second
     scene, the copy has 1.29493 by default. The exact drawing has 1.30094, or 1.29502 by a search of five
-    seconds. Both are therefore also compared without further starts.
+    seconds. Both are therefore compared without further starts, and the second scene also with them.
     """
     scene = random_scene_in_space("boxes", seed)
     with_error = with_errors(scene, 1e-4, 1)
     exact, copy = mo.solve(scene, descent=False), mo.solve(with_error, descent=False)
     assert copy.load_factor == pytest.approx(exact.load_factor, rel=1e-3)
     assert copy.incremental == pytest.approx(exact.incremental, rel=1e-2)
-    assert mo.solve(with_error).load_factor <= mo.solve(scene).load_factor * (1 + 1e-3)
+    if further_starts:
+        assert mo.solve(with_error).load_factor <= mo.solve(scene).load_factor * (1 + 1e-3)
 
 
 @pytest.mark.parametrize("error", [1e-4, 1e-3])

@@ -2,12 +2,14 @@
 
 import math
 import re
+from functools import cache
 
 import numpy as np
 import pytest
 import shapely
 from brickwork import MORTAR, Arch, advised, brick_ring, drawn_to_touch, facade, stone, voussoirs
 from mappings import mapped, mirrored, shuffled, turned
+from scenes import solved
 from touching_solids import contacts_of
 
 import masonry_opt as mo
@@ -22,8 +24,11 @@ IN_BOTH = pytest.mark.parametrize("shaped", [lambda scene: scene, mo.extrude], i
 WALL = facade(2, 10, length=0.24)
 STATIC = 0.57919
 
-#: A wall of twelve bricks over an opening under an arch of bricks.
-ARCHED = facade(12, 24, (Arch(1.56, 8, 0.5, 21),))
+
+@cache
+def arched() -> mo.Scene:
+    """Return a wall of twelve bricks over an opening under an arch of bricks."""
+    return facade(12, 24, (Arch(1.56, 8, 0.5, 21),))
 
 
 def static(scene: mo.Scene) -> float:
@@ -103,7 +108,7 @@ def test_voussoirs_with_uniform_gaps_are_exactly_as_strong_as_voussoirs_that_tou
     assert gap < tolerance <= 1.1 * gap
     touching, apart = voussoirs(count, 0.0), voussoirs(count, gap, contact_tolerance=tolerance)
     assert static(apart) == pytest.approx(static(touching), rel=1e-8)
-    assert mo.solve(apart).required() == pytest.approx(mo.solve(touching).required(), rel=1e-8)
+    assert solved(apart).required() == pytest.approx(solved(touching).required(), rel=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -148,9 +153,9 @@ def test_rectangular_bricks_in_an_arch_have_all_their_joints(ring: tuple[float, 
 def test_the_message_about_a_facade_keeps_its_promise() -> None:
     """One message closes all gaps, with the announced numbers of joints and blocks. In the plane and as
     solids, the façade has the same joints and the same λ."""
-    tolerance, joints, blocks = advised(message(ARCHED))
-    assert blocks == sum(not block.fixed for block in ARCHED.blocks)
-    closed = ARCHED.replace(contact_tolerance=tolerance)
+    tolerance, joints, blocks = advised(message(arched()))
+    assert blocks == sum(not block.fixed for block in arched().blocks)
+    closed = arched().replace(contact_tolerance=tolerance)
     found = contacts_of(closed)
     assert (len(found.first), found.gaps) == (joints, {})
     solids = mo.extrude(closed)
@@ -164,14 +169,14 @@ def test_the_message_about_a_facade_keeps_its_promise() -> None:
 def test_a_tolerance_that_leaves_joints_open_names_them() -> None:
     """The tolerance closes the mortar of the wall but not the wedges of the arch. The warning names all
     wedges, and its advice closes them."""
-    (warning,) = mo.solve(ARCHED.replace(contact_tolerance=MORTAR), "static").warnings
+    (warning,) = mo.solve(arched().replace(contact_tolerance=MORTAR), "static").warnings
     assert warning.code is Code.SMALL_GAPS
     assert warning.values["option"] == "contact_tolerance"
     assert len(warning.values["pairs"]) >= 20
     (sentence,) = sentences([warning])
     (named,) = re.findall(r"'contact_tolerance' to ([\d.]+)", sentence)
-    closed = contacts_of(ARCHED.replace(contact_tolerance=float(named)))
-    assert len(closed.first) == advised(message(ARCHED))[1]
+    closed = contacts_of(arched().replace(contact_tolerance=float(named)))
+    assert len(closed.first) == advised(message(arched()))[1]
 
 
 @pytest.mark.slow
@@ -213,7 +218,7 @@ def test_gaps_that_grow_are_closed_in_one_round(shaped, tolerance: float | None,
     # In the plane, a tolerance of 0.11 closes the first gap. In space it closes none, because all faces are
     # narrower than ten times the tolerance.
     assert (joints, blocks) == (added, added)
-    result = mo.solve(shaped().replace(contact_tolerance=value))
+    result = solved(shaped().replace(contact_tolerance=value))
     assert [result.load_factor, result.associative] == pytest.approx([2 / 8.96] * 2, rel=1e-6)
 
 

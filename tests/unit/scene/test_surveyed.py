@@ -7,6 +7,7 @@ from collections import Counter
 import numpy as np
 import pytest
 import shapely
+from scenes import solved
 from touching_solids import contacts_of
 
 import masonry_opt as mo
@@ -176,7 +177,7 @@ def test_all_joints_are_found_where_every_corner_is_moved(made, by: float) -> No
     """Joints longer than ten tolerances have the lengths of the exact scene, and no other joints are that
     long."""
     drawn = lengths(assemble(made()).joints)
-    for seed in range(5):
+    for seed in range(3):
         scene = moved(made(), by, seed)
         found = lengths(assemble(scene).joints)
         long = 10 * scene.tolerance
@@ -189,7 +190,7 @@ def test_all_joints_are_found_where_every_corner_is_moved(made, by: float) -> No
 @pytest.mark.parametrize("made", [brick_wall, rubble, arch])
 @pytest.mark.parametrize("seeds", [range(1), pytest.param(range(1, 5), marks=pytest.mark.slow)])
 def test_load_factors_stay_within_what_moved_corners_can_change(made, method: str, seeds: range) -> None:
-    drawn = mo.solve(made(), method).required()
+    drawn = solved(made(), method).required()
     for seed in seeds:
         measured = mo.solve(moved(made(), 3e-4, seed), method).required()
         assert measured == pytest.approx(drawn, rel=MOVED_BY_SURVEY), seed

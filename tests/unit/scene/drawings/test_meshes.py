@@ -194,9 +194,9 @@ def without(shape, number):
     return corners, faces[:number] + faces[number + 1 :]
 
 
-@pytest.mark.parametrize("number", range(48))
+@pytest.mark.parametrize("number", [*range(8), *range(8, 48, 8)])
 def test_a_missing_triangle_is_refused_with_its_place(file, number):
-    """The missing triangle is inside a side of the box, at its rim, or at a corner."""
+    """The missing triangle is one of the eight of the first side of a box, or the first of another side."""
     with pytest.raises(mo.CaseError) as refused:
         read(file(obj(STONES | {"high": without(DIVIDED, number)})))
     message = str(refused.value)
