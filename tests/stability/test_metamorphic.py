@@ -125,7 +125,7 @@ def test_results_come_in_the_units_of_the_case():
     [("static", EXACT), ("kinematic", EXACT), ("nonassociative", LOOP), ("coulomb", SAME_WAY)],
 )
 def test_scaling_the_live_load_divides_the_load_factor(factor, method, tolerance):
-    wall = small_wall(3, 2)
+    wall = small_wall(2, 1)
     expected = solved(wall, method).load_factor / factor
     result = solved(mapped(wall, live=factor), method)
     assert result.load_factor == pytest.approx(expected, rel=tolerance, abs=0)

@@ -33,13 +33,14 @@ OWN_TEST = {
     *(("wall_1", name) for name in ("mpec", "refined")),
     *((f"facade_{size}", "associative") for size in ("2x6", "4x12")),
     ("wall", "nonassociative"),
+    ("slope", "mcp"),
 }
 
 #: References that ``test_closed_form_cases`` compares with closed forms, for the cases of ``KNOWN``.
 BY_HAND = ("associative", "coulomb")
 
 #: Scenes with many joints, which take seconds.
-LARGE = {"diamond_4", "slope"}
+LARGE = {"diamond_4"}
 
 
 #: Cases and the names of their references with a tolerance.
