@@ -183,6 +183,12 @@ def short_motions(monkeypatch):
 
 
 @pytest.fixture
+def few_cuts(monkeypatch):
+    """Limit the search for a proof that no load factor exists to a twelfth of its linear programs."""
+    monkeypatch.setattr("masonry_opt.stability.existence._MOST_WORK", 10_000)
+
+
+@pytest.fixture
 def without(monkeypatch):
     """Return a function that makes a library appear not installed.
 

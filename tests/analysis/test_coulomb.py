@@ -237,8 +237,11 @@ def test_a_state_above_its_limits_is_no_answer(monkeypatch, no_simplex):
 
 
 @pytest.mark.slow
-def test_joints_that_press_ever_harder_carry_any_load():
-    """A wall whose response is linear while the load grows a thousandfold is jammed without a load factor."""
+def test_joints_that_press_ever_harder_carry_any_load(few_cuts):
+    """A wall whose response is linear while the load grows a thousandfold is jammed without a load factor.
+
+    It is not proven that no load factor exists, neither by 312 programs nor by 3750, the default limit.
+    """
     result = solved(random_scene("wall", 70003), incremental=True)
     assert (result.status, result.load_factor, result.incremental) == (mo.Status.JAMMED, None, None)
     assert codes(result)[:2] == [Code.UNBOUNDED, Code.CARRIES_ANY]

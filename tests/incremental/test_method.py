@@ -286,7 +286,7 @@ def test_ranges_of_walls_are_those_of_an_independent_program(number, least, most
 
     In 60 draws, that program found 0.6410 to 0.6429 (wall 1), 0.2104 to 0.2296 (wall 5), or a lower state.
     """
-    found = spread(WALLS[number - 1], 20)
+    found = spread(WALLS[number - 1], 10)
     for low, high in (found["stress"], found["stiffness"]):
         assert least <= low <= high <= most
     assert found["stress"][1] - found["stress"][0] > 1e-3
