@@ -73,8 +73,18 @@ SPACE = {
 }
 
 
-@pytest.mark.parametrize("name", mappings_in_space.SAME)
-@pytest.mark.parametrize("scene", ["box", "corner", pytest.param("corner of 20", marks=pytest.mark.slow)])
+#: Changes of the box. One of them turns, mirrors and moves it at once; the corners do so one by one too.
+OF_THE_BOX = ("turned, mirrored and moved", "in other units", "renumbered", "faces in pieces")
+
+
+@pytest.mark.parametrize(
+    ("scene", "name"),
+    [
+        *(("box", name) for name in OF_THE_BOX),
+        *(("corner", name) for name in mappings_in_space.SAME),
+        *(pytest.param("corner of 20", name, marks=pytest.mark.slow) for name in mappings_in_space.SAME),
+    ],
+)
 def test_load_factors_in_space_are_unmoved(scene, name):
     """Two static programs are solved to 1e-9, and two load histories to a gap of 1e-9."""
     one, other = SPACE[scene], mappings_in_space.SAME[name](SPACE[scene])
