@@ -65,7 +65,7 @@ def test_the_default_is_unmoved(name):
 
 
 #: A corner of two walls. Its joints in `SPACE` have cohesion.
-CORNER = corner_wall(2, 2, 3)
+CORNER = corner_wall(1, 1, 2)
 SPACE = {
     "box": pushed_box((1.0, 2.0, 3.0), 0.3, 20.0),
     "corner": CORNER.replace(joints={"friction": 0.5, "cohesion": 0.02}),
