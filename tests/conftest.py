@@ -172,6 +172,23 @@ def no_proof(monkeypatch):
 
 
 @pytest.fixture
+def short_motions(monkeypatch):
+    """Limit each damped motion of the default's load history to 200 linear solves, instead of 4000."""
+    from masonry_opt.methods.coulomb import method
+    from masonry_opt.methods.coulomb.steps import Incremental
+    from masonry_opt.methods.incremental.settings import IncrementalSettings
+
+    short = Incremental(IncrementalSettings(motion_solves=200))
+    monkeypatch.setattr(method, "STEPS", (short, *method.STEPS[1:]))
+
+
+@pytest.fixture
+def few_cuts(monkeypatch):
+    """Limit the search for a proof that no load factor exists to a twelfth of its linear programs."""
+    monkeypatch.setattr("masonry_opt.stability.existence._MOST_WORK", 10_000)
+
+
+@pytest.fixture
 def without(monkeypatch):
     """Return a function that makes a library appear not installed.
 

@@ -68,9 +68,10 @@ def random_of_any_kind(seed: int) -> mo.Scene:
     return loaded(scene, seed)
 
 
-def verdict_on(scene: mo.Scene) -> str:
+def verdict_on(scene: mo.Scene, coulomb: mo.Result | None = None) -> str:
     """Return "agrees" if methods "static" and the default agree with the bounds of this program.
 
+    ``coulomb`` is the result of the default. If it is None, the default solves the scene.
     Otherwise the verdict begins with "on the edge" (polygons inside and outside disagree on stability),
     "open" (a method decided nothing) or "wrong". :mod:`claims` checks the claims other than load factors.
     """
@@ -83,7 +84,7 @@ def verdict_on(scene: mo.Scene) -> str:
         return "on the edge"
     if result.status is Status.SOLVER_FAILED:
         return f"open: static: {result.message}"
-    coulomb = mo.solve(scene)
+    coulomb = coulomb or mo.solve(scene)
     wrong = [*_wrong_associative(result, found), *_wrong_coulomb(coulomb, found)]
     for each in (result, coulomb):
         wrong += wrong_claims(each, found)

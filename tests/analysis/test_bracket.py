@@ -64,7 +64,7 @@ def test_limits_of_forces_that_are_assumed_leave_nothing_proven(no_proof, failin
     Only these programs have no time limit, which is how the fixture selects them.
     """
     failing("highs", lambda _, seconds: seconds == np.inf)
-    result = mo.solve(TWO_BLOCKS, "global")
+    result = mo.solve(TWO_BLOCKS, "global", incremental=False)
     assert values_of(result, Code.WITHIN_IMPOSED)["forces"]
     assert result.bound == pytest.approx(result.load_factor, rel=CLOSED)
     assert result.range == (None, result.load_factor)
@@ -172,7 +172,7 @@ def test_no_bound_exceeds_a_known_state():
 @pytest.fixture
 def rough_start(monkeypatch):
     """Let the bracket of the wedges start from the loop's state, whose sliding joints contract slightly."""
-    loop = mo.solve(WEDGES, "nonassociative")
+    loop = mo.solve(WEDGES, "nonassociative", incremental=False)
     assert loop.certificate.flow > 1e-5
     monkeypatch.setattr(bracket, "coulomb", lambda _: loop.solution)
 
@@ -181,7 +181,7 @@ def rough_start(monkeypatch):
 def test_a_start_that_is_not_exact_is_replaced_by_the_state_of_a_program(rough_start):
     """A start that is not exact must neither become the answer nor exclude the exact state."""
     least = mo.load(WEDGES).reference["coulomb"].value
-    result = mo.solve(WEDGES, "global")
+    result = mo.solve(WEDGES, "global", incremental=False)
     assert result.load_factor == pytest.approx(least, rel=1e-6)
     assert result.certificate.worst < EXACT
     assert result.bound == pytest.approx(least, rel=CLOSED)
@@ -191,7 +191,7 @@ def test_a_start_that_is_not_exact_is_replaced_by_the_state_of_a_program(rough_s
 @pytest.mark.slow
 def test_a_bound_without_a_state_is_no_answer(rough_start, failing):
     failing("highs", lambda session, _: "q" in session.lp.columns)  # the programs that make states exact
-    result = mo.solve(WEDGES, "global")
+    result = mo.solve(WEDGES, "global", incremental=False)
     assert result.load_factor is None
     assert result.reasons[0].code is Code.NO_EXACT_STATE
     assert result.bound > 0

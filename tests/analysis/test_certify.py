@@ -219,7 +219,7 @@ ANSWERS = {
 }
 
 
-@pytest.fixture(params=ANSWERS.values(), ids=ANSWERS)
+@pytest.fixture(scope="module", params=ANSWERS.values(), ids=ANSWERS)
 def answer(request):
     """Return a scene, its result, and the options of ``certify``."""
     make, method, options = request.param

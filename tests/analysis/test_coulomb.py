@@ -237,20 +237,11 @@ def test_a_state_above_its_limits_is_no_answer(monkeypatch, no_simplex):
 
 
 @pytest.mark.slow
-def test_joints_that_press_ever_harder_carry_any_load():
-    """A wall whose response is linear while the load grows a thousandfold is jammed without a load factor."""
+def test_joints_that_press_ever_harder_carry_any_load(few_cuts):
+    """A wall whose response is linear while the load grows a thousandfold is jammed without a load factor.
+
+    It is not proven that no load factor exists, neither by 312 programs nor by 3750, the default limit.
+    """
     result = solved(random_scene("wall", 70003), incremental=True)
     assert (result.status, result.load_factor, result.incremental) == (mo.Status.JAMMED, None, None)
     assert codes(result)[:2] == [Code.UNBOUNDED, Code.CARRIES_ANY]
-
-
-@pytest.mark.slow
-def test_the_loop_says_if_the_load_history_carries_more():
-    """The load history of this wall carries over 100 times the loop's load factor, and the message says so.
-
-    The load history ends without a collapse.
-    """
-    result = solved(random_scene("wall", 700005))
-    (why,) = (reason for reason in result.reasons if reason.code is Code.CARRIES_MORE)
-    assert why.values["carried"] > 100 * result.load_factor
-    assert "without a collapse" in result.message

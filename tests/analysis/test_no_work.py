@@ -22,7 +22,8 @@ from masonry_opt.scene.blocks import rectangle
 from masonry_opt.solution.reasons import Code, reason
 
 FRICTION = 0.5
-COULOMB = ("coulomb", "incremental", "nonassociative", "mpec", "global")
+#: Coulomb methods apart from the loop, which has a test on all scenes.
+COULOMB = ("coulomb", "incremental", "mpec", "global")
 
 
 def scene(*blocks: mo.Block | mo.Solid, **joints: float) -> mo.Scene:

@@ -57,7 +57,7 @@ def test_mpec_reaches_the_published_value_and_refinement_goes_no_higher():
     steps = mpec.history
     assert (steps["largest_product"] <= steps["epsilon"] * 1.001 + 1e-12).all()
     assert steps["epsilon"].is_monotonic_decreasing
-    searched = mo.solve(scene, "coulomb", start=mpec)
+    searched = mo.solve(scene, "coulomb", start=mpec, incremental=False)
     assert searched.load_factor <= mpec.load_factor + 1e-7
     assert searched.nlp_solves == 0
 
@@ -65,7 +65,7 @@ def test_mpec_reaches_the_published_value_and_refinement_goes_no_higher():
 @pytest.mark.slow
 def test_a_relaxation_that_cannot_be_followed_is_a_status_and_what_is_kept_is_called_what_it_is():
     """IPOPT reaches its iteration limit from a cold start on wall 5: the result has a status, no answer."""
-    result = mo.solve(WALLS[4], "mpec", start="cold")
+    result = mo.solve(WALLS[4], "mpec", start="cold", incremental=False)
     assert result.status is mo.Status.HOMOTOPY
     assert result.load_factor is None
     assert result.certificate is None
@@ -154,7 +154,7 @@ def searched_from_more_friction(number, more):
     """Return the result of a search on a wall, from the loop's state with ``more`` times the friction."""
     wall = mo.load(WALLS[number - 1])
     stiffer = wall.model_copy(update={"joints": mo.JointDefaults(friction=more * 0.65)})
-    return mo.solve(wall, "coulomb", start=mo.solve(stiffer, "nonassociative"))
+    return mo.solve(wall, "coulomb", start=mo.solve(stiffer, "nonassociative", incremental=False))
 
 
 @pytest.mark.slow

@@ -172,11 +172,15 @@ def test_copies_of_walls_moved_by_rounding_end_in_one_state(seed):
 
     The seeds were not used to choose the rule for equal optima. Of 50 walls in ten copies, one differs.
     """
-    results = [solved(moved(random_scene("wall", seed), copy), incremental=True) for copy in range(3)]
+    results = [solved(moved(random_scene("wall", seed), copy), incremental=True) for copy in range(2)]
     assert len({result.status for result in results}) == 1
     ends = {result.incremental_reasons[0].code for result in results}
     if seed == CARRIES_MUCH:
         assert ends == {Code.UNDECIDED}
+        # The load history ends without a collapse, and the message of the loop's answer says so.
+        for result in results:
+            assert values_of(result, Code.CARRIES_MORE)["carried"] > 100 * result.load_factor
+            assert "without a collapse" in result.message
     else:
         assert ends <= {Code.COLLAPSE, Code.RANGE, Code.UNBOUNDED}
     # The loop answers for the wall that carries much, and its states are exact to its own tolerance.
@@ -199,7 +203,8 @@ def test_of_random_scenes_one_in_a_hundred_ends_above_the_lowest_state_known():
             if not 3 <= sum(not block.fixed for block in scene.blocks) <= 10:
                 continue
             found = solved(scene)
-            lowest = mo.solve(scene, "coulomb", search=1).load_factor
+            start = {} if found.load_factor is None else {"start": found}
+            lowest = mo.solve(scene, "coulomb", search=1, incremental=False, **start).load_factor
             if lowest is not None:
                 above.append(found.required() / lowest - 1)
     assert len(above) > 12

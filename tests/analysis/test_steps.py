@@ -32,7 +32,7 @@ def steps_of(result: mo.Result) -> list[str]:
     [
         (two_blocks(), {}, [LOAD_HISTORY, FROM_HISTORY, PROOF, FURTHER]),
         (two_blocks(), {"descent": False}, [LOAD_HISTORY, FROM_HISTORY]),
-        (small_wall(dilatancy=0.2, dilatancy_stress=(0.1, 1.0)), {}, [LOOP]),
+        (small_wall(2, 1, dilatancy=0.2, dilatancy_stress=(0.1, 1.0)), {}, [LOOP]),
         (pressed_down(), {}, [LOAD_HISTORY, FROM_ASSOCIATIVE]),
         (block_on_floor(), {}, [LOAD_HISTORY, FROM_HISTORY]),
         (two_blocks().replace(joints={"dilatancy": 0.1}), {}, [LOAD_HISTORY, FROM_HISTORY]),

@@ -7,6 +7,7 @@ from typing import Any
 
 from masonry_opt.analysis import solve
 from masonry_opt.errors import CaseError, MasonryError
+from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.reasons import Reason, Status
 
@@ -84,7 +85,9 @@ def difference(of: Entry, run: Expectation, cases: Path) -> str:
     """Solve the scene of an entry, and return a description of the first difference; "" if there is none."""
     expected = getattr(run.expected, "__name__", run.expected)
     try:
-        result = solve(of.scene(cases), run.method, model=run.model, solver=run.solver, **run.options)
+        # The default begins with the load history. Other methods do not need it.
+        own = {"model": run.model, "solver": run.solver, "incremental": run.method == DEFAULT}
+        result = solve(of.scene(cases), run.method, **own, **run.options)
     except MasonryError as refused:
         if type(refused) is not run.expected:
             return f"{type(refused).__name__} ({refused}), expected: {expected}"

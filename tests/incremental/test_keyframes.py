@@ -13,8 +13,12 @@ from masonry_opt.solution.motion import joint_motion
 
 @pytest.fixture(scope="module", params=["wall 1", "corner"])
 def loaded(request):
-    """Return a result by the default method, and its keyframes."""
-    result = solved(WALLS[0]) if request.param == "wall 1" else mo.solve(corner_wall(2, 2, 3))
+    """Return a result with a load history, and its keyframes.
+
+    The default's further starts on the corner in space would not change its load history.
+    """
+    corner = corner_wall(2, 2, 3)
+    result = solved(WALLS[0]) if request.param == "wall 1" else mo.solve(corner, "incremental")
     return result, keyframes_of(result)
 
 

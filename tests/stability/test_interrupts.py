@@ -67,7 +67,7 @@ def interrupted(self, epsilon):
     return solve(self, epsilon)
 
 CasadiIpopt.solve = interrupted
-sys.argv = ["masonry-opt", "solve", sys.argv[1], "--method", "mpec"]
+sys.argv = ["masonry-opt", "solve", sys.argv[1], "--method", "mpec", "--no-incremental"]
 cli.main()
 """
 

@@ -77,9 +77,12 @@ def test_a_block_on_a_slope_needs_the_tangent(degrees, size, weight, mirrored):
     assert stability.worst_joint.distance == pytest.approx(size * (1 - slope / 2), rel=1e-6)
 
 
-@pytest.mark.parametrize("degrees", [5, 11, 17, 23, 29])
+@pytest.mark.parametrize("degrees", [5, 17])
 def test_the_printed_least_friction_is_not_below_the_true_one(degrees):
-    """The block slides with less friction than tan α. The number is printed with four digits."""
+    """The block slides with less friction than tan α. The number is printed with four digits.
+
+    For 17° the nearest number with four digits is below tan α.
+    """
     (line,) = re.findall("least friction +([0-9.]+);", str(mo.solve(ramp(math.radians(degrees)))))
     slope = math.tan(math.radians(degrees))
     assert slope <= float(line) < slope * (1 + BISECTED) + 1e-4

@@ -221,7 +221,7 @@ ODD_FILES = {
         "18000000",
     ),
     "many wrong blocks": ("case.json", json.dumps({"block": [{}] * 1000}), ""),
-    "too many tables": ("case.toml", "[[block]]\n" * 200_001, "200001"),
+    "too many tables": ("case.toml", f"block = [{'{}, ' * 200_001}]", "200001"),
     "too many blocks": ("case.json", json.dumps({"block": [[]] * 200_001}), "200001"),
 }
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 from scenes import ALL_CASES, CASES, CHECKED, WALLS, solved
+from validation.test_bridges_to_collapse import BRIDGES
 from validation.test_closed_form_cases import KNOWN
 
 import masonry_opt as mo
@@ -33,13 +34,15 @@ OWN_TEST = {
     *(("wall_1", name) for name in ("mpec", "refined")),
     *((f"facade_{size}", "associative") for size in ("2x6", "4x12")),
     ("wall", "nonassociative"),
+    ("slope", "mcp"),
+    *((bridge.partition("/")[2], "associative") for bridge in BRIDGES),
 }
 
 #: References that ``test_closed_form_cases`` compares with closed forms, for the cases of ``KNOWN``.
 BY_HAND = ("associative", "coulomb")
 
 #: Scenes with many joints, which take seconds.
-LARGE = {"diamond_4", "slope"}
+LARGE = {"diamond_4"}
 
 
 #: Cases and the names of their references with a tolerance.
