@@ -21,8 +21,12 @@ from masonry_opt.studies.report.report import _governing
 STRONG = OVERHANG.replace(joints={"friction": 0.5, "strength": 200.0})
 
 
-def crossed(group=None, **options):
-    return mo.crossing(OVERHANG, group or axles(3.0), **{"method": "static"} | options)
+#: An axle on a long road, of which few positions are on the slab: they are a hundredth of the road apart.
+AXLE = axles(3.0, road=[(-20, 1), (20, 1)])
+
+
+def crossed(group=AXLE, **options):
+    return mo.crossing(OVERHANG, group, **{"method": "static"} | options)
 
 
 @pytest.mark.slow
@@ -142,12 +146,12 @@ def test_a_crossing_has_one_name_for_its_load_factor(by_coulomb):
 
 @pytest.fixture(scope="module")
 def by_chords():
-    return mo.crossing(STRONG, axles(3.0), method="nonassociative", incremental=False)
+    return mo.crossing(STRONG, AXLE, method="nonassociative", incremental=False)
 
 
 @pytest.fixture(scope="module")
 def by_parabola():
-    return mo.crossing(STRONG, axles(3.0), method="static", incremental=False)
+    return mo.crossing(STRONG, AXLE, method="static", incremental=False)
 
 
 def with_associative(result, associative):
@@ -184,7 +188,7 @@ def test_a_missing_load_factor_by_the_parabola_is_undecided(watched, monkeypatch
             raise KeyboardInterrupt
 
     solved = watched(module.Session, "solve", ends)
-    found = mo.crossing(STRONG, axles(3.0), method="nonassociative", incremental=False, required_factor=3.3)
+    found = mo.crossing(STRONG, AXLE, method="nonassociative", incremental=False, required_factor=3.3)
     assert (found.by_parabola, found.no_parabola, found.interrupted) == (None, "interrupted", False)
     assert found.as_dict()["no_parabola"] == "interrupted"
     assert "not decided, because 3.19" in found.facts()["required"]
@@ -249,7 +253,7 @@ def test_bounds_say_why_they_differ_from_the_answer():
     static = crossed().facts()
     assert "Coulomb friction may lower λ below this bound" in static["bound"]
     assert "the same as the associative load factor" in static["first look"]
-    coulomb = mo.crossing(OVERHANG, axles(3.0), method="nonassociative", incremental=False).facts()
+    coulomb = mo.crossing(OVERHANG, AXLE, method="nonassociative", incremental=False).facts()
     assert "bound" not in coulomb
     assert "λ is the same as the associative load factor" in coulomb["associative"]
 
@@ -258,7 +262,7 @@ def test_bounds_say_why_they_differ_from_the_answer():
 def test_chords_are_named_as_a_reason():
     ring = mo.Arch(radius=2, angles=(150, 30), thickness=0.3, voussoirs=6, unit_weight=20)
     scene = mo.Scene(joints={"friction": 0.45, "strength": 900.0}, blocks=ring.blocks())
-    found = mo.crossing(scene, axles(60.0, road=[(-1.8, 2.3), (1.8, 2.3)]), method="static")
+    found = mo.crossing(scene, axles(60.0, road=[(-5.0, 2.3), (5.0, 2.3)]), method="static")
     facts = found.facts()
     assert "(chords inside the parabola lower λ by " in facts["first look"]
     assert "chords inside the crushing parabola may lower λ below this bound" in facts["bound"]
@@ -271,7 +275,8 @@ def test_the_picture_has_a_legend_of_hinges_fill_and_loads():
     road = [(-1.7, 2.5), (1.7, 2.5)]
     fill = mo.Fill(road=road, unit_weight=18, friction_angle=30, mobilised=0.3, backing=backing)
     scene = mo.Scene(joints={"friction": 0.5}, blocks=ring.blocks(), fills=[fill])
-    group = axles(40.0, road=None, uniform=[mo.UniformLoad(load=10.0, start=0.5, end=1.0)])
+    long = [(-5, 2.5), (5, 2.5)]
+    group = axles(40.0, road=long, uniform=[mo.UniformLoad(load=10.0, start=0.5, end=1.0)])
     found = mo.crossing(scene, group, method="static", incremental=False, required_factor=1.0)
     (legend,) = found.plot().legends
     labels = [text.get_text() for text in legend.get_texts()]

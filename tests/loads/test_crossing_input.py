@@ -83,7 +83,7 @@ def test_all_load_cases_at_once(tmp_path, method):
     Case "crowd too" has the greater λ near the support, where the crowd helps an axle at the other end. It
     has the lesser λ at the end of the slab.
     """
-    of = in_cases(axles=[axles(3.0)])
+    of = in_cases(axles=[axles(3.0, road=[(-10, 1), (10, 1)])])
     names = ("alone", "crowd too")
     alone = {name: mo.crossing(of, method=method, load_case=name) for name in names}
     found = mo.crossing(of, method=method)

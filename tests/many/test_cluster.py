@@ -62,7 +62,7 @@ def test_a_cluster_that_loses_a_worker_ends_in_the_same_table(cluster):
 def test_threads_of_one_worker_share_no_session(distributed):
     """Each thread has its own session: otherwise one thread would change programs while another solves
     them."""
-    wall = small_wall(3, 2)
+    wall = small_wall(2, 2)
     vary = {"joints.friction": [0.2 + 0.06 * number for number in range(8)]}
     with distributed.LocalCluster(n_workers=1, threads_per_worker=4, processes=False, **QUIET) as scheduler:
         frame = mo.sweep(wall, vary, dask=scheduler.scheduler_address)

@@ -3,6 +3,7 @@ command."""
 
 import math
 import re
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -52,6 +53,16 @@ def test_greatest_tilt_of_a_block_is_its_slenderness():
     thinner, d = found.fails.result.assembly.problem, found.fails.result.solution.d
     assert thinner.dead @ d > 0
     assert found.fails.certificate.flow < 1e-8
+
+
+def test_scenes_that_differ_in_friction_share_matrices(watched):
+    """Only the first trial is assembled, and the margins equal those of scenes that are assembled anew."""
+    assembled = watched(import_module("masonry_opt.studies.many.standing"), "assemble")
+    found = mo.least(lambda mu: tilted(block_on_floor(2.0, 1.0, friction=mu), 25), 0.01, 2, samples=0)
+    assert len(assembled) == 1
+    for trial in (found.holds, found.fails):
+        scene = tilted(block_on_floor(2.0, 1.0, friction=trial.value), 25)
+        assert trial.number == standing(scene).margin
 
 
 @pytest.mark.parametrize("search", [mo.least, mo.most])

@@ -60,7 +60,7 @@ def dilatant(name: str, angle: float) -> mo.Scene:
 
 def least(name: str, angle: float) -> mo.Result:
     """Return the result of method ``global`` for a variant and an angle of dilatancy in degrees."""
-    return mo.solve(dilatant(name, angle), "global")
+    return mo.solve(dilatant(name, angle), "global", incremental=False)
 
 
 def jump(name: str, face: float) -> float:

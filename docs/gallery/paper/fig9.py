@@ -100,7 +100,7 @@ for mu in sorted([*FRICTIONS, two_to_three + 1e-4, one_to_two - 1e-4, one_to_two
     moving = found.fails.result.joints
     slip, turn = moving["slip"].abs().max(), (moving["rotation"].abs() * moving["length"] / 2).max()
     thicker = opened(mu, 1.05 * found.value)
-    margins = [mo.solve(thicker, method).load_factor for method in ("static", "coulomb")]
+    margins = [mo.solve(thicker, method, incremental=False).load_factor for method in ("static", "coulomb")]
     mode = "I" if slip < 1e-5 * turn else "II" if turn > 1e-5 * slip else "III"
     rows.append((mu, mode, found.value, found.value / ARCH.radius, *margins))
 names = ["μ", "mode", "thickness (m)", "over radius", "margin, associative", "margin, Coulomb"]

@@ -43,13 +43,14 @@ assert 0 < mo.solve(rib(stands.value + 1e-4), "static").required() < 0.01
 rows = []
 for mu in FRICTIONS:
     scene = rib(mu)
+    found = mo.solve(scene, "global", time_limit=5, incremental=False) if mu in SEARCHED else None
     rows.append(
         {
             "μ": mu,
             "associative": mo.solve(scene, "static").required(),
             "loop": mo.solve(scene, "nonassociative", incremental=False, always=True).required(),
-            "coulomb": mo.solve(scene, search=0.5).required(),
-            "global": mo.solve(scene, "global", time_limit=5).required() if mu in SEARCHED else None,
+            "coulomb": mo.solve(scene, search=0.5, incremental=False).required(),
+            "global": found.required() if found else None,
         }
     )
 table = pd.DataFrame(rows)

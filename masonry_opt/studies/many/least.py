@@ -377,7 +377,8 @@ class _Search:
         """
         if self.load is None:
             scene.refuse_without_case()
-            margin = standing(scene)
+            last = next(reversed(self.trials.values()), None)
+            margin = standing(scene, None if last is None else last.result.assembly)
             return margin.margin, margin.certificate, SceneAnswer(margin.result)
         answer = solve_or_cross(self.session, scene)
         result = answer.result

@@ -10,7 +10,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.task import Task
-from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
 from masonry_opt.problem.problem import Problem
 from masonry_opt.reporting.sentences import message
 from masonry_opt.result import Result, make_result
@@ -41,15 +41,19 @@ class DeadLoadMargin(NamedTuple):
     result: Result  #: result with the forces or the mechanism under dead load, without a load factor
 
 
-def standing(scene: Scene) -> DeadLoadMargin:
+def standing(scene: Scene, last: Assembly | None = None) -> DeadLoadMargin:
     """Return the margin of stability of a scene under its dead load alone.
 
     The margin is the load factor λ, by eq. (9), of a live load that reduces the normal force of every joint
     by a median block weight; see :func:`~masonry_opt.stability.dead_load.with_pressure_removed`.
 
+    If the scene differs from the scene of the assembly ``last`` only in loads and joint properties, the
+    matrices of ``last`` are reused.
+
     Raises CaseError if the scene is wrong, and NoLoadFactorError if its stability cannot be decided.
     """
-    assembly, effort, solver = assemble(scene), Effort(), find_solver("cvxpy", None)
+    on_last_matrices = None if last is None else on_matrices_of(last, scene)
+    assembly, effort, solver = on_last_matrices or assemble(scene), Effort(), find_solver("cvxpy", None)
     problem, certificate = assembly.problem, None
     solution = _margin(with_pressure_removed(problem), solver, effort)
     if solution is None or solution.answer is None:
