@@ -14,6 +14,7 @@ The scenes are:
 - walls of Ferris & Tin-Loi (--walls) with other values of friction, and façades of up to 3 × 2 openings
 - with --large, façades and walls of more than 1000 joints
 - with --rubble, rubble walls of 60 and 200 stones
+- with --atlas, the failure atlas (tests/atlas)
 - with --space, random scenes from seed 97000 on (--first-in-space), and corner walls of 12 to 26 blocks
 
 The name "in-space" selects all rules that concern only scenes in space.
@@ -47,6 +48,7 @@ import numpy as np
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
+from atlas.entries import ATLAS  # noqa: E402
 from atlas.large_scenes import rubble  # noqa: E402
 from atlas.random_scenes import KINDS, random_scene  # noqa: E402
 from atlas.random_scenes_in_space import KINDS as KINDS_IN_SPACE  # noqa: E402
@@ -55,6 +57,7 @@ from scenes_in_space import corner_wall  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
 from masonry_opt.methods.exact.settings import SEARCH, SearchSettings  # noqa: E402
+from masonry_opt.methods.loop.nonassociative import REMEDIES  # noqa: E402
 from masonry_opt.problem.assembly import assemble  # noqa: E402
 from masonry_opt.solution.acceptance import SMALLEST  # noqa: E402
 from masonry_opt.solution.reasons import Code  # noqa: E402
@@ -142,8 +145,11 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "slow-divergence": ("nonassociative", {_RUN + "_RISES": 999}),
     "cycles": ("nonassociative", {_RUN + "_STEADY": 0.0}),
     **{
-        f"remedy-{failure.replace(' ', '-')}": ("nonassociative", {_REMEDIES: _without(failure)})
-        for failure in ("locked", "no state", "cycling", "solver failed", "converged to no exact state")
+        f"remedy-{failure.name.lower().replace('_', '-')}": (
+            "nonassociative",
+            {_REMEDIES: _without(str(failure))},
+        )
+        for failure in REMEDIES
     },
     "early-end": ("rough", {_RUN + "_NEARLY_TRUE": 0.0}),
     "early-end-not-before": ("rough", {_RUN + "_NEARLY_TRUE": inf}),
@@ -209,6 +215,7 @@ def scenes(asked: argparse.Namespace) -> Iterator[mo.Scene]:
             yield wall.replace(friction=share * wall.joints.friction, title=title)
     for stones in (60, 200) if asked.rubble else ():
         yield from (rubble(stones, asked.first + number) for number in range(asked.rubble))
+    yield from (entry.scene(ROOT / "cases") for entry in ATLAS) if asked.atlas else ()
     seeds = range(asked.first_in_space, asked.first_in_space + asked.space)
     yield from (random_scene_in_space(kind, seed) for kind in KINDS_IN_SPACE for seed in seeds)
     for size in CORNERS if asked.space else ():
@@ -367,6 +374,7 @@ if __name__ == "__main__":
     parser.add_argument("--space", type=int, default=0, help="the same of the four kinds in space")
     parser.add_argument("--first-in-space", type=int, default=FIRST_SEED_IN_SPACE, help="the first seed")
     parser.add_argument("--rubble", type=int, default=0, help="rubble walls of 60 and of 200 stones")
+    parser.add_argument("--atlas", action="store_true", help="the failure atlas")
     parser.add_argument("--walls", type=lambda text: text.split(",") if text else [], default=list("123"))
     parser.add_argument("--facades", action=argparse.BooleanOptionalAction, default=True)
     parser.add_argument("--large", action="store_true", help="scenes of more than 1000 joints too")

@@ -2,6 +2,7 @@
 
     python benchmarks/drawing_warnings.py --scenes 24 --first 7900000
     python benchmarks/drawing_warnings.py --scenes 24 --first 7950000 --thresholds
+    python benchmarks/drawing_warnings.py --scenes 8 --first 8412000 --uneven
 
 Random walls, arches, tessellations and bonded walls are drawn in several ways: exactly, with errors of the
 corners as in a survey, without their mortar, or both. The tolerances of a correct drawing are right; those of
@@ -15,6 +16,8 @@ a mistaken drawing are missing, too small or too large. Counted are the drawings
 Two rows are different. Fine arches have a large tolerance, which makes voussoirs parallel; a warning must
 name the turned joints. In other scenes, a small gap separates the highest block from the block below it. With
 --thresholds, the script also counts right drawings with other values of each threshold.
+
+With --uneven, the script counts only the scenes of ``rough_sides.py`` with a warning about uneven sides.
 """
 
 import argparse
@@ -35,9 +38,10 @@ sys.path.insert(0, str(ROOT / "tests"))
 from atlas.random_scenes import random_scene  # noqa: E402
 from brickwork import drawn_to_touch, facade  # noqa: E402
 from changed_constants import changed  # noqa: E402
+from rough_sides import groups  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
-from masonry_opt.problem.assembly import assemble  # noqa: E402
+from masonry_opt.problem.assembly import Assembly, assemble  # noqa: E402
 from masonry_opt.reporting.sentences import sentences  # noqa: E402
 from masonry_opt.scene import geometry  # noqa: E402
 from masonry_opt.scene.contacts import gaps, mortar, overlaps  # noqa: E402
@@ -73,6 +77,10 @@ THRESHOLDS = (
     Threshold("_TOLERANCE_OVER_DIFFERENCE", (gaps,)),
     Threshold("TOLERANCE_OVER_ERROR", (gaps, wedges)),
 )
+
+
+#: Values with which the thresholds of the warning about uneven sides have no effect.
+OFF = {"_UNEVEN_ANGLE": 2.0, "_UNEVEN_SHARE": 0.0}
 
 
 class Drawing(NamedTuple):
@@ -233,13 +241,44 @@ def right(found: dict[str, Counter[str]]) -> tuple[int, int]:
     return correct, sum(each["right"] for each in found.values()) - correct
 
 
+def print_uneven(first: int, count: int) -> None:
+    """Print how many scenes have a warning about uneven sides, for several values of each threshold."""
+    found: dict[tuple[str, bool], list[Assembly]] = {}
+    for group, is_survey, assembly in groups(first, count, lambda seed: exact_scene(KINDS[seed % 4], seed)):
+        found.setdefault((group, is_survey), []).append(assembly)
+
+    def named() -> dict[tuple[str, bool], int]:
+        return {key: sum(any(wedges.uneven_sides(each)) for each in found[key]) for key in found}
+
+    usual = named()
+    print("scenes,number,warnings,expected")
+    for (group, is_survey), number in usual.items():
+        total = len(found[group, is_survey])
+        print(f'"{group}"', total, number, total if is_survey else 0, sep=",", flush=True)
+    print("threshold,value,hits,false alarms,changed groups")
+    for name, off in OFF.items():
+        value = getattr(wedges, name)
+        for label, other in (("/ 3", value / 3), ("x 3", 3 * value), ("off", off)):
+            with changed([wedges], name, other):
+                more = {key: number - usual[key] for key, number in named().items()}
+            hits, alarms = (
+                sum(more[key] for key in more if key[1] == expected) for expected in (True, False)
+            )
+            where = "; ".join(f"{key[0]} {number:+d}" for key, number in more.items() if number)
+            print(name, label, f"{hits:+d}", f"{alarms:+d}", f'"{where}"', sep=",", flush=True)
+
+
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--scenes", type=int, default=24, help="number of seeds")
     parser.add_argument("--first", type=int, default=7_900_000, help="first seed")
     parser.add_argument("--thresholds", action="store_true", help="also other values of each threshold")
+    parser.add_argument("--uneven", action="store_true", help="only the warning about uneven sides")
     asked = parser.parse_args()
+    if asked.uneven:
+        print_uneven(asked.first, asked.scenes)
+        return
     found = measured(asked.first, asked.scenes)
     print("drawing,right,other,silent")
     for name, ends in found.items():

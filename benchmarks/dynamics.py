@@ -1,10 +1,13 @@
 """Compare incremental load factors with the loads that bring scenes down in contact dynamics.
 
     python benchmarks/dynamics.py --damping 0.98 --first 910000
+    python benchmarks/dynamics.py --damping 0.98 --cases cases/ferris_tinloi/wall_1.toml
 
 There are 80 random scenes in the plane and 20 in space (tests/atlas): the first scenes of each family with
 seeds from ``--first`` on. A scene is hard if its load history jumps, or if it has no exact collapse state.
 The compiled program tests/contact_dynamics.py raises the load of one scene in each process.
+
+With --cases, the script analyses these case files instead.
 
 The script prints a row for each scene: the numbers of joints and jumps, whether the collapse state is exact,
 the load factors between which equilibrium is lost, the incremental load factor, and the load factor at which
@@ -57,7 +60,9 @@ UP_TO = 1.3
 
 
 def scene_of(family: str, seed: int) -> mo.Scene:
-    """Return the random scene of a family (a key of ``FAMILIES``) and a seed."""
+    """Return the random scene of a family (a key of ``FAMILIES``) and a seed, or the scene of a case file."""
+    if family.endswith(".toml"):
+        return mo.load(family)
     kind, _, variant = family.partition(" ")
     if kind == "held":
         return held(variant, seed)
@@ -66,9 +71,12 @@ def scene_of(family: str, seed: int) -> mo.Scene:
     return large_scene(kind, int(variant), seed) if variant else random_scene(kind, seed)
 
 
-def scenes(first: int) -> Iterator[tuple[str, int, Problem, IncrementalResult]]:
-    """Yield the family, seed, problem and incremental result of each scene, with seeds from ``first`` on."""
-    for family, number in FAMILIES.items():
+def scenes(families: dict[str, int], first: int) -> Iterator[tuple[str, int, Problem, IncrementalResult]]:
+    """Yield the family, seed, problem and incremental result of each scene, with seeds from ``first`` on.
+
+    ``families`` contains the number of scenes of each family or case file.
+    """
+    for family, number in families.items():
         yielded = 0
         for seed in count(first):
             if yielded == number:
@@ -103,11 +111,13 @@ def main() -> None:
         "--steps", type=int, default=DEFAULTS.patience, help="steps that a load waits for rest"
     )
     options.add_argument("--first", type=int, default=910_000, help="first seed of each family")
+    options.add_argument("--cases", nargs="+", help="case files to analyse instead of random scenes")
     options.add_argument("--processes", type=int, default=2)
     chosen = options.parse_args()
     settings = replace(DEFAULTS, damping=chosen.damping, patience=chosen.steps)
     print("family,seed,joints,jumps,exact,carried,not carried,incremental,dynamics", flush=True)
-    chosen_scenes = sorted(scenes(chosen.first), key=lambda scene: scene[2].joints)
+    families = dict.fromkeys(chosen.cases, 1) if chosen.cases else FAMILIES
+    chosen_scenes = sorted(scenes(families, chosen.first), key=lambda scene: scene[2].joints)
     asked = [(family, seed, result.load_factor) for family, seed, _, result in chosen_scenes]
     with ProcessPoolExecutor(chosen.processes) as pool:
         falls = pool.map(partial(fall, settings=settings), asked)

@@ -1,12 +1,13 @@
 """Measure how often, and by how much, a search finds a state below the default's lowest load factor.
 
     python benchmarks/lowest.py plane --scenes 200 --first 1210000 --search 3 --orders 2 --out plane.csv
-    python benchmarks/lowest.py space ties --scenes 60 --first 1230000 --search 10 --out space.csv
+    python benchmarks/lowest.py space ties --scenes 60 --first 1230000 --without-starts --out space.csv
 
 Each scene is a row of the CSV file, written as soon as the scene is solved. The command continues an
 interrupted file: existing rows are not computed again. The table at the end compares the default with the
-least load factor in the columns ``default``, ``search`` and ``orders``. The option ``--against OTHER.csv``
-also uses the load factors of another file, for example of an earlier version.
+least load factor in the columns ``default``, ``search``, ``orders`` and ``without``. The option
+``--against OTHER.csv`` also uses the load factors of another file, for example of an earlier version. With
+``--without-starts``, the default without further starts in space is also compared with the least.
 """
 
 import argparse
@@ -44,8 +45,10 @@ MATTERS = 1e-3
 NO_LOAD = 1e-6
 COLUMNS = (
     *("family", "kind", "seed", "joints", "status", "default", "starts", "incremental", "associative"),
-    *("seconds", "search", "orders", "proven"),
+    *("seconds", "search", "orders", "proven", "without", "seconds_without"),
 )
+#: Settings of the default without further starts in space.
+WITHOUT_STARTS = mo.SearchSettings(starts_in_space=0, steps_in_space=())
 
 
 def scenes(family: str, first: int, count: int) -> Iterator[tuple[str, int, mo.Scene]]:
@@ -97,6 +100,10 @@ def measured(family: str, kind: str, seed: int, scene: mo.Scene, asked: argparse
         return row
     if asked.search:
         row["search"] = lowest_of(scene, "coulomb", search=float(asked.search))
+    if asked.without_starts:
+        began = time.process_time()
+        row["without"] = lowest_of(scene, "coulomb", settings=WITHOUT_STARTS)
+        row["seconds_without"] = round(time.process_time() - began, 3)
     if asked.orders and family == "plane":
         rng = np.random.default_rng(seed)
         orders = [rng.permutation(len(scene.blocks)) for _ in range(asked.orders)]
@@ -111,25 +118,31 @@ def summed_up(rows: list[dict[str, str]], against: list[dict[str, str]]) -> None
     known: dict[tuple[str, ...], list[float]] = {}
     for row in (*rows, *against):
         found = known.setdefault(tuple(row[key] for key in keys), [])
-        found += [float(row[name]) for name in ("default", "search", "orders") if row[name]]
+        found += [float(row[name]) for name in ("default", "search", "orders", "without") if row[name]]
     for family in dict.fromkeys(row["family"] for row in rows):
         of_family = [row for row in rows if row["family"] == family and row["default"]]
-        over, lowers, proven = [], 0, 0
-        for row in of_family:
-            best = min(known[tuple(row[key] for key in keys)])
-            if best <= NO_LOAD:
+        least_of = {id(row): min(known[tuple(row[key] for key in keys)]) for row in of_family}
+        loaded = [row for row in of_family if least_of[id(row)] > NO_LOAD]
+        lowers = [
+            row
+            for row in loaded
+            if row["associative"] and least_of[id(row)] < float(row["associative"]) * (1 - MATTERS)
+        ]
+        proven = sum(row["proven"] == "True" for row in lowers)
+        print(f"{family}: {len(loaded)} scenes with λ > 0; the flow rule lowers λ by more than {MATTERS:g}")
+        print(f"  on {len(lowers)}, and the default proves {proven} of these load factors")
+        for column, clock in (("default", "seconds"), ("without", "seconds_without")):
+            both = [row for row in loaded if row[column]]
+            over = [
+                (float(row[column]) / least_of[id(row)] - 1, f"{row['kind']} {row['seed']}") for row in both
+            ]
+            high = sorted((one for one in over if one[0] > HIGHER), reverse=True)
+            if not both:
                 continue
-            over.append((float(row["default"]) / best - 1, f"{row['kind']} {row['seed']}"))
-            if row["associative"] and best < float(row["associative"]) * (1 - MATTERS):
-                lowers += 1
-                proven += row["proven"] == "True"
-        high = sorted((one for one in over if one[0] > HIGHER), reverse=True)
-        seconds = [float(row["seconds"]) for row in of_family]
-        print(f"{family}: {len(over)} scenes with λ > 0; the flow rule lowers λ by more than {MATTERS:g}")
-        print(f"  on {lowers}, and the default proves {proven} of these load factors")
-        print(f"  default above the least known by more than {HIGHER:g}: {len(high)}")
-        print("  " + ", ".join(f"{name}: {100 * share:.2g} %" for share, name in high))
-        print(f"  processor seconds: median {np.median(seconds):.2f}, sum {sum(seconds):.1f}")
+            seconds = [float(row[clock]) for row in both]
+            print(f"  {column} above the least known by more than {HIGHER:g}: {len(high)} of {len(both)}")
+            print("  " + ", ".join(f"{name}: {100 * share:.2g} %" for share, name in high))
+            print(f"  processor seconds: median {np.median(seconds):.2f}, sum {sum(seconds):.1f}")
 
 
 def main() -> None:
@@ -140,6 +153,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=1_210_000, help="first seed")
     parser.add_argument("--search", type=float, default=10, help="seconds of each search; 0 for none")
     parser.add_argument("--orders", type=int, default=0, help="further orders of the blocks, in the plane")
+    parser.add_argument("--without-starts", action="store_true", help="also no further starts in space")
     parser.add_argument("--out", type=Path, default=Path("lowest.csv"), help="the CSV file")
     parser.add_argument("--against", type=Path, help="a CSV file of the same scenes")
     asked = parser.parse_args()

@@ -1,14 +1,19 @@
 """Count false alarms and hits of the warnings about results, which need a solution.
 
     python benchmarks/result_warnings.py --scenes 8 --first 7950000
+    python benchmarks/result_warnings.py --self-stress --scenes 40 --first 8410000
 
 There are three tables, each with other values of its thresholds:
 
-- Nearly parallel joints, and states far below the incremental load factor: exact drawings and surveys of
-  random scenes, solved with the default method. The gaps of a survey are closed, but joints remain wedges.
+- Nearly parallel joints: exact drawings and surveys of random scenes, solved with the default method. The
+  gaps of a survey are closed, but joints remain wedges.
 - Jumps of a load factor: the least friction at which random scenes carry a load, with method "static". The
   load factor is continuous, or the friction jumps.
 - Gravity of a kinematic check: stacks and arches of 2 to 60 m, with the units of length and of gravity mixed.
+
+With --self-stress, the only table is about the line ``self-stress`` of a summary, which explains a low load
+factor. The explanation is right if the exact state at the end of the load history has a load factor nearer to
+the incremental one than to the lowest. Otherwise, the load factor is low because the blocks have moved.
 """
 
 import argparse
@@ -25,11 +30,14 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
 from atlas.random_scenes import random_scene  # noqa: E402
+from atlas.random_scenes_in_space import KINDS as KINDS_IN_SPACE  # noqa: E402
+from atlas.random_scenes_in_space import random_scene_in_space  # noqa: E402
 from changed_constants import changed  # noqa: E402
 from drawing_warnings import KINDS, Drawing, drawn, exact_scene  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
 from masonry_opt.finite_motion import kinematic_check  # noqa: E402
+from masonry_opt.reporting import summary  # noqa: E402
 from masonry_opt.scene.typical_sizes import GRAVITY_BY_UNIT  # noqa: E402
 from masonry_opt.solution import wedges  # noqa: E402
 from masonry_opt.solution.motion import moving_blocks  # noqa: E402
@@ -53,8 +61,8 @@ def nearly_parallel(result: mo.Result, factor: float) -> Reason | None:
 
 
 def print_drawings(first: int, count: int) -> None:
-    """Print the warnings about nearly parallel joints, and the load factors far below the incremental one."""
-    print("scene,blocks,error,load factor,incremental,moving,warned at / 3,at 1,at x 3,pairs,scatter")
+    """Print the warnings about nearly parallel joints."""
+    print("scene,blocks,error,load factor,warned at / 3,at 1,at x 3,pairs,scatter")
     for seed in range(first, first + count):
         kind = KINDS[seed % len(KINDS)]
         scene = exact_scene(kind, seed)
@@ -70,12 +78,10 @@ def print_drawings(first: int, count: int) -> None:
                 continue
             said = [nearly_parallel(result, factor) for factor in FACTORS]
             values = said[1].values if said[1] else {"pairs": [], "scatter": math.nan}
-            moves = result.solution.d is not None
-            moving = len(moving_blocks(result.assembly, result.solution.d)) if moves else 0
-            numbers = f"{result.load_factor},{result.incremental},{moving}"
             warned = ",".join("yes" if each else "no" for each in said)
             ends = f"{len(values['pairs'])},{values['scatter']:.2f}"
-            print(f"{kind} {seed}", result.size.blocks, error, numbers, warned, ends, sep=",", flush=True)
+            cells = f"{kind} {seed}", result.size.blocks, error, result.load_factor, warned, ends
+            print(*cells, sep=",", flush=True)
 
 
 def thresholds(first: int, count: int) -> Iterator[tuple[bool, Threshold, float]]:
@@ -159,12 +165,60 @@ def print_gravity(first: int, count: int) -> None:
     kinematic_check._HIGHEST_ROCKING_BLOCK = usual
 
 
+class LowState(NamedTuple):
+    """A result whose lowest load factor is below the incremental one."""
+
+    result: mo.Result
+    is_due_to_self_stress: bool
+
+
+def low_states(first: int, count: int) -> Iterator[LowState]:
+    """Yield the results of random scenes in space whose load factor is below the incremental one.
+
+    A row is printed for each result. The default proves no load factor of these scenes to be the least.
+    """
+    kinds = list(KINDS_IN_SPACE)
+    print("scene,load factor,state of the load history,incremental,moving,blocks")
+    for seed in range(first, first + count):
+        kind = kinds[seed % len(kinds)]
+        result = mo.solve(random_scene_in_space(kind, seed))
+        with changed([summary], "_FAR_BELOW", 1.0), changed([summary], "_FEW_BLOCKS", 1.0):
+            if not summary._self_stress(result):
+                continue
+        lowest, highest, history = result.load_factor, result.incremental, result.at_incremental
+        assert lowest is not None
+        assert highest is not None
+        state = history and history.load_factor
+        is_far = state is None or highest - state < state - lowest
+        moving = len(moving_blocks(result.assembly, result.solution.d))
+        print(f"{kind} {seed}", lowest, state, highest, moving, result.size.blocks, sep=",", flush=True)
+        yield LowState(result, is_far)
+
+
+def print_self_stress(first: int, count: int) -> None:
+    """Print how many load factors the summary explains by self-stress, for values of both limits."""
+    found = list(low_states(first, count))
+    print("limit,value,explained,of them rightly")
+    for name in ("_FAR_BELOW", "_FEW_BLOCKS"):
+        usual = getattr(summary, name)
+        # A limit of 1 has no effect, so three times the value is the same as no limit.
+        for value in (usual / 3, usual, 1.0):
+            with changed([summary], name, value):
+                explained = [each for each in found if summary._self_stress(each.result)]
+            right = sum(each.is_due_to_self_stress for each in explained)
+            print(name, f"{value:.3g}", len(explained), right, sep=",")
+
+
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--scenes", type=int, default=8, help="number of seeds")
     parser.add_argument("--first", type=int, default=7_900_000, help="first seed")
+    parser.add_argument("--self-stress", action="store_true", help="only the line about self-stress")
     asked = parser.parse_args()
+    if asked.self_stress:
+        print_self_stress(asked.first, asked.scenes)
+        return
     print_jumps(asked.first, asked.scenes)
     print_gravity(asked.first, asked.scenes)
     print_drawings(asked.first, asked.scenes)

@@ -16,18 +16,16 @@ from functools import partial
 from itertools import chain, islice
 
 import numpy as np
-from lowest import scenes
+from lowest import WITHOUT_STARTS, scenes
 
 import masonry_opt as mo
 from masonry_opt.methods.exact.alternation import alternation_of
 from masonry_opt.methods.exact.refiner import ConeRefiner, ExactState, exact_state_of
 from masonry_opt.methods.exact.search import Search, StateRecord
-from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
+from masonry_opt.methods.exact.settings import SEARCH
 from masonry_opt.methods.incremental.analysis import analysis_of
 from masonry_opt.methods.task import Task
 
-#: Settings of the default without further starts in space.
-WITHOUT = SearchSettings(starts_in_space=0, steps_in_space=())
 #: Relative decrease of the load factor above which a start leads to a lower state.
 LOWER = 1e-4
 
@@ -57,7 +55,7 @@ def starts_of(search: Search, task: Task, best: ExactState, starts: int) -> Iter
 
 def changes(scene: mo.Scene, starts: int, seed: int) -> Iterator[tuple[str, float | None, float]]:
     """Yield the kind of each start, the relative change of λ (None without a state), and its seconds."""
-    result = mo.solve(scene, settings=WITHOUT)
+    result = mo.solve(scene, settings=WITHOUT_STARTS)
     answer = result.solution.answer
     if answer is None or not answer.exact or answer.load_factor <= LOWER:
         return

@@ -35,22 +35,14 @@ _SHARE_OF_FRICTION_LIMIT = 0.999
 #: with more joints, such as a wide block under many others, are not checked for wedges.
 _MOST_JOINTS_COMPARED = 300
 
-#: A side between two blocks counts as drawn unevenly if its joints differ in direction by less than this
-#: angle, in radians. A larger value would include sides curved on purpose. A smaller value would miss surveys
-#: with large errors.
+#: Angle, in radians, below which two joints of the same two blocks count as parts of one uneven side. If two
+#: joints differ by a larger angle, the side counts as curved on purpose or as a corner. With a larger value,
+#: warnings would name curved sides. With a smaller value, warnings would miss surveys with large errors.
 _UNEVEN_ANGLE = 0.05
 
-#: A side between two blocks counts as curved on purpose if two of its joints differ in direction by
-#: ``_UNEVEN_ANGLE`` up to this angle, in radians. With a larger value, sides next to a blunt corner count as
-#: curved.
-_CURVED_ANGLE = 0.3
-
-#: A warning names uneven sides if at least this fraction of all pairs of touching blocks have uneven sides.
-#: With a smaller value, a few sides curved on purpose would cause a warning.
+#: A warning names uneven sides only if at least this fraction of all pairs of touching blocks have uneven
+#: sides. With a smaller value, warnings would name arches of several rings that touch along curves.
 _UNEVEN_SHARE = 0.5
-
-#: A warning names uneven sides only if at least this number of pairs of touching blocks have uneven sides.
-_FEWEST_UNEVEN = 3
 
 
 def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
@@ -87,9 +79,10 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
 
 
 def uneven_sides(assembly: Assembly) -> Iterator[Reason]:
-    """Generate a warning if most blocks touch in several joints that are nearly parallel, as in a survey.
+    """Generate a warning if many pairs of blocks touch in several joints that are nearly parallel.
 
-    The sides of such blocks are not flat, because their coordinates have errors.
+    The sides of surveyed blocks are not flat, because their coordinates have errors. Two blocks then touch in
+    several joints instead of one.
     """
     joints = assembly.joints
     rows = np.flatnonzero(joints.extent > 0)
@@ -97,11 +90,10 @@ def uneven_sides(assembly: Assembly) -> Iterator[Reason]:
     _, first, pair = np.unique(touching, return_index=True, return_inverse=True)
     number, one, other = _pairs_in_groups(pair, rows)
     angle = _angles(assembly, one, other)
-    is_curved = (angle >= _UNEVEN_ANGLE) & (angle < _CURVED_ANGLE)
-    is_flat = np.bincount(number, is_curved, len(first)) == 0
-    is_uneven = is_flat[number] & (angle > _PARALLEL_ANGLE) & (angle < _UNEVEN_ANGLE)
+    is_flat = np.bincount(number, angle >= _UNEVEN_ANGLE, len(first)) == 0
+    is_uneven = is_flat[number] & (angle > _PARALLEL_ANGLE)
     uneven = np.unique(number[is_uneven])
-    if len(uneven) < max(_FEWEST_UNEVEN, _UNEVEN_SHARE * len(first)):
+    if not len(uneven) or len(uneven) < _UNEVEN_SHARE * len(first):
         return
     tolerance = TOLERANCE_OVER_ERROR * float(np.median(_errors(assembly, one, other, angle)[is_uneven]))
     values = {"angle": float(angle[is_uneven].max()), "tolerance": tolerance}

@@ -319,3 +319,17 @@ def test_curved_sides_are_not_errors_of_a_survey(chords):
     assembly = mo.assemble(mo.Scene(joints={"friction": 0.6}, blocks=blocks))
     assert len(assembly.joints.first) == 4 * chords
     assert not list(uneven_sides(assembly))
+
+
+def test_an_uneven_side_of_a_single_block_is_named_with_a_tolerance():
+    """The directions of the two joints differ by 0.02 rad. With the advised tolerance there is one joint."""
+    ridge = [(0.0, 0.01), (1.0, 0.02), (2.0, 0.01)]
+    block = mo.Block(name="block", vertices=[*ridge, (2.0, 1.0), (0.0, 1.0)], unit_weight=1, live=(1, 0))
+    ground = mo.Block(name="ground", vertices=[(0.0, -1.0), (2.0, -1.0), *ridge[::-1]], fixed=True)
+    scene = mo.Scene(joints={"friction": 0.6}, blocks=[block, ground])
+    assembly = mo.assemble(scene)
+    assert len(assembly.joints.first) == 2
+    (warning,) = uneven_sides(assembly)
+    assert warning.values["angle"] == pytest.approx(0.02, rel=0.01)
+    merged = mo.assemble(scene.replace(tolerance=warning.values["tolerance"]))
+    assert len(merged.joints.first) == 1
