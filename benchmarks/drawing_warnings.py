@@ -95,13 +95,17 @@ class Drawing(NamedTuple):
 
 
 def _drawings() -> Iterator[Drawing]:
-    """Yield all drawings. Each correct drawing precedes the mistaken drawings with the same corners."""
+    """Yield all drawings. Each correct drawing precedes the mistaken drawings that should have its joints."""
     yield Drawing("exact", 0.0, 0.0, _default, is_correct=True)
     for error in (1e-4, 1e-3, 5e-3):
         name = f"survey {error:g}"
         yield Drawing(name, 0.0, error, lambda _, e: (3 * e, None), is_correct=True)
         yield Drawing(f"{name}, no tolerance", 0.0, error, _default, is_correct=False)
         yield Drawing(f"{name}, tolerance / 10", 0.0, error, lambda _, e: (0.3 * e, None), is_correct=False)
+    yield Drawing("mortar 0.02", 0.02, 0.0, _right_for_mortar, is_correct=True)
+    for share in (0.8, 1.0):
+        # The joints are those of the exact drawing, although some stones overlap.
+        yield Drawing(f"mortar 0.02, errors {share:g} of it", 0.02, share * 0.02, _default, is_correct=False)
     for gap in (0.03, 0.1):
         for error, name in ((0.0, f"mortar {gap:g}"), (2e-3, f"mortar {gap:g}, survey")):
             yield Drawing(name, gap, error, _right_for_mortar, is_correct=True)
