@@ -43,7 +43,7 @@ STEPPED = small.bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, -1, 1, 0.5], [1, 1, 
 
 SWINGING = {"beta": 1.0}
 TWICE = reason(Code.REPEATS, period=2)
-SOLID: list[list[float]] = [[0.5, 0.5], [1]]
+SOLID: list[list[float]] = [[0.5, 1, 1, 0.5], [1, 1, 1], [0.5, 1, 1, 0.5], [1, 1, 1]]
 
 
 def cycles(*solvers: str | None, why: Reason | None = None, **options: float) -> tuple[Expectation, ...]:
