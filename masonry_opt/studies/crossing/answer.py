@@ -51,7 +51,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
 
     @property
     def told(self) -> pd.DataFrame:
-        """Table that a notebook displays: some columns of the table ``governing``."""
+        """Table that a notebook displays: position, λ, mechanism and status from the table ``governing``."""
         return self.governing[[*PLACE_COLUMNS, *self._case, "load_factor", "mechanism", "status"]]
 
     @property
