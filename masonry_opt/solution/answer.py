@@ -245,7 +245,7 @@ class InfeasibilityCertificate:
 
     Attributes
     ----------
-    existence: the proven statement.
+    existence: statement on the existence of a load factor.
     equilibrium, yield_: :func:`ray_residuals` of forces that carry the live load alone within the true
         friction without cohesion. If no mechanism exists, the forces stay within the joints' own dilatancy.
         None if no such forces exist.

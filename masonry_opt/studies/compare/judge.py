@@ -282,7 +282,7 @@ def _relative(load_factor: float, reference: float) -> float:
 def summary(
     rows: Iterable[dict[str, Any]], bounds: Mapping[str, CertifiedBounds], best: Mapping[str, BestKnown]
 ) -> pd.DataFrame:
-    """Return a table of median times and worst verdicts, with one row for each scene and ``Pair``.
+    """Return a table of median times and worst verdicts, with one row for each scene, method and solver.
 
     Medians and worst verdicts are those of the repeats of a run.
 
@@ -331,8 +331,9 @@ def pareto(frame: pd.DataFrame) -> pd.DataFrame:
 def success(frame: pd.DataFrame) -> pd.DataFrame:
     """Return a table that counts the verdicts over all scenes, with one row for each method and solver.
 
-    The column ``success`` is the fraction of answers that are certified or named correctly. The median time
-    and the largest error are those of certified answers, and ``peak_memory`` (MB) is the largest of all runs.
+    The column ``success`` is the fraction of runs with a certified load factor, or with the correct reason
+    why no load factor exists. The median time and the largest error are those of certified answers, and
+    ``peak_memory`` (MB) is the largest of all runs.
     """
     ended = {verdict: frame["verdict"] == verdict for verdict in VERDICTS}
     of_certified = {name: frame[name].where(ended[CERTIFIED]) for name in ("time", "error")}

@@ -49,12 +49,12 @@ def assessed(answer: CrossingLoadFactors, required: float) -> Assessment:
 
     - A scene that is unstable under its dead load fails.
     - A scene fails if an upper bound is less than the required load factor: the load factor of the answer, or
-      the load factor of the default method at the worst position. Load factors by chords inside the crushing
-      parabola are no upper bounds.
-    - A scene also fails if a load factor by chords is so low that chords do not explain it: see
+      the load factor of the default method at the worst position. Load factors that were computed with chords
+      inside the crushing parabola are no upper bounds.
+    - A scene also fails if a load factor with chords is so low that chords do not explain it: see
       :func:`_raised_by_parabola` and the assumption there.
     - The outcome is undecided if positions are undecided or were not solved, or if the proven lower bound is
-      less than the required load factor. It is also undecided if only a load factor by chords is less than
+      less than the required load factor. It is also undecided if only a load factor with chords is less than
       the required one.
     - Otherwise the scene passes.
     """
@@ -132,12 +132,12 @@ def _by_chords(answer: CrossingLoadFactors) -> dict[str, float]:
 
 
 def _raised_by_parabola(answer: CrossingLoadFactors) -> dict[str, float]:
-    """Return upper estimates of load factors by the crushing parabola, from load factors by chords.
+    """Return upper estimates of load factors with the crushing parabola, from load factors with chords.
 
-    Each load factor by chords is multiplied by the ratio of two associative load factors at the worst
-    position, by the parabola and by chords. This assumes that the parabola raises λ of the method by no
-    larger ratio than the associative λ. The assumption is exact for associative methods, and not proven for
-    Coulomb friction. The dict is empty if one of the associative load factors is not known.
+    Each load factor with chords is multiplied by a ratio: the associative load factor with the parabola,
+    divided by that with chords, both at the worst position. This assumes that the parabola raises λ of the
+    method by no larger ratio than the associative λ. The assumption is exact for associative methods, and not
+    proven for Coulomb friction. The dict is empty if one of the associative load factors is not known.
     """
     worst, raised = answer.worst, dict[str, float]()
     by_parabola = worst.load_factor if worst.crushing == "parabola" else answer.by_parabola

@@ -376,7 +376,7 @@ def _other_methods(session: Session, result: Result, worst: search.PassageTrials
 
 
 def _solved_by_parabola(scene: Scene) -> tuple[float | None, str]:
-    """Return the associative load factor by the crushing parabola, and the reason if it is None."""
+    """Return the associative load factor with the crushing parabola, and the reason if it is None."""
     result, reason = _solved_by("static", scene)
     if result is None:
         return None, reason
