@@ -47,7 +47,7 @@ class DeadLoadCheck:
 
     @property
     def _is_small(self) -> bool:
-        """True if elastic contact forces are the first test of stability, before a linear program."""
+        """True if the scene is small: elastic contacts then test its stability before a program does."""
         return self.assembly.problem.joints <= _MOST_JOINTS_AT_REST
 
     def fall(self) -> Solution | None:
@@ -74,7 +74,7 @@ class DeadLoadCheck:
                 return self._stable(forces, True, own_effort)
         fallen, by_program = self._decide_by_program(own_effort)
         if by_program is None:
-            assert fallen is not None, "a check without forces must return a solution with the reason"
+            assert fallen is not None, "a check that finds no forces must return a solution with its reason"
             return fallen
         with self.effort.measure("dead_load"):
             forces = None if self._is_small else self._forces_at_rest(own_effort)

@@ -266,7 +266,7 @@ class Column(WeighedGenerator):
 
 
 def _share(weight: float | None, share: float) -> float | None:
-    """Return a fraction of a weight, or None if the weight is None."""
+    """Return the weight of a piece: the given share of a total weight; None if no weight is given."""
     return None if weight is None else weight * share
 
 

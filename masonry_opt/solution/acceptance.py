@@ -7,7 +7,7 @@ from math import inf
 
 
 class Kind(StrEnum):
-    """Kind of an answer. The kind determines the largest residuals that the answer may have."""
+    """Kind of an answer, such as associative or exact. Each kind has its own largest accepted residuals."""
 
     #: Optimum of the associative problem: the static program, eq. (9), or the kinematic program, eq. (10).
     ASSOCIATIVE = "associative"
@@ -16,7 +16,7 @@ class Kind(StrEnum):
     #: sub-problem, with errors that ``LIMITS`` explains.
     LOOP = "loop"
     #: Answer of the paper's loop with the paper's own stopping rule. In joints that do not slide, forces may
-    #: violate the yield conditions by up to the largest force on the less loaded of the joint's two blocks.
+    #: violate the yield conditions by up to the reference force of ``Limits.joint``.
     BARE_LOOP = "bare loop"
     #: State that is exact except for its complementarity: inactive yield conditions have small rates. The
     #: energy of these rates is about 1e-9 of λ on small scenes, and up to 1e-5 on façades.
@@ -44,13 +44,14 @@ class Limits:
     #: Largest accepted work of the unbalanced forces, divided by the work of the live load and by the larger
     #: of |λ| and ``SMALLEST``.
     work: float
-    block: float  #: limit of a block's unbalanced force, relative to the largest force on the block
-    #: Largest accepted violation of a joint's yield conditions under the exact friction law, relative to the
-    #: largest force on the less loaded of the joint's two blocks.
+    block: float  #: largest accepted unbalanced force on a block, relative to the block's largest force
+    #: Largest accepted violation of a joint's yield conditions under the exact friction law, relative to a
+    #: reference force. For each of the joint's two blocks, take the largest force on the block. The reference
+    #: force is the smaller of these two forces.
     joint: float
 
     def as_dict(self) -> dict[str, float]:
-        """Return a dictionary of the limits; the keys are the names of the residuals in reports."""
+        """Return the largest accepted residuals in a dictionary, under their names in reports."""
         return {field.name.rstrip("_"): getattr(self, field.name) for field in fields(self)}
 
     def failing(self, residuals: Mapping[str, float | None]) -> dict[str, float | None]:
@@ -63,7 +64,8 @@ class Limits:
 
 #: Limits of the residuals for each kind of answer.
 LIMITS: dict[Kind, Limits] = {
-    # Published load factors agree to four digits, so associative answers have limits of 1e-4.
+    # The computed load factors agree with published ones to four digits, so associative answers have limits
+    # of 1e-4.
     Kind.ASSOCIATIVE: Limits(1e-4, 1e-4, 1e-4, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
     # The friction limits of a sub-problem follow from the normal forces of the previous sub-problem, so the
     # residual of yield reaches a tenth of a block's weight on the walls of Table 1. Sliding joints contract
@@ -115,9 +117,9 @@ BEYOND_LIMITS = 1e-6
 #: feasible solution is a certified bound.
 FEASIBLE = 1e-11
 
-#: A mechanism proves a scene unstable only if its violation of the associative flow rule is at most this
-#: fraction of its power, in median block weights. Only joint forces whose sum exceeds a million median block
-#: weights could then stop the mechanism.
+#: A mechanism proves that a scene is unstable only if it almost satisfies the associative flow rule. The
+#: violation, times the median block weight, must be at most this fraction of the mechanism's power. Only
+#: joint forces with a sum above a million median block weights could then stop the mechanism.
 DEPARTS = 1e-6
 
 #: A slip, a shear or a violation of the associative flow rule below this magnitude counts as a rounding

@@ -66,8 +66,9 @@ def certify(
     """
     total_dead = problem.force_sizes(problem.dead).sum() or problem.live_norm
     z, p = problem.slacks(q), problem.rates(d, slope)
-    # Slacks of sliding grow with μ, so divide the rates of sliding by max(1, μ) / max(1, slope). Otherwise,
-    # at μ = 1e6, a rounding error of 1e-14 in a slip would add 1e-8 times the normal force to the energy.
+    # The slack of a sliding condition grows with μ, so divide the slip rate by max(1, μ) / max(1, slope).
+    # Otherwise, at μ = 1e6, a rounding error of 1e-14 in a slip would add 1e-8 times the normal force to the
+    # energy.
     steep = problem.steep / np.maximum(problem.limit_factors @ slope, 1.0)
     live_work = float(problem.live @ d) or problem.live_norm
     return Certificate(
@@ -98,10 +99,10 @@ def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.nd
 
 
 def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
-    """Return, for each joint, the force that acts on the less loaded of its two blocks, shape (c,).
+    """Return, for each joint, the smaller of the forces on its two blocks, shape (c,).
 
-    The force on a block is the largest force that acts on it, ``acting``, shape (b,). Only movable blocks
-    count.
+    The force on a block is the largest force that acts on the block. ``acting`` contains these forces, shape
+    (b,). Only movable blocks count.
     """
     lesser = np.full(problem.joints, inf)
     block, joint = problem.matrices.ends.nonzero()
@@ -122,11 +123,11 @@ def unbalanced_shares(problem: Problem, unbalanced: np.ndarray, acting: np.ndarr
 
 
 def violation_shares(problem: Problem, z: np.ndarray, acting: np.ndarray) -> np.ndarray:
-    """Return the relative violation of each yield condition, shape (faces,).
+    """Return the violation of each yield condition as a fraction of a reference force, shape (faces,).
 
-    The violation is −z; a negative entry means that the condition is satisfied. A violation in a joint is
-    divided by the largest force on the joint's less loaded block. The violation of a force limit is divided
-    by the smallest entry of ``acting``, which is :func:`largest_acting`.
+    The violation is −z; a negative entry means that the condition is satisfied. The reference force of a
+    joint is computed by :func:`of_lesser_block`. The reference force of a force limit is the smallest entry
+    of ``acting``, the result of :func:`largest_acting`.
     """
     at_faces = of_lesser_block(problem, acting)[problem.face_joint]
     return np.append(-z[: len(at_faces)] / at_faces, -z[problem.table.limits] / acting.min())
@@ -186,7 +187,7 @@ class Answer(FinalState):
 def certified(
     problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray, slope: np.ndarray | None = None
 ) -> Answer:
-    """Return a state as an answer, with its residuals under a flow rule.
+    """Return an answer that consists of a given state and its residuals under a given flow rule.
 
     See :func:`certify` for the parameters. By default, the flow rule is that of the joints at the forces q.
     Residuals of the certificate are relative to median weights and total loads, so they hide errors on a very
@@ -232,7 +233,7 @@ class Existence(StrEnum):
 
     @property
     def proven(self) -> bool:
-        """True if the statement proves that no load factor λ ≥ 0 exists."""
+        """True if it is proven that no load factor λ ≥ 0 exists."""
         return self in (Existence.NO_MECHANISM, Existence.NO_STATE)
 
 
@@ -244,7 +245,7 @@ class InfeasibilityCertificate:
 
     Attributes
     ----------
-    existence: the proven statement.
+    existence: statement on the existence of a load factor.
     equilibrium, yield_: :func:`ray_residuals` of forces that carry the live load alone within the true
         friction without cohesion. If no mechanism exists, the forces stay within the joints' own dilatancy.
         None if no such forces exist.

@@ -81,7 +81,7 @@ def unusual_stresses(assembly: Assembly) -> Iterator[Reason]:
 
 
 def unusual_lengths(assembly: Assembly) -> Iterator[Reason]:
-    """Generate a warning if the unit weight looks like a weight per cubic metre, but lengths not like metres.
+    """Generate a warning if the unit weight seems to be per m³, but the lengths seem not to be in metres.
 
     In the plane without a thickness, the unit weight is that of a strip 1 m thick. If blocks have weights
     instead of unit weights, the thickness of such a scene is unknown, so there is no warning. There is no

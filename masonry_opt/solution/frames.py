@@ -231,8 +231,8 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
     # Forces below this value count as rounding errors. Smaller limits of forces are replaced by this value.
     rounding = IDLE * (np.abs(n).max(initial=0.0) or 1.0)
     limit = ShearLimits.true(problem).at(n[problem.sliding])
-    # Compute the largest moment of each joint, expressed as the difference of the normal forces at its two
-    # ends.
+    # Compute the largest moment that each joint can carry under its normal force. It is expressed as the
+    # difference of the normal forces at the two ends of the joint.
     largest = n.copy()
     largest[problem.crushing] = parabola(n[problem.crushing], problem.crushing_force)
     used = m / np.maximum(largest, rounding)

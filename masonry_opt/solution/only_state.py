@@ -21,19 +21,19 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.rank import solve_independent
 
 #: Slack, relative to the largest force, below which a yield condition may be active. With a larger value,
-#: fewer load factors are proven to be the only one.
+#: uniqueness of the load factor is proven for fewer scenes.
 _MAY_YIELD = 1e-6
 
-#: Slack, relative to the largest force, above which a yield condition is inactive. With a larger value, fewer
-#: load factors are proven to be the only one.
+#: Slack, relative to the largest force, above which a yield condition is inactive. With a larger value,
+#: uniqueness of the load factor is proven for fewer scenes.
 _HAS_SLACK = 1e-4
 
-#: Size, relative to the largest force, below which a force counts as zero. With a smaller value, rounding
-#: errors count as forces, and fewer load factors are proven to be the only one.
+#: Forces below this fraction of the largest force count as zero. With a smaller value, rounding errors count
+#: as forces, and uniqueness of the load factor is proven for fewer scenes.
 _FORCE_ROUNDING_TOLERANCE = 1e-9
 
-#: Largest unbalanced force, relative to the largest force, that counts as a rounding error. With a smaller
-#: value, fewer load factors are proven to be the only one.
+#: Unbalanced forces up to this fraction of the largest force count as rounding errors. With a smaller value,
+#: uniqueness of the load factor is proven for fewer scenes.
 _BALANCED = 1e-8
 
 

@@ -36,7 +36,7 @@ FORMER_NAMES = {
 
 @dataclass(frozen=True)
 class Size:
-    """Sizes of the scene and of its linear program."""
+    """Numbers of blocks and joints of a scene, and of rows and columns of its linear program."""
 
     blocks: int  #: number b of movable blocks
     joints: int  #: number of joints (c in the plane)
@@ -74,8 +74,9 @@ class Outcome:
         :class:`~.solution.stability.Stability`. None if a live load acts, or if the scene is unstable.
     kind: kind of answer, which determines the limits of its residuals.
     load_factor: load factor λ; None unless ``status.usable``.
-    certificate: residuals of λ, forces and mechanism, from the matrices alone; None if there is no λ.
-    infeasibility: proven statement about the existence of a load factor, with residuals from the matrices
+    certificate: residuals of equilibrium, yield, flow and complementarity, computed from the matrices alone;
+        None if there is no load factor.
+    infeasibility: statement about the existence of a load factor, with residuals computed from the matrices
         alone. None if there is a load factor, if the scene is unstable under dead load, and for more than
         2000 joints (in space, contact points).
     flow_rule_matters: False if the associative answer, with which the loop starts, already satisfies the
@@ -372,7 +373,7 @@ class Outcome:
 
     @property
     def certificate(self) -> Certificate | None:
-        """Residuals of load factor, forces and mechanism; None if there is no load factor."""
+        """Residuals of equilibrium, yield, flow and complementarity; None if there is no load factor."""
         return self.solution.answer.certificate if self.solution.answer else None
 
     @property
@@ -437,7 +438,7 @@ class Outcome:
 
     @property
     def size(self) -> Size:
-        """Sizes of the scene and of its linear program."""
+        """Numbers of blocks and joints of the scene, and of rows and columns of its linear program."""
         problem, lp = self.assembly.problem, self.solution.size
         rows, columns, nonzeros = (None, None, None) if lp is None else astuple(lp)
         points, joints = size_of(problem).get("contacts"), len(self.assembly.joints.first)
@@ -480,7 +481,7 @@ class Outcome:
 
     @property
     def _law(self) -> Problem:
-        """Problem with the friction law and the strength law by which the solution was computed."""
+        """Problem of the scene, with the friction and strength laws with which it was solved."""
         return self.assembly.problem.by(self.solution.found.forms)
 
     @property

@@ -23,9 +23,10 @@ from masonry_opt.files import JSON_KEY, WRITER, refuse_unwritable, write_whole
 #: Version of the file format. A reader refuses files of other versions.
 FORMAT = 1
 
-#: Range of a proof: up to its bound, it excludes all collapse states in which the forces sum to at most this
-#: multiple of the loads, and the motions sum to at most this multiple of the mean velocity of the live load.
-#: A larger range requires multipliers with smaller rounding errors.
+#: Range of a proof. The proof excludes a collapse state with λ below the bound only if the state is within
+#: this range. The sum of its forces must be at most this multiple of the loads. The sum of its motions must
+#: be at most this multiple of the mean velocity of the live load. A larger range requires multipliers with
+#: smaller rounding errors.
 REACH = 1e6
 
 
@@ -46,7 +47,7 @@ class StaticConflict:
 
     @property
     def clause(self) -> list[int]:
-        """Clause in DIMACS numbering: at least one of the yield conditions has a rate of zero."""
+        """Conflict as a DIMACS clause: at least one of its yield conditions has a rate of zero."""
         return [-(int(condition) + 1) for condition in self.conditions]
 
 
@@ -68,7 +69,7 @@ class KinematicConflict:
 
     @property
     def clause(self) -> list[int]:
-        """Clause in DIMACS numbering: at least one of the yield conditions has a positive rate."""
+        """Conflict as a DIMACS clause: at least one of its yield conditions has a positive rate."""
         return [int(condition) + 1 for condition in self.conditions]
 
 

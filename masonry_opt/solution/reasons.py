@@ -35,7 +35,7 @@ class Status(StrEnum):
 
     @property
     def unlimited(self) -> bool:
-        """True if the method found no limit of the live load.
+        """True if, according to the method, the live load can grow without limit.
 
         UNLIMITED is proven for the joints' own flow rule, and LOCKED only for associative flow. JAMMED is not
         proven.
@@ -83,8 +83,8 @@ class Code(StrEnum):
     # forces do not arise under the joints' flow rule. The value ``load_factor`` is λ of the withdrawn answer,
     # or None. The value ``blocks`` lists the names of the blocks that move.
     WEDGED = "wedged"
-    # The only collapse state that was found has a load factor of zero or less, although the scene is stable
-    # under its dead load from rest. Value: ``load_factor``, λ of this state.
+    # The only collapse state that was found has a load factor of zero or less, although the scene reaches
+    # equilibrium when the dead load is applied to blocks at rest. Value: ``load_factor``, λ of this state.
     BELOW_ZERO = "below zero"
     # A solver failed. Value: ``word``, status of the solver.
     SOLVER_STOPPED = "solver stopped"
@@ -111,9 +111,9 @@ class Code(StrEnum):
     # all forces, so that no other load factor above zero exists. The value ``against`` is True if the
     # mechanism moves against the live load.
     NO_WORK = "no work"
-    # The time limit ended the analysis after ``seconds`` in the phase ``phase``. If there is no answer, λ of
-    # the last step is the value ``carried`` for a load history, or ``last`` for any other method. A value
-    # that does not apply is None.
+    # The time limit of ``seconds`` ended the analysis in its phase ``phase``. If there is no answer, one of
+    # two values is λ of the last step: ``carried`` for a load history, and ``last`` for other methods. Values
+    # that do not apply are None.
     TIME_LIMIT = "time limit"
     # The answer is rejected because of its residuals. The value ``load_factor`` is λ of the answer. The value
     # ``residuals`` contains the residuals that exceed their limits, by name.
@@ -211,8 +211,9 @@ class Code(StrEnum):
     #   limit.
     # - ``forces``: True if the method assumed a limit of normal forces.
 
-    # The lower bound agrees with the lowest load factor, without assumed limits of rates and forces. A bound
-    # by conflicts covers forces and motions up to ``solution.proof.REACH``.
+    # The lower bound agrees with the lowest load factor, and was computed without assumed limits of rates and
+    # forces. Exception: a bound by conflicts is valid only for forces and motions up to
+    # ``solution.proof.REACH``.
     PROVEN = "proven"
     # The lower bound agrees with the lowest load factor, but is valid only for states within the assumed
     # limits of rates and forces.
@@ -220,11 +221,11 @@ class Code(StrEnum):
     # The answer is not within the limits of rates or forces that the lower bound assumes, so nothing is
     # proven.
     TOUCHES_IMPOSED = "touches imposed"
-    # The time limit was reached before the lower bound of λ agreed with the lowest load factor. The value
-    # ``time_limit``, in seconds, is added to the values of PROVEN.
+    # The time limit was reached before the lower bound of λ agreed with the lowest load factor. Values: those
+    # of PROVEN, and ``time_limit`` in seconds.
     OUT_OF_TIME = "out of time"
-    # The time limit was reached as for OUT_OF_TIME, and the values are the same. The lower bound is valid
-    # only for states within the assumed limits of rates and forces.
+    # The time limit was reached as for OUT_OF_TIME, but the lower bound is valid only for states within the
+    # assumed limits of rates and forces. Values: those of OUT_OF_TIME.
     OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"
     # The time limit was reached before an exact state was found, so no upper bound of λ is known. Value:
     # ``time_limit``, in seconds.
@@ -333,15 +334,16 @@ class Code(StrEnum):
     LOST_JOINTS = "lost joints"
     # The option ``tolerance`` of the scene is so large that it closes gaps as wide as mortar joints. The
     # values ``pairs`` and ``widths`` list the two blocks and the width of each gap. The value ``aligning`` is
-    # a tolerance that aligns the sides of the gaps; 0 if the sides are parallel.
+    # the ``tolerance`` that would make the sides of the gaps parallel, or 0 if they are already parallel.
     BRIDGED_BY_TOLERANCE = "bridged by tolerance"
     # The alignment rotated some joints. The value ``pairs`` lists the two blocks of each rotated joint. The
     # value ``turn`` is the largest rotation, in radians, and ``tolerance`` is the option of the scene.
     ALIGNED = "aligned"
-    # Joints of one block are nearly parallel. The value ``pairs`` lists the two blocks of each joint. The
-    # value ``angle`` is the largest angle between two joints, in radians, and ``scatter`` is the ratio of the
-    # upper to the lower quartile of the angles. The value ``tolerance`` is a value of the scene's option that
-    # aligns the joints.
+    # Joints of one block are nearly parallel. Values:
+    # - ``pairs``: the two blocks of each joint.
+    # - ``angle``: the largest angle between two joints, in radians.
+    # - ``scatter``: the ratio of the upper to the lower quartile of the angles.
+    # - ``tolerance``: a setting of the scene's option ``tolerance`` with which the joints become parallel.
     NEARLY_PARALLEL = "nearly parallel"
     # Most blocks touch in several joints that are nearly parallel, because their sides are not flat. The
     # value ``pairs`` lists the two blocks of each such side. The values ``angle`` and ``tolerance`` have the
@@ -418,5 +420,5 @@ def reason(code: Code, **values: Any) -> Reason:
 
 
 def size_of(problem: Problem) -> dict[str, int]:
-    """Return the number of joints as {"joints": number}; in space, the number of contact points."""
+    """Return {"joints": number of joints}; in space, {"contacts": number of contact points}."""
     return {problem.layout.called: problem.joints}

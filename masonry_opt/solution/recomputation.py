@@ -1,7 +1,7 @@
 """Return columns for a result's JSON, from which other programs can recompute its certificate.
 
 Tables of a result contain the joint forces and the velocities of the blocks. These columns add the points on
-which forces act, the loads of the blocks, the forces that guide supports which settle, and the limits of the
+which forces act, the loads of the blocks, the guide forces of supports that settle, and the limits of the
 yield conditions. Forces and lengths are in the case's units.
 """
 
@@ -75,11 +75,12 @@ def line_columns(assembly: Assembly, *roles: Role) -> Columns:
 
 
 def guide_columns(assembly: Assembly, solution: Solution) -> Columns | None:
-    """Return the forces that prevent motions of supports which settle; None if no support settles.
+    """Return the guide forces of supports that settle; None if no support settles.
 
-    The columns contain one row for each support that settles: its name ``block``, the force on it, and the
-    moment of this force about the centroid of the support. Coupled supports settle at one rate, so their
-    forces along the direction of the settlement are included.
+    Guide forces prevent all motions of a support except its settlement. The columns contain one row for each
+    support that settles: its name ``block``, its guide force, and the moment of this force about the centroid
+    of the support. Coupled supports settle at one rate, so their forces along the direction of the settlement
+    are included.
     """
     problem = assembly.problem
     guides = [force.role is Role.SUPPORT for force in assembly.limited]

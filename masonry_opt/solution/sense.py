@@ -27,16 +27,16 @@ from masonry_opt.solution.typical_units import in_other_unit
 from masonry_opt.solution.wedges import uneven_sides, wedges
 
 #: A friction coefficient above this value (tan 72°) causes a warning: it may be an angle in degrees. With a
-#: larger limit, warnings miss small angles.
+#: larger limit, warnings miss small angles in degrees.
 _HIGH_FRICTION = 3.0
 
 #: A friction angle of less than 1.1°, the arctangent of this value, causes a warning: it may be a tangent or
-#: an angle in radians. With a smaller limit, warnings miss steep angles in radians.
+#: an angle in radians. With a smaller limit, warnings miss large angles in radians, such as 1.0 (57°).
 _SMALL_FRICTION = 0.02
 
 
 def _is_small_angle(friction: float) -> bool:
-    """Return True if a small friction coefficient was given as an angle in degrees, and may be another value.
+    """Return True if a friction angle in degrees is so small that a coefficient or radians may be meant.
 
     Joints store the tangent only. A coefficient with at most six significant digits was given as a
     coefficient, and is intended, such as that of a bearing. Otherwise, the coefficient was given as an angle
@@ -66,7 +66,7 @@ _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], .
 )
 
 #: A warning says that a group of blocks is far away if its distance to all other blocks exceeds this ratio
-#: times the larger size: of the group, or of all other blocks.
+#: times a size. The size is that of the group or that of all other blocks, whichever is larger.
 _FAR_DISTANCE_RATIO = 10.0
 
 #: Ratio of two unit weights, or of a force to a weight, above which a warning says that their units differ. A
@@ -162,7 +162,7 @@ def _idle_supports(assembly: Assembly) -> list[Reason]:
 
 
 def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
-    """Return a warning that names the joints with supports in which the friction is due to self-stress."""
+    """Return a warning about joints at supports: their friction exists only because of self-stress."""
     infeasibility = solution.infeasibility if solution and solution.load_factor is None else None
     clamped = assembly.joints_of(np.array(infeasibility.clamped if infeasibility else (), dtype=int))
     joints = assembly.joints
@@ -231,8 +231,9 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
     if solution is None or not len(limited):
         return []
     if solution.load_factor is None or solution.q is None:
-        # If the analysis finds no limit of the live load, crushing at corners may limit it in reality. The
-        # warning then names all corners on joints of limited strength, without normal forces.
+        # If the analysis finds no limit of the live load, crushing at corners may limit it in reality. No
+        # normal forces are known in this case, so the warning names all corners on joints of limited
+        # strength.
         pairs = assembly.pairs(limited)
         if solution.status.unlimited and pairs:
             return [reason(Code.CORNERS_BEAR, pairs=pairs, normal_forces=[])]
@@ -267,7 +268,8 @@ def _far_away(assembly: Assembly) -> list[Reason]:
     if groups == 1:
         return []
     low, high = assembly.geometry.boxes
-    # Upper bounds are negated, so that the least value is the outermost for all bounds.
+    # Negate the upper bounds of the boxes. The outermost bound of a group of blocks is then a minimum, for
+    # lower and upper bounds alike.
     bounds, axes = np.column_stack([low, -high]), low.shape[1]
     lowest = np.full((groups, 2 * axes), np.inf)
     np.minimum.at(lowest, group, bounds)
@@ -399,8 +401,8 @@ def _strengths(assembly: Assembly) -> Iterator[Reason]:
     median = lower_median(weight[weight > 0])
     all_dead = float(np.hypot.reduce(problem.forces(problem.dead), axis=1).sum()) * problem.force_unit
     least_strength = min(all_dead / _SUM_TO_STRENGTH, median / 5)
-    # The limit is lower for prestress than for strength: a small prestress is not an error, because a tie may
-    # be tightened by hand.
+    # Values below ``least`` cause a warning. The smallest prestress is lower than the smallest strength: a
+    # small prestress is not an error, because a tie may be tightened by hand.
     least = {"strength": least_strength, "prestress": median / _WEIGHT_TO_FORCE_RATIO}
     for force in assembly.limited:
         if force.role not in (Role.TIE, Role.PROP):

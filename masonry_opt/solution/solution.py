@@ -49,7 +49,7 @@ class Solution:
     #: Solution of method "incremental", or a solution with the reasons why the method was not run. None if it
     #: was not requested, or if the scene is unstable under its dead load.
     incremental: "Solution | None" = None
-    #: Lower bound of λ from a proof or from method "global". The reasons list the assumptions of the bound.
+    #: Lower bound of λ from a proof or from method "global". Its assumptions are stated in ``reasons``.
     bound: float | None = None
     #: True if a proof by conflicts shows the bound, or if method "global" computed the bound without assumed
     #: limits of forces and rates.
@@ -120,7 +120,10 @@ class Solution:
 
     @property
     def at_incremental(self) -> "Solution | None":
-        """Solution of the incremental analysis: ``self`` or ``self.incremental``, which may be None."""
+        """Solution of the incremental analysis; None if there is no such solution.
+
+        It is ``self`` if this solution is incremental, and otherwise ``self.incremental``.
+        """
         return self if self.kind is Kind.INCREMENTAL else self.incremental
 
     @property

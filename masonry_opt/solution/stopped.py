@@ -35,5 +35,5 @@ def with_answer(solution: Solution, stop: TimeLimitReached, effort: Effort) -> S
 
 
 def _time_limit(stop: TimeLimitReached, effort: Effort, **values: Any) -> Reason:
-    """Return the reason that names the time limit and the phase of the analysis at the time limit."""
+    """Return a reason that states the time limit, and the phase in which the analysis was stopped."""
     return reason(Code.TIME_LIMIT, seconds=stop.seconds, phase=effort.phase, **values)

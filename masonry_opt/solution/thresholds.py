@@ -11,20 +11,20 @@ from masonry_opt.solution.acceptance import SMALLEST
 MOVES = 2e-3
 
 #: A joint counts as sliding if it slips faster than this fraction of the largest speed in the scene. In
-#: inexact answers of the loop, joints between blocks at rest slip by up to 0.002 times the friction
-#: coefficient.
+#: inexact answers of the loop of linear programs, the slip speed of joints between blocks at rest is up to
+#: 0.002 μ times the largest speed.
 SLIDES = MOVES
 
-#: Opening of a joint's edge by rotation, relative to the speed of the fastest corner, above which the joint
-#: counts as hinging.
+#: A joint counts as hinging if rotation opens one of its edges faster than this fraction of the speed of the
+#: fastest corner.
 HINGES = MOVES
 
 #: A joint counts as separating if it opens at all of its contact points, faster than this fraction of the
 #: speed of the fastest corner.
 SEPARATES = MOVES
 
-#: Closing of a joint's edge, relative to the speed of the fastest corner, above which a joint of limited
-#: strength counts as crushing.
+#: A joint of limited strength counts as crushing if one of its edges closes faster than this fraction of the
+#: speed of the fastest corner.
 CRUSHES = MOVES
 
 #: A limited force (such as a tie force) counts as yielding if it exceeds this fraction of its upper limit,
@@ -39,8 +39,9 @@ DRIVES = 1e-7
 #: force.
 IDLE = 1e-6
 
-#: Messages about locking and self-stress list a joint if its value exceeds this fraction of the largest
-#: value. The value is the departure from associative flow (locking) or the normal force (self-stress).
+#: Messages about locking list the joints whose departure from associative flow exceeds this fraction of the
+#: largest departure. Messages about self-stress list the joints whose normal force exceeds this fraction of
+#: the largest normal force.
 LISTED_JOINT_SHARE = 1e-2
 
 #: Relative difference below which two load factors count as equal. On the case files, methods differ by up to
@@ -57,8 +58,8 @@ ZERO = 1e-6
 #: If fewer starts agree in their load factors, a message says that a lower collapse state may still exist.
 FEW_STARTS = 8
 
-#: Ratio of the live load's work to the dead load's work above which a message states that the mechanism moves
-#: against the live load.
+#: A message states that the mechanism moves against the live load if the live load's work is negative and
+#: large enough. Its magnitude must exceed this fraction of the dead load's work.
 APART = 1e-2
 
 #: Smallest change of the load factor in a narrow interval of a varied parameter that counts as a jump,

@@ -31,7 +31,7 @@ def typical_unit(unit_weight: float) -> str:
 
 
 def in_other_unit(unit_weights: np.ndarray, other: float) -> np.ndarray:
-    """Return a mask of the unit weights that probably have a different unit than the unit weight ``other``.
+    """Return a mask of the unit weights that were probably given in another unit of measure than ``other``.
 
     All entries are False if ``other`` is not a typical value in any unit.
     """
@@ -44,7 +44,7 @@ def in_other_unit(unit_weights: np.ndarray, other: float) -> np.ndarray:
 
 
 def units_in_words(one: float, other: float) -> str:
-    """Return a clause that names the units of two unit weights if they seem to differ.
+    """Return a clause that names the units of two unit weights if these two units seem to differ.
 
     Otherwise, the clause is empty.
     """

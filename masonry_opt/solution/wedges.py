@@ -40,8 +40,9 @@ _MOST_JOINTS_COMPARED = 300
 #: warnings would name curved sides. With a smaller value, warnings would miss surveys with large errors.
 _UNEVEN_ANGLE = 0.05
 
-#: A warning names uneven sides only if at least this fraction of all pairs of touching blocks have uneven
-#: sides. With a smaller value, warnings would name arches of several rings that touch along curves.
+#: Sides are uneven if two blocks touch in several joints that are nearly, but not exactly, parallel. A
+#: warning names uneven sides only if at least this fraction of all pairs of touching blocks has them. With a
+#: smaller value, there would be warnings about arches of several rings, which touch along curves.
 _UNEVEN_SHARE = 0.5
 
 

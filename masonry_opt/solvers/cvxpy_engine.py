@@ -1,6 +1,7 @@
 """Solve programs that are declared in CVXPY.
 
-Programs with very large entries, such as a friction coefficient of 1e6, are scaled before they are solved.
+Programs with very large coefficients, such as a friction coefficient of 1e6, are scaled before they are
+solved.
 """
 
 import math
@@ -126,14 +127,14 @@ def has_optimum(
     return CvxpyEngine(program, solver, effort, purpose).solve().readable(nearly)
 
 
-#: Rows, and then columns, with a larger entry are scaled down to this magnitude. A row with the entries 1 and
-#: 1e6 (a large friction coefficient) becomes 1e-3 and 1e3. With another value, one of the two entries would
-#: lose digits.
+#: Rows, and then columns, are scaled down if their largest entry exceeds this magnitude. A row with the
+#: entries 1 and 1e6 (a large friction coefficient) becomes 1e-3 and 1e3. With another value, one of the two
+#: entries would be farther from 1, and would lose digits.
 _LARGE_ENTRY = 1e3
 
 
 def solve_balanced(solve: Callable[[dict[str, Any]], Any], data: dict[str, Any]) -> Any:
-    """Solve a conic program with large entries scaled down, and return the solution in original units.
+    """Scale down the large coefficients of a conic program, and return its solution in original units.
 
     The program is min c·x + ½ x·P x with b − A x in cones, as CVXPY compiles it for Clarabel.
     """
@@ -147,7 +148,8 @@ def solve_balanced(solve: Callable[[dict[str, Any]], Any], data: dict[str, Any])
     before = _largest(balanced)
     columns = 1 / np.maximum(1.0, _largest(balanced.T) / _LARGE_ENTRY)
     scale = sp.diags_array(columns)
-    # The scaling of columns also reduces rows without large entries, such as p ≥ 0. Restore their magnitude.
+    # The scaling of columns also reduces the entries of rows that had no large entry, such as p ≥ 0. Scale
+    # these rows such that their largest entries return to their former magnitude.
     rows *= _by_cones(before / _largest(balanced @ scale), cone_of_row, dims.zero)
     A = sp.diags_array(rows) @ A
     scaled = data | {"A": (A @ scale).tocsc(), "b": rows * data["b"], "c": columns * data["c"]}

@@ -120,7 +120,7 @@ _T = TypeVar("_T")
 
 
 class ProgramCache:
-    """Cache of compiled programs and factorisations, one for each purpose.
+    """Cache that holds, for each purpose, one compiled program or factorisation.
 
     An entry is also used for problems that differ only in friction, cohesion and dilatancy
     (:meth:`~.problem.Problem.same_program` is True). Its method ``again_for(problem, effort)`` prepares it

@@ -29,7 +29,7 @@ Options = Callable[[float], dict[str, Any]]
 
 @dataclass(frozen=True)
 class SolverEntry:
-    """Solver and its capabilities, in one modelling language or without a modelling language.
+    """Solver as called from one modelling language, or without a language, with its capabilities.
 
     To add a solver, add an entry to ``_ENTRIES``.
     """
@@ -76,7 +76,7 @@ class Solver:
 
     @property
     def language(self) -> str:
-        """Return the modelling language of the solver, or "matrices"."""
+        """Return the modelling language from which the solver is called; "matrices" if there is none."""
         return self.entry.language
 
     @property
@@ -157,7 +157,7 @@ def names() -> list[str]:
 
 
 def capable(language: str, has: Callable[[SolverEntry], bool]) -> tuple[str, ...]:
-    """Return the names of the solvers with a capability in a language, the default solver first.
+    """Return the names of a modelling language's solvers that have a capability, the default solver first.
 
     ``has`` is a function that returns True for the entry of a solver with the capability. Solvers that are
     not installed are included.

@@ -40,20 +40,21 @@ _MOST_PROGRAMS = 40
 #: The simplex method, which solves all programs but the first, takes half a minute at this size.
 _SIMPLEX_UP_TO = 2000
 
-#: Largest number of joints for which the smallest stabilising factor on friction is computed. On larger
-#: scenes the factor remains unknown.
+#: The smallest multiplier of all friction coefficients with which a scene is stable is computed up to this
+#: number of joints. For larger scenes, this multiplier remains unknown.
 FACTOR_UP_TO = 2000
 
-#: The search for the smallest stabilising friction factor ends after this number of trials, with the smallest
-#: stable factor found by then.
+#: The search for the smallest friction multiplier with which a scene is stable ends after this number of
+#: trials. Its result is the smallest multiplier with which the scene was found stable by then.
 _MOST_FACTORS = 12
 
-#: The search for the smallest stabilising friction factor ends if the smallest stable and the largest
-#: unstable factor differ by at most this fraction. A smaller value needs more programs.
+#: The search for the smallest friction multiplier with which a scene is stable ends at this accuracy. The
+#: smallest multiplier found stable and the largest found unstable then differ by at most this fraction. A
+#: smaller value needs more programs.
 _NEAR = 1e-3
 
-#: Largest friction coefficient that the search for the smallest stabilising friction factor tries. Solvers
-#: are less accurate with larger coefficients.
+#: Largest friction coefficient in the search for the smallest friction multiplier with which a scene is
+#: stable. Solvers are less accurate with larger coefficients.
 _LARGEST_FRICTION = 100.0
 
 #: A joint supports a block if the cosine of the angle between the joint's normal and the block's dead load
@@ -84,7 +85,8 @@ class _Standing:
 
     model: CvxpyStanding
     engine: CvxpyEngine
-    #: Joint forces, shape (3c + t,), that carried the dead load in the most recent stable scene.
+    #: Joint forces, shape (3c + t,), that carried the dead load when this program last found a stable scene;
+    #: None if it has found no stable scene yet.
     forces: np.ndarray | None = None
 
     def again_for(self, problem: Problem, effort: Effort) -> "_Standing":
@@ -125,7 +127,7 @@ def mechanism_or_forces(
     chosen = in_cvxpy(solver, by_cone.by_friction.conic)
 
     def declared() -> _Standing:
-        """Declare the program in CVXPY, and return the program with its engine."""
+        """Declare the program in CVXPY, and return it with the :class:`CvxpyEngine` that solves it."""
         model = CvxpyStanding(by_cone, ShearLimits.true(problem))
         engine = CvxpyEngine(model.program, chosen, effort, DEAD_LOAD, repeats=kept.keeps)
         return _Standing(model, engine)
@@ -147,14 +149,13 @@ def mechanism_or_forces(
 def _drives(problem: Problem, d: np.ndarray) -> bool:
     """Return True if velocities d, shape (3b,), are an associative mechanism that the dead load drives.
 
-    The power must exceed ``DRIVES``, and the violation of the flow rule must be small compared with the
-    power.
+    The net power must exceed ``DRIVES``, and the violation of the flow rule must be small compared with the
+    net power.
     """
     problem = problem.by_cone
     p = problem.rates(d, problem.friction)
     resisted = problem.cohesion @ problem.slip(p) + problem.face_constant @ p
-    # The power is the rate of work of the dead load, minus the rate of work that cohesion, strength and
-    # limited forces resist.
+    # Subtract the power that cohesion, strength and limited forces dissipate from the power of the dead load.
     power = float(problem.dead @ d - resisted)
     departure = float(np.abs(problem.departure(d, p, problem.friction)).max())
     return power > DRIVES and departure <= max(DEPARTS * power, ROUNDING)
@@ -339,7 +340,7 @@ def _finer(
 
 
 def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, effort: Effort) -> list[Reason]:
-    """Return reasons that state if more friction or strength would make an unstable scene stable.
+    """Return the reasons that state whether more friction or strength would make an unstable scene stable.
 
     - HANGS, if a falling block is not supported from below.
     - TIES_WOULD_HOLD, if the scene is stable with ties and props of unlimited strength.

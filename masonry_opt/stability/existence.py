@@ -62,8 +62,8 @@ _MOVING_RATE = 1e-9
 #: too large for a proof.
 _TO_BLAME = 1e-9
 
-#: Number of latest cuts in which branch and cut counts how often each face occurs. The search branches on the
-#: most frequent face.
+#: The search branches on the face (yield condition) that occurs most often in the latest cuts. This is the
+#: number of these cuts.
 _OF_LATE = 200
 
 #: Value of a face (yield condition) in branch and cut: it is not yet decided if its rate is zero.
@@ -127,21 +127,22 @@ class Cuts:
         self.static, self.kinematic = self._count[_RESTING], self._count[_MOVING]
 
     def _refute(self, choice: np.ndarray) -> None:
-        """Prove that no Coulomb state agrees with ``choice``, which has a value for each face.
+        """Prove that no Coulomb state is compatible with ``choice``.
 
-        Raises _Undecided if the proof fails.
+        The array ``choice`` states for each face whether its rate may be nonzero, see :class:`Cuts`. Raises
+        _Undecided if the proof fails.
         """
         branch = self._branch(choice)
         while branch is not None:
-            # First try the branch in which the rate may be nonzero: it excludes more states, because the face
-            # must then be at yield.
+            # First try the branch in which the rate may be nonzero. The yield condition must then hold with
+            # equality, so this branch excludes more states.
             choice[branch] = _MOVING
             self._refute(choice.copy())
             choice[branch] = _RESTING
             branch = self._branch(choice)
 
     def _branch(self, choice: np.ndarray) -> int | None:
-        """Return the face on which to branch next, or None if no Coulomb state agrees with ``choice``.
+        """Return the face on which to branch next; None if ``choice`` already excludes every Coulomb state.
 
         All values that the cuts imply are first added to ``choice``. Raises _Undecided if all faces
         with nonzero rates in a mechanism of the choice can be at yield in one state.
@@ -156,8 +157,8 @@ class Cuts:
                 return None
             cut = self._static_cut(moving | (rates > _MOVING_RATE))
             if cut is None:
-                # No cut excludes the choice: all faces with nonzero rates can be at yield in one state. The
-                # proof fails.
+                # No cut excludes this choice of faces with nonzero rates, because all of them can be at yield
+                # in one state. The proof fails.
                 raise _Undecided
             open_faces = [face for face in cut if choice[face] == _OPEN]
             if len(open_faces) > 1:
@@ -168,10 +169,9 @@ class Cuts:
         return None
 
     def _follows(self, choice: np.ndarray) -> bool:
-        """Decide those open faces of a choice whose values are implied by the cuts.
+        """Set the open entries of ``choice`` that follow from the cuts; return False if a cut excludes it.
 
-        According to the cuts, the rate of such a face must be zero, or must be nonzero. The result is False
-        if a cut contradicts the choice.
+        An entry follows from the cuts if they require that the rate of its face is zero, or is nonzero.
         """
         changed = True
         while changed:
@@ -267,16 +267,16 @@ def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> In
 def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> InfeasibilityCertificate:
     """Return the certificate of :func:`existence` for a problem that is scaled by its load."""
     dilatancy_falls = problem.dilatancy_depends_on_stress
-    # A dilatancy that falls with stress is unknown in a collapse state. The proof replaces it by zero, its
-    # smallest possible value, unless it is negative.
+    # A dilatancy that falls with stress is unknown in a collapse state. The proof uses its smallest possible
+    # value: zero, or the given dilatancy if it is negative.
     own_flow = np.minimum(problem.dilatancy, 0.0) if dilatancy_falls else problem.dilatancy
     against_mechanisms = _ray(problem, own_flow, effort)
     if against_mechanisms:
         return InfeasibilityCertificate(Existence.NO_MECHANISM, *against_mechanisms[1])
     ray = _ray(problem, problem.friction, effort)
     if ray is None:
-        # No joint forces were found that balance the live load alone, so λ may be limited. The method may
-        # have missed a load factor.
+        # No joint forces were found that balance the live load alone, so λ may be limited. A collapse state
+        # may therefore exist that the method did not find.
         return InfeasibilityCertificate(Existence.UNDECIDED)
     certificate = InfeasibilityCertificate(Existence.UNBOUNDED, *ray[1])
     opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)
@@ -328,8 +328,8 @@ def explained(
         if solution.associative is None or associative:
             certificate = existence(assembly.problem, effort, of_mechanism=not associative)
         else:
-            # An associative load factor exists and limits λ. It is therefore impossible to prove that the
-            # scene carries any multiple of the live load.
+            # An associative load factor exists and limits λ. A proof that the scene carries every multiple of
+            # the live load is therefore impossible.
             certificate = InfeasibilityCertificate(Existence.UNDECIDED)
         solution = replace(solution, infeasibility=certificate)
     if certificate and not associative:
@@ -365,7 +365,7 @@ def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
 
 
 def _as_proven(solution: Solution, certificate: InfeasibilityCertificate) -> Solution:
-    """Return a solution with the status and the reason that its certificate proves."""
+    """Return a copy of a solution, with a status and a reason that state what the certificate proves."""
     if certificate.existence is Existence.NO_MECHANISM and solution.status is not Status.UNLIMITED:
         return replace(solution, status=Status.UNLIMITED).telling_first(reason(Code.NO_MECHANISM))
     if certificate.existence is Existence.NO_STATE:

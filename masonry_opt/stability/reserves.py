@@ -17,16 +17,17 @@ from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver
 from masonry_opt.stability.diagnosis import FACTOR_UP_TO, DeadLoadUndecided, falling_mechanism
 
-#: The bisection for a safety margin ends if the largest unstable and the smallest stable value differ by at
-#: most this fraction of the stable value. A smaller tolerance requires more linear programs.
+#: The bisection for a safety margin varies a multiplier, from 0 to 1, of the friction or of the size of the
+#: joints. It ends if the largest unstable and the smallest stable multiplier differ by at most this fraction
+#: of the latter. A smaller tolerance requires more linear programs.
 _BISECTION_TOLERANCE = 2e-4
 
-#: The bisection for a safety margin ends early if a value up to this limit is stable, because such a small
-#: value is negligible. A smaller limit requires more linear programs.
+#: The bisection for a safety margin ends early if the scene is stable with a multiplier up to this limit,
+#: because such a small multiplier is negligible. A smaller limit requires more linear programs.
 _NEGLIGIBLE_VALUE = 1e-4
 
-#: The geometric margin is omitted for scenes with more joints. Each step of its bisection builds a new linear
-#: program, which takes about a second at this size.
+#: Largest number of joints of a scene for which the geometric margin is computed. Each step of its bisection
+#: builds a new linear program, which takes about a second for a scene of this size.
 _MARGIN_UP_TO = 600
 
 

@@ -170,7 +170,7 @@ def test_a_load_factor_that_chords_do_not_explain_fails(by_chords, by_parabola):
     assert verdicts[3.21].startswith("not decided, because 3.19")
     assert verdicts[3.23].startswith("failed, 3.22")
     assert verdicts[4.4].startswith("failed, 3.22")
-    assert "is assumed to raise no other λ by more" in verdicts[4.4]
+    assert "other values of λ are assumed to be larger by at most this ratio" in verdicts[4.4]
     assert verdicts[4.6].startswith("failed")
     default = with_associative(by_parabola.default, 4.47)
     low = replace(by_parabola, default=default, required_factor=3.21)
@@ -192,7 +192,7 @@ def test_a_missing_load_factor_by_the_parabola_is_undecided(watched, monkeypatch
     assert (found.by_parabola, found.no_parabola, found.interrupted) == (None, "interrupted", False)
     assert found.as_dict()["no_parabola"] == "interrupted"
     assert "not decided, because 3.19" in found.facts()["required"]
-    assert "no associative λ by the parabola: interrupted" in found.facts()["required"]
+    assert "the associative λ with the parabola is unknown: interrupted" in found.facts()["required"]
     assert "no associative λ by the parabola here: interrupted" in found.facts()["crushing"]
     assert replace(found, required_factor=3.1).passed
     unlimited = SimpleNamespace(crushing="parabola", solution=SimpleNamespace(carries_any_load=True))

@@ -91,7 +91,8 @@ class CertifiedBounds:
 class _Convex:
     """Convex program with equations A x = b, inequalities G x + g ≥ 0, and cones.
 
-    For each feasible point x, the number cost · x is a bound of λ.
+    For each feasible point x, the number cost · x is a bound of λ: a lower bound in the static program, and
+    an upper bound in its dual program.
     """
 
     A: sp.csr_array
@@ -123,7 +124,7 @@ class _Convex:
         return _Convex(A, norm * self.cost, G, np.zeros(signed), cost, (speed, np.zeros(k), (first, second)))
 
     def inside(self, x: np.ndarray, interior: np.ndarray | None) -> float:
-        """Move the point x into the feasible set, and return the bound of λ at the moved point.
+        """Move the point x into the feasible set, and return the bound of λ that the moved point proves.
 
         The moved point is the projection of x on the equations, moved towards an interior point as far as the
         inequalities require. The result is NaN if no feasible point is found.
@@ -140,7 +141,7 @@ class _Convex:
         return self._bound(x + min(1.0, _STEP_EXCESS * share) * (interior - x))
 
     def _bound(self, x: np.ndarray) -> float:
-        """Return the bound cost · x of λ if the point x is feasible, or NaN otherwise."""
+        """Return cost · x, which is a bound of λ, if the point x is feasible; otherwise NaN."""
         feasible = self.slack(x).min() >= 0 and np.abs(self.A @ x - self.b).max() <= FEASIBLE
         return float(self.cost @ x) if feasible else np.nan
 
@@ -245,7 +246,7 @@ def _statics(problem: Problem, conic: bool) -> _Convex:
 
 
 def _speeds(problem: Problem, d: np.ndarray) -> np.ndarray:
-    """Return the joint rates p for given block velocities d, as variables of the dual program with cones.
+    """Convert block velocities d to joint rates p, the variables of the dual program with cones.
 
     ``d`` has the shape (3b,). The array contains the rates of opening, the rates of forces at their limits,
     and γ and w of slip.

@@ -62,7 +62,7 @@ def compare(  # noqa: PLR0913 - options of the public API are keywords
     cases: str | Path | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> judge.Comparison:
-    """Time methods and solvers on scenes, judge their answers, and write tables, charts and a page.
+    """Measure the times of methods and solvers on scenes, judge their answers, and write a report.
 
     Runs that ``out`` contains are not made again. An interrupted comparison (Ctrl-C) reports the runs made so
     far, and continues when it is called again.
@@ -157,7 +157,7 @@ def run_plan(
     progress: Callable[[str], None],
     known: Mapping[str, judge.BestKnown] | None = None,
 ) -> judge.Comparison:
-    """Make the runs that the journal in a folder does not contain yet, and judge all runs.
+    """Make the planned runs that the journal in a folder does not contain yet, and return all verdicts.
 
     ``known`` has exact Coulomb states by scene name, which are used in addition to the states of the runs.
     """
@@ -183,8 +183,9 @@ def run_plan(
     by_parabola = sorted({*results["scene"][results["crushing"] == "parabola"]})
     if by_parabola:
         notes.append(
-            f"{', '.join(by_parabola)}: with conic solvers, the errors of static and kinematic are unknown, "
-            "because the solvers use the crushing parabola, but the certified bounds use its chords"
+            f"{', '.join(by_parabola)}: with conic solvers, the errors of methods 'static' and 'kinematic' "
+            "are unknown, because these solvers use the crushing parabola, but the certified bounds use "
+            "chords inside the parabola"
         )
     summary = judge.summary(rows, bounds, best)
     coulomb = summary[(summary["question"] == judge.COULOMB) & summary["load_factor"].notna()]

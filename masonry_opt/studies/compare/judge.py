@@ -36,7 +36,7 @@ _EXACT_KINDS = (Kind.NEARLY_COMPLEMENTARY, Kind.RELAXED, Kind.EXACT)
 ASSOCIATIVE = "associative"  #: Value of column "question" for load factors with associative flow.
 COULOMB = "Coulomb"  #: Value of column "question" for load factors with the joints' own dilatancy.
 
-ANSWER = "answer"  #: Claim of a run that reports a load factor of the scene.
+ANSWER = "answer"  #: Claim of a run: it has found a load factor of its scene.
 #: Claims of a run about its scene that can be true or false: a load factor, or the reason why no load factor
 #: exists. A run that ends in another way (not converged, solver failed, limit exceeded) makes no claim.
 CLAIMS = (ANSWER, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
@@ -161,7 +161,7 @@ def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown])
 
 
 def _known_claims(question: str, bounds: CertifiedBounds) -> dict[str, bool]:
-    """Return the claims about a scene that bounds of the associative λ prove or refute.
+    """Return the claims about a scene that are proven or refuted by bounds of its associative λ.
 
     The result is a dict with the claims as keys: a proven claim has the value True, a refuted claim False.
     For associative flow the bounds decide all claims. Coulomb friction has the same admissible states of
@@ -247,8 +247,8 @@ def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, b
         margin = OUTSIDE * max(abs(bounds.middle), SMALLEST)
         if load_factor > bounds.upper + margin:
             return WRONG, "λ above its certified bound"
-        # The lower bound concerns the largest λ in eq. (9). Coulomb states, and states with polygons inside
-        # the friction cones, may have a smaller λ.
+        # The lower bound is valid only for the associative λ, the maximum of eq. (9). Coulomb states, and
+        # states with polygons inside the friction cones, may have a smaller λ.
         has_lower_bound = question_of(row["method"]) == ASSOCIATIVE and not _by_sides(row)
         if has_lower_bound and load_factor < bounds.lower - margin:
             return WRONG, "λ below its certified bound"
@@ -282,7 +282,7 @@ def _relative(load_factor: float, reference: float) -> float:
 def summary(
     rows: Iterable[dict[str, Any]], bounds: Mapping[str, CertifiedBounds], best: Mapping[str, BestKnown]
 ) -> pd.DataFrame:
-    """Return a table of median times and worst verdicts, with one row for each scene and ``Pair``.
+    """Return a table of median times and worst verdicts, with one row for each scene, method and solver.
 
     Medians and worst verdicts are those of the repeats of a run.
 
@@ -329,10 +329,11 @@ def pareto(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def success(frame: pd.DataFrame) -> pd.DataFrame:
-    """Count the verdicts over all scenes. The returned table has one row for each ``Pair``.
+    """Return a table that counts the verdicts over all scenes, with one row for each method and solver.
 
-    The column ``success`` is the fraction of answers that are certified or named correctly. The median time
-    and the largest error are those of certified answers, and ``peak_memory`` (MB) is the largest of all runs.
+    The column ``success`` is the fraction of runs with a certified load factor, or with the correct reason
+    why no load factor exists. The median time and the largest error are those of certified answers, and
+    ``peak_memory`` (MB) is the largest of all runs.
     """
     ended = {verdict: frame["verdict"] == verdict for verdict in VERDICTS}
     of_certified = {name: frame[name].where(ended[CERTIFIED]) for name in ("time", "error")}
@@ -384,7 +385,7 @@ class Comparison:
                 f"the table covers {scenes}; "
                 "success is the share of runs with a certified load factor or a correct reason"
             ]
-            lines += ["named: the run reports correctly why no load factor exists"]
+            lines += ["named: the run has no load factor, and names the correct reason"]
             lines += [
                 "failed: the run reports that it has no answer; wrong: the reported answer or reason is wrong"
             ]

@@ -32,12 +32,12 @@ _ENDING_LETTERS = {
     judge.FAILED: "F",
 }
 #: Explanations of letters in charts, for verdicts whose names are not clear enough.
-_LETTER_MEANINGS = {"N": "the run reports correctly why no load factor exists"}
+_LETTER_MEANINGS = {"N": "the run has no load factor, and names the correct reason"}
 
 #: For each kind of load factor: the name of the error in titles, and the label of the axis of errors.
 _ERRORS = {
     judge.ASSOCIATIVE: ("error", "relative error of λ (against certified bounds)"),
-    judge.COULOMB: ("gap to the best exact state", "relative gap to the best known exact state"),
+    judge.COULOMB: ("gap to the best exact state", "relative gap of λ to the best known exact state"),
 }
 _GREY = "#777777"  #: Colour of the lines, triangles and texts that charts draw behind the marks of runs.
 _MOST_TICKS = 7  #: Largest number of intervals between the ticks of a logarithmic axis.
@@ -96,7 +96,9 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
         notes.append(f"gaps below {low:g} count as zero; the logarithmic axis shows them at this value")
     notes.append("grey steps: Pareto front")
     if marks["below"].any():
-        notes.append("grey triangles: λ is lower than in the best known exact state, by the gap shown")
+        notes.append(
+            "grey triangles: λ of the run is lower than λ of the best known exact state, by the gap shown"
+        )
     x = _log(alt.X("time:Q"), "time (s)", (first / 1.25, last * 1.25), (first, last))
     places = {"x": x, "y": _log(alt.Y("height:Q"), label, (low / 3, top), (low, high))}
     filters = ("datum.letter === ''", "datum.front", "datum.below", "datum.letter !== ''")

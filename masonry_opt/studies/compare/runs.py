@@ -32,8 +32,9 @@ KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance",
 CERTIFICATE_RESIDUALS = ("equilibrium", "yield", "flow", "complementarity")  #: Residuals of a certificate.
 #: Columns of text; "" if unknown.
 _TEXT_COLUMNS = ("ended", "status", "kind", "existence", "crushing", "friction_law", "message")
-#: Columns of results.csv: λ, its certificate, times in seconds, memory in MB, counts and limits of the run.
-#: The column ``wall`` is the duration of the solve, or of the process if the run did not finish.
+#: Columns of results.csv: λ and its certificate, times in seconds, memory in MB, numbers of solves and
+#: iterations, sizes of the scene and its program, and the time and memory limits of the run. The column
+#: ``wall`` is the duration of the solve, or of the process if the run did not finish.
 COMPARISON_COLUMNS = (
     *KEY,
     *_TEXT_COLUMNS,
@@ -90,7 +91,7 @@ def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tu
 
 
 def checked(scene: CaseScene) -> CaseScene:
-    """Return a copy of a scene of a comparison with warnings about probable mistakes in the scene.
+    """Look for probable mistakes in a scene, and return a copy of the scene with warnings about them.
 
     Raises CaseError if no method can solve the scene, for example if moving axles are the only live load.
     """
@@ -179,7 +180,7 @@ def plan(
 
 
 def _combinations(method: str, models: Sequence[str], solvers: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the pairs of a model and a solver with which a comparison tries to run a method.
+    """Return the pairs of a modelling language and a solver that a comparison considers for a method.
 
     A method with its own tolerances has a fixed list of pairs. The pairs whose solver is named are returned,
     or the first pair if none of its solvers is named.

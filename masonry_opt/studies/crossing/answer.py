@@ -40,9 +40,9 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
     default: Result of the default method at the worst position, if the chosen method is associative.
     no_default: Reason why the default method has no result, if the user or the time limit ended its solve, or
         if it raised an error.
-    by_parabola: Associative load factor at the worst position by the crushing parabola, if the joints of
-        ``worst`` crush by chords inside the parabola; otherwise None. It is an upper bound of λ.
-    no_parabola: Reason why ``by_parabola`` is not known although joints crush by chords: the user or the time
+    by_parabola: Associative load factor at the worst position with the crushing parabola, if chords replace
+        the parabola in ``worst``; otherwise None. It is an upper bound of λ.
+    no_parabola: Reason why ``by_parabola`` is not known although ``worst`` uses chords: the user or the time
         limit ended its solve, it raised an error, or any load is carried.
     required_factor: Load factor that is required; None if none is required.
     """
@@ -51,7 +51,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
 
     @property
     def told(self) -> pd.DataFrame:
-        """Table that a notebook displays: some columns of the table ``governing``."""
+        """Table that a notebook displays: position, λ, mechanism and status from the table ``governing``."""
         return self.governing[[*PLACE_COLUMNS, *self._case, "load_factor", "mechanism", "status"]]
 
     @property

@@ -45,16 +45,16 @@ def refuse_required_factor(value: object) -> None:
 
 
 def assessed(answer: CrossingLoadFactors, required: float) -> Assessment:
-    """Compare the least known load factor of a crossing with a required load factor.
+    """Compare the lowest load factor of a crossing with a required one, and return the assessment.
 
     - A scene that is unstable under its dead load fails.
     - A scene fails if an upper bound is less than the required load factor: the load factor of the answer, or
-      the load factor of the default method at the worst position. Load factors by chords inside the crushing
-      parabola are no upper bounds.
-    - A scene also fails if a load factor by chords is so low that chords do not explain it: see
+      the load factor of the default method at the worst position. Load factors that were computed with chords
+      inside the crushing parabola are no upper bounds.
+    - A scene also fails if a load factor with chords is so low that chords do not explain it: see
       :func:`_raised_by_parabola` and the assumption there.
     - The outcome is undecided if positions are undecided or were not solved, or if the proven lower bound is
-      less than the required load factor. It is also undecided if only a load factor by chords is less than
+      less than the required load factor. It is also undecided if only a load factor with chords is less than
       the required one.
     - Otherwise the scene passes.
     """
@@ -102,7 +102,7 @@ def _upper_bounds(answer: CrossingLoadFactors) -> dict[str, float]:
         name = f"upper bound by method '{default.method}' at the worst position"
         bounds[name] = default.load_factor
     if answer.by_parabola is not None:
-        bounds["associative λ by the crushing parabola, an upper bound"] = answer.by_parabola
+        bounds["associative λ with the crushing parabola, an upper bound of λ"] = answer.by_parabola
     return bounds
 
 
@@ -117,24 +117,27 @@ def _solved_by_chords(answer: CrossingLoadFactors) -> list[tuple[Result, float]]
 
 
 def _by_chords(answer: CrossingLoadFactors) -> dict[str, float]:
-    """Return the load factors at the worst position that were computed with chords for crushing, by name.
+    """Return, by name, the load factors that were computed at the worst position with chords for crushing.
 
     They are load factors of the answer and of the default method. They are no upper bounds of the load factor
     with the crushing parabola.
     """
     return {
-        f"λ by method '{result.method}' at the worst position, with chords inside the parabola": load_factor
+        (
+            f"λ by method '{result.method}' at the worst position, "
+            "with chords instead of the crushing parabola"
+        ): load_factor
         for result, load_factor in _solved_by_chords(answer)
     }
 
 
 def _raised_by_parabola(answer: CrossingLoadFactors) -> dict[str, float]:
-    """Return load factors by chords, raised to upper estimates of the load factors by the crushing parabola.
+    """Return upper estimates of load factors with the crushing parabola, from load factors with chords.
 
-    Each load factor by chords is multiplied by the ratio of two associative load factors at the worst
-    position, by the parabola and by chords. This assumes that the parabola raises λ of the method by no
-    larger ratio than the associative λ. The assumption is exact for associative methods, and not proven for
-    Coulomb friction. The dict is empty if one of the associative load factors is not known.
+    Each load factor with chords is multiplied by a ratio: the associative load factor with the parabola,
+    divided by that with chords, both at the worst position. This assumes that the parabola raises λ of the
+    method by no larger ratio than the associative λ. The assumption is exact for associative methods, and not
+    proven for Coulomb friction. The dict is empty if one of the associative load factors is not known.
     """
     worst, raised = answer.worst, dict[str, float]()
     by_parabola = worst.load_factor if worst.crushing == "parabola" else answer.by_parabola
@@ -145,8 +148,8 @@ def _raised_by_parabola(answer: CrossingLoadFactors) -> dict[str, float]:
         ratio = max(1.0, by_parabola / associative)
         name = (
             f"λ = {numeral(load_factor, '.6f')} by method '{result.method}' with chords, times "
-            f"{numeral(ratio, '.6f')}: the crushing parabola raises the associative λ by this ratio, and is "
-            "assumed to raise no other λ by more"
+            f"{numeral(ratio, '.6f')}: with the crushing parabola, the associative λ is larger by this "
+            "ratio, and other values of λ are assumed to be larger by at most this ratio"
         )
         raised[name] = load_factor * ratio
     return raised
@@ -168,7 +171,11 @@ def _why_undecided(answer: CrossingLoadFactors, required: float) -> str:
     if by_chords and _is_below(min(by_chords.values()), required):
         name, least = _last_of_least(by_chords)
         below = f"{numeral(least, '.6f')} is below it ({name})"
-        missing = f"; no associative λ by the parabola: {answer.no_parabola}" if answer.no_parabola else ""
+        missing = (
+            f"; the associative λ with the parabola is unknown: {answer.no_parabola}"
+            if answer.no_parabola
+            else ""
+        )
         return f"{below}, but the crushing parabola may permit a larger λ{missing}"
     if bound is not None and _is_below(bound, required):
         return (

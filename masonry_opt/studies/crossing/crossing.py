@@ -123,7 +123,7 @@ class Questions(NamedTuple):
     other_methods: bool = False
 
 
-_NO_QUESTIONS = Questions()  #: Questions of a crossing that computes the least load factor only.
+_NO_QUESTIONS = Questions()  #: Default: a crossing computes only the least load factor.
 
 
 def cross(
@@ -136,7 +136,7 @@ def cross(
     progress: Callable[[float, float], None] = lambda position, load_factor: None,
     phases: Phases = lambda _: None,
 ) -> Crossing:
-    """Move axles over a scene with the method and options of a session.
+    """Move axles over a scene, solve it by the method of a session, and return the answer.
 
     ``asked`` selects additional results. See :func:`crossing` for the other parameters, the answer and the
     errors.
@@ -198,16 +198,16 @@ def _ended_by(stop: KeyboardInterrupt | None) -> dict[str, Any]:
 
 
 class _FirstPosition(NamedTuple):
-    """First position that is solved for a load case."""
+    """Answers at the position of the axles that is solved first for a load case."""
 
-    trials: search.PassageTrials  #: answers for the load case, which contain only this position
+    trials: search.PassageTrials  #: answers for the load case at this position only
     result: Result  #: result at this position
 
 
 def _solve_first_positions(
     session: Session, passages: list[search.Passage], phases: Phases
 ) -> tuple[list[_FirstPosition], KeyboardInterrupt | None]:
-    """Solve each load case at one position.
+    """Solve each load case at the first position of its axles.
 
     Returns the answers, and the exception that ended the solves.
 
@@ -282,7 +282,7 @@ def _worst_result(
 
 
 def _time_is_over(scene: Scene, stop: TimeLimitReached, known: str) -> TimeLimitError:
-    """Return the error for a crossing at the time limit; ``known`` is a text on the results so far."""
+    """Return the error to raise if the time limit ends a crossing; ``known`` states the results so far."""
     return TimeLimitError(f"{scene.origin}: the {stop} ended the crossing: {known}; raise the time limit")
 
 
@@ -355,7 +355,7 @@ def _without_positions(
     if math.isfinite(least):
         positions = counted(sum(len(trials.answers) for trials in bounds), "position")
         value = numeral(least, ".6f")
-        known = f"{known}; λ is at most {value}, the least associative load factor at {positions}"
+        known = f"{known}; λ is at most {value}, the least of the associative load factors at {positions}"
     if isinstance(stop, TimeLimitReached):
         return _time_is_over(all_trials[0].passage.assembly.scene, stop, known)
     return KeyboardInterrupt(known)
@@ -376,12 +376,12 @@ def _other_methods(session: Session, result: Result, worst: search.PassageTrials
 
 
 def _solved_by_parabola(scene: Scene) -> tuple[float | None, str]:
-    """Return the associative load factor by the crushing parabola, and the reason if it is None."""
+    """Return the associative load factor with the crushing parabola, and the reason if it is None."""
     result, reason = _solved_by("static", scene)
     if result is None:
         return None, reason
     if result.crushing == "chords":
-        return None, "method 'static' solved the scene with chords for crushing"
+        return None, "method 'static' solved the scene with chords instead of the crushing parabola"
     if result.solution.carries_any_load:
         return None, "any load is carried"
     return result.load_factor, "" if result.load_factor is not None else str(result.status)
@@ -410,7 +410,7 @@ def _solve_equal_positions(by_case: list[search.PassageTrials]) -> None:
 
 
 def _solve(session: Session, passage: search.Passage, effort: Effort) -> search.SolveLive:
-    """Return a function that solves the scene of a passage under any live load, by the session's method."""
+    """Return a function that applies the session's method to the scene of a passage, for any live load."""
     return lambda live: session.pushed(passage.loaded(live), lambda _: None, effort)
 
 
