@@ -43,7 +43,7 @@ def phases_from(options: dict[str, Any]) -> Phases:
 
 
 class ProgramLimitReached(Exception):
-    """Error that is raised if the limit on the number of linear programs permits no further program."""
+    """Raised if the limit on the number of linear programs permits no further program."""
 
 
 class Effort:

@@ -125,7 +125,7 @@ def main() -> None:
 
 @contextlib.contextmanager
 def _results_apart() -> Iterator[None]:
-    """Keep the messages of libraries out of standard output, within a context.
+    """Keep the messages of libraries out of standard output during a ``with`` block.
 
     Libraries that write to file descriptor 1 then write to standard error.
     """
@@ -147,7 +147,7 @@ def _results_apart() -> Iterator[None]:
 
 
 def _run() -> None:
-    """Run the command that was typed, and report an error of this package in one message."""
+    """Run the command that the user typed, and report an error of this package in one message."""
     _escape_unencodable()
     try:
         _run_and_flush()

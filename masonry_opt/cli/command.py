@@ -396,7 +396,7 @@ def interrupts() -> Iterator[Callable[[], None]]:
 
 
 def ended_by_kill() -> contextlib.AbstractContextManager[None]:
-    """Return a context in which SIGTERM (from `kill` or `timeout`) has the effect of Ctrl-C.
+    """Return a context manager in which SIGTERM (from `kill` or `timeout`) has the effect of Ctrl-C.
 
     Worker processes then end too.
     """
@@ -405,7 +405,7 @@ def ended_by_kill() -> contextlib.AbstractContextManager[None]:
 
 @contextlib.contextmanager
 def handled(number: int, handler: Callable[..., Any]) -> Iterator[None]:
-    """Set the handler of a signal within a context, and restore the previous handler afterwards."""
+    """Set the handler of a signal for a ``with`` block, and restore the previous handler afterwards."""
     previous = signal.signal(number, handler)
     try:
         yield

@@ -43,7 +43,7 @@ _TEXT = 0.15  #: Width of the text next to a scale bar, relative to the scene's 
 
 @dataclass(frozen=True)
 class Elements:
-    """Everything that a drawing of a scene or result shows: blocks, motion, loads and marks on joints.
+    """Elements of a drawing of a scene or result: blocks, their motion, loads and marks on joints.
 
     Coordinates are in the case's unit of length, relative to the geometry's origin.
     """

@@ -316,7 +316,7 @@ def _gravity_warnings(gravity: float, extent: float, height: float, period: floa
     with the same capacity curve, and ``period`` is the secant period. The secant period alone is no evidence:
     it is long for every mechanism if d*_s is close to d*_0.
     """
-    metre = gravity / GRAVITY  # one metre, in the unit of length of the value ``gravity``
+    metre = gravity / GRAVITY  # one metre in the unit of length for which ``gravity`` is right
     is_plausible = SMALLEST_SCENE <= extent / metre <= LARGEST_SCENE
     if is_plausible and min(extent, height) / metre <= _HIGHEST_ROCKING_BLOCK:
         return ()

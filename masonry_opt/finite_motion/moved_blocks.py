@@ -1,4 +1,4 @@
-"""Contacts, equilibrium problem and least violation of equilibrium of displaced blocks."""
+"""Compute the contacts and the equilibrium of displaced blocks, or the least violation of equilibrium."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
