@@ -118,7 +118,7 @@ class Session:
             return assembly, fallen or self.pushed(assembly, progress, effort)
 
     def _assembled(self, scene: Scene, effort: Effort) -> Assembly:
-        """Return the assembly of a scene.
+        """Return the assembly of a scene: its movable blocks, joints, loads and equilibrium matrices.
 
         Raises TimeLimitError if the time limit ends the search for joints.
         """
@@ -136,7 +136,7 @@ class Session:
         return assembly
 
     def _check(self, assembly: Assembly, effort: Effort) -> DeadLoadCheck:
-        """Return the dead-load check of an assembled scene, which decides whether the scene is stable."""
+        """Return an object that tests whether an assembled scene is stable under its dead load."""
         return DeadLoadCheck(assembly, self.how, self.kept, effort)
 
     def pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:

@@ -139,7 +139,7 @@ class StateCheck:
 
     @cached_property
     def columns(self) -> "pd.DataFrame":
-        """Table with one row for each joint force: the force, and the motion at the joint, eqs (2), (5)."""
+        """Table with one row for each joint force: its value and the motion at the joint, eqs (2) and (5)."""
         import pandas as pd
 
         motion, departure = self.problem.motion(self.answer.d), self._departure
@@ -308,12 +308,12 @@ def _with_laws(problem: Problem, friction: str, crushing: str) -> Problem:
 
 
 def _driven(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> tuple[Problem, np.ndarray]:
-    """Exchange the dead load and the live load if only the dead load does positive work in the mechanism.
+    """Return a problem whose live load does positive work in the mechanism d, and its joint forces.
 
-    Returns the problem and its joint forces. Both are unchanged if the live load does positive work in
-    the mechanism d, if the dead load does none, or if λ is not positive. An exchange does not change the
-    total load at λ, but energies are then divided by the work of the dead load. The lowest forces of ties,
-    props and earth count as dead load.
+    If only the dead load does positive work in the mechanism, the dead load and the live load are exchanged.
+    The problem and the joint forces are unchanged if the live load does positive work, if the dead load does
+    none, or if λ is not positive. An exchange does not change the total load at λ, but energies are then
+    divided by the work of the dead load. The lowest forces of ties, props and earth count as dead load.
     """
     sizes = np.linalg.norm(problem.live) * np.linalg.norm(d)
     if problem.live @ d > NO_WORK * sizes or load_factor <= ZERO:

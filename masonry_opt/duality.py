@@ -85,7 +85,7 @@ class DualityReport:
 
     @property
     def _cone_differences(self) -> tuple[float, float]:
-        """Relative differences of λ between statics and kinematics, and between friction cones and polygons.
+        """Two relative differences of λ: between statics and kinematics, and between cones and polygons.
 
         Both differences are zero in the plane. In space, the first is the absolute difference between the
         static and the kinematic λ, both with friction cones. The second is positive if λ is lower with

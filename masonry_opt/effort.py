@@ -43,7 +43,7 @@ def phases_from(options: dict[str, Any]) -> Phases:
 
 
 class ProgramLimitReached(Exception):
-    """Error that is raised if the limit on the number of linear programs permits no further program."""
+    """Raised if the limit on the number of linear programs permits no further program."""
 
 
 class Effort:
@@ -131,9 +131,9 @@ class Effort:
             names.append(solver)
 
     def beside(self) -> "Effort":
-        """Return a new count of effort, for work that is counted separately.
+        """Return a new counter of solver work, which starts from zero, for work to be counted separately.
 
-        The count starts from zero, and shares the list of solvers with this count.
+        Both counters share one list of solvers.
         """
         other = Effort()
         other.solvers = self.solvers

@@ -69,45 +69,45 @@ class DrawingWarning(UserWarning):
 
 
 class CaseError(MasonryError, ValueError):
-    """Error in a case file or scene; the message names the file, key or block, and states a remedy."""
+    """Raised if a case file or scene has an error; the message names the file, key or block, and a remedy."""
 
     # The base class ValueError is needed, because pydantic converts every ValueError that a validator raises
     # to a validation error.
 
 
 class OptionError(MasonryError):
-    """Error that a method, model, solver or option is unknown, wrong or not available for a scene."""
+    """Raised if a method, model, solver or option is unknown, wrong or not available for a scene."""
 
 
 class OutputError(MasonryError):
-    """Error that output cannot be written; the message states the path and the reason."""
+    """Raised if output cannot be written; the message states the path and the reason."""
 
 
 class ReaderGoneError(OutputError):
-    """Standard output was closed by the program that reads it, such as `head`; no message is printed."""
+    """Raised if the program that reads standard output, such as `head`, closes it; no message is printed."""
 
     exit_code = 128 + 13  #: exit code of programs that the signal SIGPIPE terminates
 
 
 class NoLoadFactorError(MasonryError):
-    """Error that a scene has no load factor, although one is needed; the message states the reason."""
+    """Raised if a scene has no load factor, although one is needed; the message states the reason."""
 
     exit_code = 1
 
 
 class TimeLimitError(MasonryError):
-    """Error that the time limit ended an analysis without a result; the message states the phase."""
+    """Raised if the time limit ends an analysis without a result; the message states in which phase."""
 
     exit_code = 1
 
 
 class NoRunSolvedError(MasonryError):
-    """Error that no run of a study was solved; the message states the most frequent reason."""
+    """Raised if no run of a study was solved; the message states the most frequent reason."""
 
     exit_code = 1
 
 
 class InterruptedByUserError(MasonryError):
-    """Error that the user stopped the run; the message states the results obtained so far."""
+    """Raised if the user stops the run; the message states the results obtained so far."""
 
     exit_code = 130

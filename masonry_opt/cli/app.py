@@ -80,16 +80,16 @@ def load(name: str) -> Any:
 
 
 def _negated_in_help(command: Any) -> Callable[..., None]:
-    """Return a function that writes help without the positive names of flags that are True by default.
+    """Return a function that writes the help, with only one name for each flag that is True by default.
 
-    The help then contains only the negated name, such as --no-incremental. With both names of a flag, little
-    width would remain for the texts on a terminal of 80 columns.
+    The name is the negated one: the help contains --no-incremental, but not --incremental. With both names of
+    a flag, little width would remain for the texts on a terminal of 80 columns.
     """
     write = command.format_help
     flags = [option for option in command.params if option.secondary_opts and option.default is True]
 
     def format_help(*formatting: Any) -> None:
-        """Write the help without the positive names of the flags, then restore the names."""
+        """Write the help with only the negated name (--no-...) of each flag, then restore both names."""
         names = [(flag.opts, flag.secondary_opts) for flag in flags]
         for flag, (_, negated) in zip(flags, names, strict=True):
             flag.opts, flag.secondary_opts = negated, []
@@ -125,7 +125,7 @@ def main() -> None:
 
 @contextlib.contextmanager
 def _results_apart() -> Iterator[None]:
-    """Keep the messages of libraries out of standard output, within a context.
+    """Keep the messages of libraries out of standard output during a ``with`` block.
 
     Libraries that write to file descriptor 1 then write to standard error.
     """
@@ -147,7 +147,7 @@ def _results_apart() -> Iterator[None]:
 
 
 def _run() -> None:
-    """Run the command that was typed, and report an error of this package in one message."""
+    """Run the command that the user typed, and report an error of this package in one message."""
     _escape_unencodable()
     try:
         _run_and_flush()

@@ -128,7 +128,7 @@ class Given(dict[str, Any]):
         return {name: self.pop(name) for name in inspect.signature(function).parameters if name in self}
 
     def rest(self, function: Function) -> dict[str, Any]:
-        """Return the arguments that were not taken, and the options of the method, as keyword arguments.
+        """Return keyword arguments: the arguments left in the dictionary, and the options of the method.
 
         The function passes the options of the method on to ``solve``. Raises OptionError if an option of the
         method does not have the form NAME=VALUE, or is a parameter of ``function`` or of ``solve``.
@@ -168,7 +168,7 @@ def command(
     def decorator(own: Function) -> typer.Typer:
         """Make a Typer app of the decorated function."""
         options = dict(inspect.signature(own, eval_str=True).parameters)
-        del options[next(iter(options))]  # the first parameter has the type Given and is not an option
+        del options[next(iter(options))]  # the first parameter receives a Given object: it is not an option
         for name, parameter in options.items():
             options[name] = parameter.replace(annotation=Annotated[parameter.annotation, infos[name]])
         parsers: dict[str, Function | None] = {}
@@ -183,7 +183,7 @@ def command(
                 options[name] = _option(parameter, info, bool(parsers[name]), not labels)
 
         def run(ctx: typer.Context, **typed: Any) -> None:
-            """Call the function with the arguments that were typed."""
+            """Call the decorated function with the arguments that the user typed."""
             given = Given()
             given.called = {str(option.name): option.opts[-1] for option in ctx.command.params}
             for name in [name for name in parsers if name in typed]:
@@ -396,7 +396,7 @@ def interrupts() -> Iterator[Callable[[], None]]:
 
 
 def ended_by_kill() -> contextlib.AbstractContextManager[None]:
-    """Return a context in which SIGTERM (from `kill` or `timeout`) has the effect of Ctrl-C.
+    """Return a context manager in which SIGTERM (from `kill` or `timeout`) has the effect of Ctrl-C.
 
     Worker processes then end too.
     """
@@ -405,7 +405,7 @@ def ended_by_kill() -> contextlib.AbstractContextManager[None]:
 
 @contextlib.contextmanager
 def handled(number: int, handler: Callable[..., Any]) -> Iterator[None]:
-    """Set the handler of a signal within a context, and restore the previous handler afterwards."""
+    """Set the handler of a signal for a ``with`` block, and restore the previous handler afterwards."""
     previous = signal.signal(number, handler)
     try:
         yield

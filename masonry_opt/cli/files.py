@@ -191,7 +191,7 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
 
 @contextlib.contextmanager
 def _options_named(called: Mapping[str, str]) -> Iterator[None]:
-    """Within a context, add the command-line option to each name of a tolerance in an error message.
+    """Add the command-line option after each name of a tolerance in errors raised in the ``with`` block.
 
     ``called`` maps parameters to options, such as ``contact_tolerance`` to "--contact-tolerance".
     """
@@ -206,9 +206,9 @@ def _options_named(called: Mapping[str, str]) -> Iterator[None]:
 
 def _case_file_message(path: Path) -> str:
     """Return the error message for an input that is already a case file, with commands to use instead."""
-    advice = f"write its solids (masonry-opt export {path} OUT.obj)"
+    advice = f"write its solids to a mesh file (masonry-opt export {path} OUT.obj)"
     if mo.load(path).dimension == 2:
-        advice = f"draw its blocks (masonry-opt convert {path} OUT.dxf)"
+        advice = f"write its blocks to a drawing (masonry-opt convert {path} OUT.dxf)"
     return f"{path} is a case file already: solve it (masonry-opt solve {path}), or {advice}"
 
 

@@ -179,8 +179,8 @@ def directions(given: Given, case: Path, plot: Path | None = None, json: bool = 
     vary=typer.Option(help="Parameter of CASE and the range to search, such as arch.thickness=0.05:0.3."),
     most=typer.Option(
         "--most",
-        help="Find the greatest instead of the least value, for a parameter that weakens the scene as it "
-        "increases.",
+        help="Find the greatest instead of the least value at which the scene is stable or carries --load. "
+        "Use this option if larger values weaken the scene.",
     ),
     time_limit=typer.Option(min=0.1, help=_TRIAL_LIMIT),
 )
@@ -229,7 +229,9 @@ def least(
     mo.Settlement.save,
     leave="end kind settled",
     direction=typer.Option(metavar="X,Y[,Z]", parser=_direction),
-    greatest=typer.Option("--greatest", help="With --plot: draw the greatest instead of the least reaction."),
+    greatest=typer.Option(
+        "--greatest", help="With --plot: draw the mechanism at the greatest instead of the least reaction."
+    ),
 )
 def settle(
     given: Given, case: Path, json: bool = False, plot: Path | None = None, greatest: bool = False
@@ -297,7 +299,7 @@ def _is_complete(answer: Any) -> bool:
 
 
 def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]) -> list[Any]:
-    """Return the answers for a report: of load cases and of crossing axles, or else of the scene alone."""
+    """Return the answers for a report: for load cases and crossing axles, or for a scene that has neither."""
     cases = scene.load_cases if scene.load_case is None else []
     answers: list[Any] = []
     if cases and not all(case.moves for case in cases):

@@ -43,7 +43,7 @@ _TEXT = 0.15  #: Width of the text next to a scale bar, relative to the scene's 
 
 @dataclass(frozen=True)
 class Elements:
-    """Everything that a drawing of a scene or result shows: blocks, motion, loads and marks on joints.
+    """Elements of a drawing of a scene or result: blocks, their motion, loads and marks on joints.
 
     Coordinates are in the case's unit of length, relative to the geometry's origin.
     """
@@ -124,7 +124,7 @@ def legend(marks: Iterable[Marks]) -> dict[str, list[Marks]]:
 
 
 def scene_elements(assembly: Assembly) -> Elements:
-    """Return everything that a drawing of an unsolved scene shows."""
+    """Return the elements of a drawing of an unsolved scene: blocks, joints, loads, ties and props."""
     still = _still(assembly)
     arrows = list(forces.load_marks(assembly, still))
     yields = np.zeros(len(assembly.scene.ties) + len(assembly.scene.props), dtype=bool)
@@ -133,7 +133,7 @@ def scene_elements(assembly: Assembly) -> Elements:
 
 
 def result_elements(result: Outcome) -> Elements:
-    """Return everything that a drawing of a result shows."""
+    """Return the elements of a drawing of a result: blocks, motions, forces, loads, ties and props."""
     assembly, d, movement = result.assembly, result.solution.d, _movement(result)
     motion = _still(assembly) if d is None else motion_of(assembly, d, d)
     layers = {"mechanism": list(_mechanism(result, motion)) if movement else []}

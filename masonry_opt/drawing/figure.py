@@ -82,9 +82,9 @@ _ABOVE_HIGHEST = 0.06  #: Length of the λ axis above the highest λ that is dra
 #: factors appear only in the legend.
 _LARGEST_DRAWN_RATIO = 2.0
 
-#: Styles of the marks where joints start to slide or open, by column of the table of the curve. A style is a
-#: verb, a colour, a marker, its size in points, and the height of the written number of joints, relative to
-#: the axes.
+#: Styles of the marks where joints start to slide or open. The keys are columns of the table of the curve. A
+#: style is a verb, a colour, a marker, the marker's size in points, and the height at which the number of
+#: joints is written, relative to the height of the axes.
 _MOTION_START_STYLES = {
     "starts_sliding": ("slide", SLIDING_COLOUR, "s", 10.0, 0.085),
     "starts_opening": ("open", HINGING_COLOUR, "o", 6.0, 0.025),
@@ -378,7 +378,7 @@ def curve_picture(result: Outcome) -> Picture:
         raise OptionError(f"{result.case}: without a live load there is no curve to draw: {other}")
     if curve is None or curve.empty:
         raise OptionError("there is no curve to draw: solve with method 'incremental' and option curve=True")
-    along = "displacement of the live load (unit: closing of a joint under the mean force of the dead load)"
+    along = "displacement of the live load (1 = elastic closing of a joint under the mean dead-load force)"
     with style():
         made, axes = curve_axes(result.assembly.scene, heading(result), along)
         jumps = _draw_curve(

@@ -30,18 +30,19 @@ _LARGEST_ARROW_LENGTH = 0.6
 _SIDE_STEP = 0.02
 _ALONG = 8  #: Number of intervals into which arrows divide the line of an edge load.
 _SPACE = 0.3  #: Smallest distance between the arrows of an edge load, relative to the longest arrow.
-#: Height of a single arrow for many forces above the highest block in space, relative to the scene's size.
-#: With a smaller value, blocks that move upwards could reach the arrow.
+#: In space, a single arrow that represents many forces is drawn above the blocks. This is its height above
+#: the highest block, relative to the size of the scene. With a smaller value, blocks that move upwards could
+#: reach the arrow.
 _SINGLE_ARROW_HEIGHT = 0.16
-#: Distance between the blocks and a single arrow that represents many forces in the plane, relative to the
-#: size of the scene.
+#: In the plane, a single arrow that represents many forces is drawn beside the blocks, at this distance
+#: relative to the size of the scene.
 _SINGLE_ARROW_DISTANCE = 0.04
-#: Length of a single arrow that represents many forces in the plane, relative to the size of the scene. In
-#: space the arrow is twice as long.
+#: Length of a single arrow that represents many forces, relative to the size of the scene. In space the arrow
+#: is twice as long.
 _SINGLE_ARROW_LENGTH = 0.07
 
-#: Components of the live load below this fraction of its largest component have no influence on the place of
-#: a single arrow in space.
+#: In space, the horizontal direction of the live load determines above which corner of the blocks a single
+#: arrow is drawn. Components of the live load below this fraction of the largest component are ignored.
 _NEGLIGIBLE_PUSH = 1e-6
 #: Style of each kind of load: colour, line width in points, legend entry, and the legend entry of a single
 #: arrow that represents all forces.
@@ -87,8 +88,8 @@ def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Ite
             yield Marks(kind, "", "line", colour, 0.8, tails, np.array([motion[p.block] for p in pieces]))
             points, motions = np.concatenate([points, arrows]), np.concatenate([motions, motion[owners]])
         if len(points):
-            # The line of a single arrow for many forces is thick. If there are more than 100 arrows, their
-            # lines are thin.
+            # A single arrow that represents many forces has a thick line. If a kind of load has more than 100
+            # arrows, their lines are thin.
             if is_single:
                 label, width = label_of_all, 2.2
             elif len(points) > 100:
@@ -347,7 +348,7 @@ def thrust_marks(result: Outcome) -> Iterable[Marks]:
     unit = (_RESULTANT if contacts is None else _RESULTANT_IN_SPACE) * size / largest
     label = f"resultant {owner}, in the case's unit of force"
     if contacts is not None:
-        label = f"resultant {owner}; the longest line is {largest:.3g} in the case's unit of force"
+        label = f"resultant {owner}; the longest line represents {largest:.3g} in the case's unit of force"
         contact_force = contacts[["fx", "fy", "fz"]].to_numpy()
         carries = np.linalg.norm(contact_force, axis=1) > IDLE * largest
         at = contacts[["x", "y", "z"]].to_numpy()[carries] - assembly.geometry.origin

@@ -13,8 +13,8 @@ from masonry_opt.solution.outcome import Outcome
 KEYFRAMES = 45
 #: Number of keyframes of the collapse, which follow the load history. A larger value makes larger pages.
 COLLAPSE_FRAMES = 15
-#: Factor by which displacements grow in the keyframes of the collapse. With a larger value, displacements
-#: before the collapse are drawn smaller.
+#: Largest displacement at the end of the animated collapse, relative to the largest displacement before the
+#: collapse. With a larger value, displacements before the collapse are drawn smaller.
 COLLAPSE_LENGTH = 3.0
 
 

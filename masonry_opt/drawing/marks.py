@@ -42,7 +42,7 @@ class Marks:
 
     @property
     def through(self) -> bool:
-        """True for arrows and for marks inside blocks, which blocks in space do not hide."""
+        """True for marks that stay visible behind blocks in space: arrows, and marks inside blocks."""
         return self.shape == "arrow" or self.name in _INSIDE
 
     def moved(self, share: float) -> np.ndarray:

@@ -48,14 +48,14 @@ _TURN = 100_000
 #: larger value makes larger pages.
 _UNITS = 20_000
 
-#: Half the drawn width of a mark with a nominal width of one point, relative to the scene's size, for marks
-#: that blocks do not hide.
+#: Radius with which a mark of ``width`` 1 is drawn, relative to the size of the scene. This radius is for
+#: marks that stay visible behind blocks.
 _RADIUS_THROUGH = 1 / 900
-#: Half the drawn width of a mark with a nominal width of one point, relative to the scene's size, for marks
-#: that blocks can hide.
+#: Radius with which a mark of ``width`` 1 is drawn, relative to the size of the scene. This radius is for
+#: marks that blocks can hide.
 _RADIUS = 1 / 500
-#: Largest half width of the marks that blocks can hide, relative to the square root of the median joint area.
-#: Scenes with small joints therefore have thinner marks.
+#: Largest radius of a mark of ``width`` 1 that blocks can hide, relative to the square root of the median
+#: joint area. Scenes with small joints therefore have thinner marks.
 _OF_JOINT = 1 / 80
 
 #: Text at the end of the library three.js in the pages that trimesh writes. It separates the library from the
@@ -259,7 +259,7 @@ def motions_of(result: Outcome, frames: Keyframes) -> np.ndarray:
 
 
 def history_marks(result: Outcome) -> list[Marks]:
-    """Return two empty marks, with the line styles of joints that have slid and of open joints."""
+    """Return two marks without points, which define the line styles of joints that have slid or are open."""
     dimension, width = result.assembly.scene.dimension, 2.3 * shrink_of(result.assembly)
     dashes, no_points = (1.6, 1.1) if dimension == 2 else (), np.empty((0, 2, dimension))
     opened = Marks("open", "is open", "line", HINGING_COLOUR, 0.7 * width, no_points, dashes=dashes)
@@ -346,8 +346,8 @@ def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any
     areas = contacts.extent[contacts.extent > 0]
     median_side = np.sqrt(np.median(areas)) if len(areas) else np.inf
     radius = min(_RADIUS * _UNITS, _OF_JOINT * median_side * scale)
-    # Map from each distinct motion of marks to its index. Index 0 is reserved for the motion of the joint
-    # that the reader selects. This motion is zero at first.
+    # Index of each distinct motion of marks. Index 0 is reserved for the mark of the joint that the reader
+    # selects; the motion of this mark is zero until a joint is selected.
     table: dict[tuple[float, ...], int] = {(0.0,) * 6: 0}
 
     def at(points: np.ndarray) -> list[int]:

@@ -167,7 +167,10 @@ def _frame(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> 
 
 
 def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> None:
-    """Draw supports, undisplaced outlines, blocks after a fraction of the magnified motion, and marks."""
+    """Draw the supports, the outlines of the blocks at rest, the displaced blocks and the marks.
+
+    The blocks are displaced by the fraction ``share`` of their magnified motion.
+    """
     assembly, origin = elements.assembly, elements.assembly.geometry.origin
     rings, supports = outlines(assembly.geometry.polygons), elements.supports
     blocks = np.setdiff1d(np.arange(len(rings)), supports)

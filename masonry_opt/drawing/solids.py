@@ -62,8 +62,8 @@ _MARGIN_IN_SPACE = 0.03
 _LARGEST_AXIS_LENGTH = 0.1
 #: Distance of the letters x, y and z from the origin, relative to the length of the coordinate axes.
 _AXIS_LETTER_DISTANCE = 1.4
-#: Smallest distance of a block's name from the boundary of its visible face, relative to the largest possible
-#: distance.
+#: Smallest distance of a block's name from the boundary of its visible face, relative to the distance of the
+#: innermost point of this face from the boundary.
 _INNER = 0.8
 #: Smallest font size of block names, in points. Names that would have to be smaller are omitted.
 _SMALLEST_NAME_SIZE_IN_SPACE = 2.0
@@ -348,7 +348,7 @@ class Solids:
         """Return a note that states the length of the drawn coordinate axes and the angles of the view."""
         azimuth, elevation = self.view
         direction = f"seen from azimuth {azimuth:g}°, elevation {elevation:g}°"
-        return f"axes: {self.unit:g} long, in the length unit of the case; {direction}"
+        return f"the drawn axes are {self.unit:g} long, in the length unit of the case; {direction}"
 
     def draw(self, names: bool) -> None:
         """Draw faces, edges, marks, coordinate axes and, if ``names`` is True, the names of visible blocks.

@@ -119,7 +119,10 @@ def _objective(words: str, problem: Problem) -> str:
 _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
     "static": partial(_associative, PyomoStatic, "-load_factor"),
     "kinematic": partial(
-        _associative, PyomoKinematic, "the work of a mechanism (the minimum is the load factor)"
+        _associative,
+        PyomoKinematic,
+        "the dissipated energy minus the work of the dead load, both divided by the work of the live load "
+        "(the minimum is the load factor),",
     ),
     "global": _global,
     "mpec": _mpec,
@@ -356,7 +359,7 @@ def _header(contents: str, assembly: Assembly) -> list[str]:
         f"{MARK}: {contents} for {name}",
         f"movable blocks: {problem.blocks}, joints: {len(assembly.joints.first)}{points}",
         *([f"friction: {friction}"] if points else []),
-        f"the unit of force is {problem.force_unit!r}, and the unit of length is {problem.length_unit!r}, in "
-        "units of the case; the load factor is the same as in the case",
+        f"in this file, one unit of force is {problem.force_unit!r} and one unit of length is "
+        f"{problem.length_unit!r}, in the units of the case; the load factor is the same as in the case",
     ]
     return [line.encode("ascii", "replace").decode() for line in lines]

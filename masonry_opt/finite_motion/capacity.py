@@ -144,9 +144,9 @@ def _refuse_parts_not_followed(result: Result) -> None:
 
 
 def _not_followed(assembly: Assembly) -> dict[str, list[str]]:
-    """Return the kinds of parts that prevent a capacity curve, each with the names of its ties or props.
+    """Return the kinds of parts for which no capacity curve can be computed, each with its parts' names.
 
-    In space, a capacity curve takes account of ties and props.
+    Only ties and props have names. In space, a capacity curve takes account of ties and props.
     """
     parts: dict[str, list[str]] = {}
     for force in assembly.limited:
@@ -351,14 +351,15 @@ class Capacity:
             raise OptionError(f"{case}: {needed}")
         if len(self.steps) < 2:
             raise NoLoadFactorError(
-                f"{case}: the curve has no state after the onset of collapse, so no check is possible: "
-                f"{self.message}"
+                f"{case}: the capacity curve has no state after the onset of collapse, so the kinematic "
+                f"check is not possible: {self.message}"
             )
         share = self._share_of_weight() if quake is None else None
         if share is not None:
             needed = "the check needs a horizontal live load on each block, equal to the block's weight"
             found = (
-                f"the live load is {share:.3g} times the weight of the loaded blocks, or it is not horizontal"
+                "the live load is not horizontal, or differs from the weight of the loaded blocks "
+                f"(live load / weight = {share:.3g})"
             )
             ways = "specify 'live_per_weight = [1, 0]' or a horizontal [earthquake]"
             raise OptionError(f"{case}: {needed}: {found}: {ways}")
@@ -434,7 +435,9 @@ class Capacity:
                 f"{numeral(self.load_factor, '.6g')} at the onset of collapse ({own_name(self.result)})"
             ),
             "certainty": certainty(self.result),
-            "displacement": f"{ended} at the end (in the length unit of the case), where λ = {at_end}",
+            "displacement": (
+                f"{ended} at the end of the curve (in the length unit of the case), where λ = {at_end}"
+            ),
             "end": self.message,
         }
         for _, row in events.iloc[: -1 if self.reaches_zero else None].iterrows():

@@ -63,12 +63,12 @@ def curve_picture(result: Result, table: "pd.DataFrame", mover: str, message: st
 def displaced_picture(
     assembly: Assembly, state: "pd.Series[Any]", joints: "pd.DataFrame", poses: np.ndarray
 ) -> "Picture":
-    """Plot the displaced blocks to scale, in one state of a curve.
+    """Plot the displaced blocks to scale, in one state of a capacity curve.
 
     Parameters
     ----------
     assembly: Scene at rest.
-    state: Row of the table of the curve.
+    state: Row of the table of the capacity curve.
     joints: Table of the joints in this state.
     poses: Poses of all blocks in this state.
     """

@@ -26,12 +26,13 @@ from masonry_opt.solution.thresholds import same
 #: Tolerance for recognising a mechanism as a rotation about an edge, relative to the largest velocity or the
 #: scene's size. With a larger value, more mechanisms count as rotations.
 _ROTATION_TOLERANCE = 1e-3
-#: If λ grows without bound as an angle is approached, the path ends earlier, by this fraction of the angle.
+#: If λ grows without bound as the rotation approaches some angle, the path ends before this angle is reached,
+#: by this fraction of the angle.
 _POLE_DISTANCE = 1e-3
 #: A joint is reported as opening or sliding if its rate exceeds this fraction of the largest rate.
 _REPORTED_SHARE = 1e-3
-#: Number of angles between 0 and 90° at which moments are computed to find an interval that contains the end
-#: of the path.
+#: Number of angles of rotation, from 0 to 90°, at which the moments about the edge are computed. The path
+#: ends between two neighbouring angles, where the resisting or the driving moment vanishes.
 _BRACKETING_ANGLES = 2000
 #: Small angle (rad) by which the body is rotated to determine if ties and props lengthen or shorten.
 _DIFFERENCE_ANGLE = 1e-6
@@ -107,7 +108,7 @@ class EdgePath:
             )
 
     def _poses(self, angle: float) -> np.ndarray:
-        """Return the poses of all blocks and of the ground after a rotation by ``angle``.
+        """Return the poses of all blocks and of the ground after the body has rotated by ``angle``.
 
         The shape is (blocks + 1, 6). Only the blocks of the rotating body move: they rotate about the edge.
         The last pose is the pose of the ground, which does not move.
@@ -117,11 +118,11 @@ class EdgePath:
         return self.turns[:, None] * pose
 
     def _loads(self, angle: float) -> list[Forces]:
-        """Return the dead and the live forces after a rotation of the body by an angle."""
+        """Return the dead and the live forces after the body has rotated by an angle."""
         return [moved(forces, self._poses(angle)[self.assembly.movable]) for forces in self.forces]
 
     def _struts(self, angle: float) -> list[tuple[LimitedForce, float]]:
-        """Return ties and props after a rotation of the body by an angle, with their forces.
+        """Return the ties and props, each with its force, after the body has rotated by an angle.
 
         If the rotation continues, a tie that lengthens and a prop that shortens have their highest force. All
         other ties and props have their lowest force.
@@ -140,7 +141,7 @@ class EdgePath:
         return struts
 
     def _moments(self, angle: float) -> tuple[float, float]:
-        """Return the resisting and the driving moment about the edge at an angle of rotation.
+        """Return the resisting and the driving moment about the edge after the body has rotated by an angle.
 
         The resisting moment is that of dead loads, ties and props. The driving moment is that of the live
         load for λ = 1. λ is the ratio of both moments.
@@ -214,7 +215,7 @@ class EdgePath:
         return reason(code, pairs=self.assembly.pairs(joints))
 
     def _problem(self, angle: float) -> Problem:
-        """Return the equilibrium problem of the blocks after a rotation of the body by an angle.
+        """Return the equilibrium problem of all blocks after the moving blocks have rotated by an angle.
 
         At the edge of rotation, friction acts along the contact face of the body, which turns with the body.
         Contact points of the opened joints away from the edge carry no force. Points on the edge have no

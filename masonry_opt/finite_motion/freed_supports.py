@@ -91,8 +91,8 @@ def freed(
     """
     held = push is None
     across = np.linalg.svd(direction[None])[2][0 if held else 1 :]
-    # A moment restraint is a couple of forces whose lever arm is the length unit, so all restraints have
-    # similar sizes.
+    # A moment restraint is a couple of forces whose lever arm is the length unit. Its entries in the matrix
+    # then have magnitudes similar to those of a force restraint.
     couples = assembly.problem.length_unit * np.eye(moments_in(len(direction)))
     restraints: list[LimitedForce] = []
     previous = None

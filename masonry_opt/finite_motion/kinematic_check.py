@@ -42,7 +42,7 @@ class CodeRules:
 
     ultimate: float  #: ultimate displacement d*_u, as a fraction of the displacement d*_0 at λ = 0
     secant: float  #: displacement d*_s that defines the secant period, as a fraction of d*_u
-    period: float  #: secant period T_s divided by √(d*_s / a*_s), with the acceleration a*_s at d*_s
+    period: float  #: factor k in the secant period T_s = k √(d*_s / a*_s); a*_s is the acceleration at d*_s
     has_linear: bool  #: True if the building code has a linear check in this limit state
     #: True if the demand is the largest spectral displacement up to the secant period. False if the demand is
     #: the spectral displacement at the secant period.
@@ -316,7 +316,7 @@ def _gravity_warnings(gravity: float, extent: float, height: float, period: floa
     with the same capacity curve, and ``period`` is the secant period. The secant period alone is no evidence:
     it is long for every mechanism if d*_s is close to d*_0.
     """
-    metre = gravity / GRAVITY  # length of a metre in the unit of length that the gravity implies
+    metre = gravity / GRAVITY  # one metre in the unit of length for which ``gravity`` is right
     is_plausible = SMALLEST_SCENE <= extent / metre <= LARGEST_SCENE
     if is_plausible and min(extent, height) / metre <= _HIGHEST_ROCKING_BLOCK:
         return ()

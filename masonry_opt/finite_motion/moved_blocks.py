@@ -1,4 +1,4 @@
-"""Contacts, equilibrium problem and least violation of equilibrium of displaced blocks."""
+"""Compute the contacts and the equilibrium of displaced blocks, or the least violation of equilibrium."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -29,8 +29,8 @@ from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, Linear
 from masonry_opt.solvers.registry import Verdict, find_solver
 
 #: Smallest rate of the control point along the live load, relative to the largest rate of a loaded point. The
-#: value also limits the resultant of the live loads, relative to the sum of their magnitudes. Below the
-#: value, an error is raised.
+#: number is also the smallest resultant of the live loads, relative to the sum of their magnitudes. If the
+#: rate or the resultant is smaller, an error is raised.
 LEAST_RATE = 1e-6
 #: Points of Simpson's rule on an edge, as fractions of its length. The rule integrates cubic functions
 #: exactly.
@@ -66,7 +66,7 @@ def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
         difference = problem.by_block(forces.about(centroid)) / units - problem.by_block(load)
         if np.abs(difference).max(initial=0.0) > LOWER * max(1.0, np.abs(load).max()):
             follows = "a capacity curve can be computed only for weights, forces at points and loads on edges"
-            others = "the scene has other loads, whose points of action on displaced blocks are unknown"
+            others = "the scene also has loads whose points of action on displaced blocks are unknown"
             left_out = "omit [[fill]], or " if assembly.scene.fills else ""
             remedy = f"{left_out}use 'solve' to compute only the load factor"
             raise OptionError(f"{assembly.scene.called}: {follows}: {others}: {remedy}")
@@ -74,7 +74,7 @@ def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
 
 
 def _joined(assembly: Assembly, kind: str, *parts: Forces) -> Forces:
-    """Return one record with the given forces and with all edge loads of a kind, "dead" or "live"."""
+    """Return one set of forces: the forces in ``parts``, and all edge loads of a kind, "dead" or "live"."""
     on_edges = [_on_edge(piece, assembly) for piece in assembly.loaded_pieces if piece.kind == kind]
     forces = [*parts, *on_edges]
     block = np.concatenate([part.block for part in forces])
@@ -154,7 +154,7 @@ class MovedBlocks:
 
     @classmethod
     def of(cls, assembly: Assembly, forces: tuple[Forces, Forces], unit: float, live: float) -> "MovedBlocks":
-        """Create the moved blocks of an assembly from its dead and live forces.
+        """Create the ``MovedBlocks`` of an assembly; ``forces`` are its dead and its live forces.
 
         All forces are divided by ``unit``, and load factors by ``live``.
         """
@@ -180,7 +180,7 @@ class MovedBlocks:
 
     @property
     def corner(self) -> np.ndarray:
-        """Positions at rest of the start and end of each joint, shape (joints, 2 corners, 2 coordinates)."""
+        """Start and end of each joint before the blocks move, shape (joints, 2 corners, 2 coordinates)."""
         return np.stack([self.joints.start, self.joints.end], axis=1)
 
     @property
@@ -193,7 +193,7 @@ class MovedBlocks:
 
     @cached_property
     def faces(self) -> np.ndarray:
-        """For each corner and each block of a joint, True if the block is touched on an edge.
+        """For each corner of a joint and each of its blocks, True if the corner is on an edge of the block.
 
         The shape is (joints, 2 corners, 2 blocks).
 
@@ -402,7 +402,7 @@ def least_missed(
 
 
 def control_force(result: Result, live: Forces, block: str | None, point: tuple[float, ...] | None) -> Forces:
-    """Return the forces that define the control displacement.
+    """Return the forces along which the control displacement is measured.
 
     The control displacement is the mean displacement of the points of action along these forces.
 

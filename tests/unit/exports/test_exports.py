@@ -276,7 +276,7 @@ def test_units_and_titles_stand_in_the_header_whatever_the_title(tmp_path):
         head = path.read_text().split("Source")[0]
         # The median weight of a block is 1500. Feet are 200 wide, and blocks are 500 wide.
         assert "movable blocks: 2, joints: 3" in head
-        assert "the unit of force is 1500.0, and the unit of length is 100.0, in units of the case" in head
+        assert "one unit of force is 1500.0 and one unit of length is 100.0, in the units of the case" in head
         assert "Br?cke" in head
         found = abs(solved_by_highs(path).getInfo().objective_function_value) / times(head)
         assert found == pytest.approx(mo.solve(two_feet(), "static").required(), rel=1e-6)
