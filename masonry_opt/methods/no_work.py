@@ -115,8 +115,8 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
         if answer is None:
             return None
         size, work = _size(answer.load_factor, at, share), _live_work(problem, answer.load_factor, answer.d)
-        # Extrapolate λ linearly to size 1, at which the modified loads equal the loads of the scene, and use
-        # the result as the next λ₀. For a given mechanism, λ is a linear function of the size. The first
+        # Extrapolate λ linearly to size 1, at which the modified loads equal the loads of the scene. The
+        # result is the next λ₀. For a given mechanism, λ is a linear function of the size. The first
         # extrapolation starts from λ = 0 at size 0.
         slope = (answer.load_factor - last[1]) / (size - last[0] or ZERO)
         load_factor, last = answer.load_factor + (1 - size) * slope, (size, answer.load_factor)

@@ -209,7 +209,7 @@ def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[Limited
     """Generate the earth pressure on each inclined or upright piece of an edge, as a horizontal force.
 
     Only pieces of movable blocks have such a force. It lies between K_a and m K_p times the vertical stress
-    over the height of the piece (Rankine), times the factor of the load case.
+    over the height of the piece (Rankine). The factor of the load case multiplies both limits.
     """
     for piece in pieces:
         fill, block, height = scene.fills[piece.fill], scene.blocks[piece.block], piece.height
@@ -423,12 +423,11 @@ def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.
     before = np.pad(after, ((0, 0), (1, 0)))[:, :-1]
     first = np.maximum(before, t0)
     meets = after - first
-    # Compute the positions along each piece, from 0 (near end) to 1 (far end), at which its first and its
-    # last ray arrive.
+    # Compute where the first and the last ray arrive on each piece: 0 at the near end, 1 at the far end.
     s0, s1 = (
         np.divide(t * h0 - u0, du - t * dh, out=np.zeros_like(t), where=meets > 0) for t in (first, after)
     )
-    # The density of the rays along a straight piece is proportional to 1 / h², where h is the depth below the
+    # Along a straight piece, the density of the rays is proportional to 1 / h². Here h is the depth below the
     # load. The resultant acts at the centroid of this density.
     at = u0 + (s0 + (s1 - s0) * _centre(h0 + s0 * dh, h0 + s1 * dh)) * du
     # Rays that end on an upright face are assigned to the far end of the last piece before the face.

@@ -21,8 +21,8 @@ LEAST = "least, proven"
 LEAST_AT_POSITION = "least at this position, proven"
 #: Name of the load factor of a crossing that was stopped by the user or by the time limit.
 LEAST_SO_FAR = "the least at the positions solved so far"
-#: Name of the load factor of a state that is not exact. The name is also used for an exact state whose load
-#: factor is larger than the load factor at the end of the load history.
+#: Name of the load factor of a state that is not exact. The name is also used for an exact state whose λ is
+#: larger than λ at the end of the load history.
 FOUND = "found"
 INCREMENTAL = "incremental"  #: Name of the largest load factor of the load history.
 #: Name of the load factor that moving blocks carry after the collapse begins, if it is smaller than the

@@ -23,16 +23,16 @@ from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Solver, in_cvxpy
 
 #: Limit of the energy error of sliding joints, relative to λ. Below this limit, a run with rough sub-problems
-#: (large solver tolerance) looks for an exact state, and ends early if it finds one. A smaller limit needs
-#: more sub-problems: on façades, 1e-3 needs two to three times as many.
+#: (large solver tolerance) looks for an exact state, in order to end early. A smaller limit needs more
+#: sub-problems: on façades, 1e-3 needs two to three times as many.
 _NEARLY_TRUE = 5e-3
 
 #: If the search for an exact state fails, the loop solves this number of sub-problems before it searches
 #: again. With a smaller number, more searches fail.
 _PAUSE = 2
 
-#: If λ doubles from one sub-problem to the next this number of times in a row, the loop counts as divergent,
-#: and the run ends.
+#: Number of successive doublings of λ, from one sub-problem to the next, after which the loop counts as
+#: divergent. The run then ends.
 _DOUBLINGS = 5
 
 #: Smallest relative increase of λ from one sub-problem to the next that counts as steady growth of the loop.
@@ -314,7 +314,7 @@ def accurate_end(
     """Return an exact state with the mechanism of ``state`` and the load factor nearest to ``near``.
 
     ``state`` is the solution of an accurate sub-problem. None is returned if no forces bring the faces with
-    nonzero rates to yield, or if forces and mechanism do not form one collapse state.
+    nonzero rates to yield. None is also returned if forces and mechanism do not form one collapse state.
     """
     scaled = in_units_of_live_load(problem)
     for share in _MOVING_RATE_SHARES:
