@@ -256,7 +256,7 @@ class Problem(ProblemParts):
     def face_constant(self) -> np.ndarray:
         """Return the constant term of each yield condition without the part from cohesion, shape (faces,).
 
-        The constant is nonzero only for chords of crushing and for limits of forces.
+        The constant is nonzero only for chords of crushing and for forces with limits.
         """
         constant = np.zeros(self.faces)
         constant[self.table.bent] = np.outer(self.crushing_force, CHORDS.constant)

@@ -228,7 +228,7 @@ def _not_certified(v: dict[str, Any]) -> str:
 
 
 def _jumps(v: dict[str, Any]) -> str:
-    """Return a text about the jumps of a load history, such as " with 2 jumps", or "" without jumps."""
+    """Return the number of jumps of a load history as text, such as " with 2 jumps"; "" without jumps."""
     return f" with {counted(v['jumps'], 'jump')}" if v["jumps"] else ""
 
 
@@ -308,7 +308,7 @@ def _bracket(v: dict[str, Any]) -> str:
 
 
 def _imposed(v: dict[str, Any]) -> str:
-    """Return a text about the limits of rates and forces that method "global" imposes by assumption."""
+    """Return the bounds on rates and forces that method "global" assumes, as text."""
     limits = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
     limits += ["normal forces of at most ten times the sum of all loads"] if v["forces"] else []
     return f"{' and '.join(limits)} (assumed limits)"
