@@ -54,8 +54,9 @@ class ProofCheck:
         return (
             f"proven: no collapse state has a load factor from 0 to {self.bound:.9g}. The proof consists of "
             f"{self.static} static and {self.kinematic} kinematic conflicts, checked in exact arithmetic. It "
-            f"covers all states in which the joint forces sum to at most {self.reach:.1e} times the loads, "
-            "and the joint rates to at most this multiple of the mean velocity of the live load"
+            f"covers all states in which two ratios are at most {self.reach:.1e}: the ratio of the sum of "
+            "forces to the sum of loads, and the ratio of the sum of velocities and rates to the mean "
+            "velocity of the live load"
         )
 
 
@@ -90,7 +91,7 @@ def check(problem: Problem, proof: Proof) -> ProofCheck:
 
 
 def _faults_of_form(problem: Problem, proof: Proof) -> list[str]:
-    """Return the faults of a proof that has the wrong form or belongs to another scene."""
+    """Return the faults in the form of a proof, such as missing multipliers; an empty list without faults."""
     if problem.layout.round or problem.dilatancy_depends_on_stress:
         return ["proofs exist only for plane scenes whose dilatancy does not depend on stress"]
     if not 0 < proof.bound < proof.load_factor:
@@ -126,8 +127,8 @@ class _Checker:
         self._bound = Fraction(proof.bound)
         self._load = sum(map(abs, self._dead)) + self._bound * sum(map(abs, self._live))
         self._sliders = len(problem.sliding)
-        #: Largest size of the states that all conflicts checked so far exclude, see ``ProofCheck.reach``;
-        #: infinite if no conflict has residuals.
+        #: Limit of the forces, velocities and rates up to which the conflicts checked so far exclude states,
+        #: see ``ProofCheck.reach``; infinite if no conflict has residuals.
         self.reach = float("inf")
         self._energy: list[Fraction | None] = list(self._cohesion)
 
@@ -148,7 +149,7 @@ class _Checker:
         return faults
 
     def _wrong_senses(self) -> list[list[int]]:
-        """Return the pairs of yield conditions that do not belong to the two senses of one joint."""
+        """Return the pairs of yield conditions that are not the two sliding directions of one joint."""
         sliders = self._sliders
         pairs = self._proof.senses.tolist()
         return [[one, other] for one, other in pairs if not (one < sliders and other == one + sliders)]
@@ -156,7 +157,7 @@ class _Checker:
     def _faults_of_energy(self) -> list[str]:
         """Check the energy bounds and return their faults.
 
-        Add the bounds to the energies of sliding conditions.
+        The bounds are added to the energies of the sliding conditions.
         """
         problem, faults = self._problem, []
         proven = {bound.condition: bound for bound in self._proof.energy_bounds}
@@ -225,8 +226,8 @@ class _Checker:
             return "the multiplier of the energy balance is negative"
         if weight > 0 and None in self._energy:
             return (
-                "the energy balance needs a lower bound on the energy of every yield condition, but the "
-                "bound of at least one yield condition is missing"
+                "the energy balance needs a lower bound on the energy that each yield condition dissipates, "
+                "but at least one such bound is missing"
             )
         internal = self._B.times(forces)
         unbalanced = max(

@@ -32,11 +32,12 @@ from masonry_opt.solvers.registry import find_solver
 #: Ratio of ε in a relaxation to ε in the previous relaxation. With a larger ratio a series needs more solves.
 _FALL = 0.1
 
-#: Factor by which the first ε of a series of relaxations is multiplied if the previous series has failed.
+#: If a series of relaxations fails, the next series begins with this fraction of the first ε of the failed
+#: series.
 _SMALLER_START = 1e-3
 
-#: Smallest first ε of a series of relaxations. If all series down to this ε fail, the method ends without an
-#: answer.
+#: Smallest ε with which a series of relaxations may begin. If the series from all permitted ε fail, the
+#: method ends without an answer.
 _SMALLEST_START = 1e-8
 
 #: Options of IPOPT. Each solve starts from the solution of the previous solve, and the warm-start options
@@ -254,7 +255,7 @@ def _relaxed(task: Task, start: State | None) -> Solution:
 
 
 def _epsilons(epsilon: float, smallest: float) -> Iterator[float]:
-    """Generate the bounds ε of a series of solves, from the largest to the smallest."""
+    """Generate the bounds ε of the products z p in a series of relaxations, in descending order."""
     while epsilon > smallest:
         yield epsilon
         following = _FALL * epsilon

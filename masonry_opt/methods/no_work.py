@@ -35,14 +35,14 @@ from masonry_opt.solution.thresholds import APART, ZERO
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import find_solver
 
-#: Largest work of the live load, and largest energy z·p, that count as zero, relative to the work of the dead
-#: load. The loop of linear programs leaves energies of this size, because sliding joints contract by 10⁻³ μ
-#: per unit slip.
+#: The work of the live load and the energy z·p count as zero below this fraction of the dead load's work. The
+#: loop of linear programs leaves energies of this size, because its sliding joints contract by 10⁻³ μ per
+#: unit slip.
 _NEGLIGIBLE_WORK = 1e-3
 
-#: Fractions σ of the dead load that grow with the live load, in the order in which they are tried. Larger
-#: fractions are used if the mechanism moves against the live load. With a smaller fraction, the loop fails
-#: more often: with 0.5 on 11 of 67 random scenes, with 0.1 on all.
+#: Fractions σ of the dead load that grow in proportion to the live load, in the order in which they are
+#: tried. If the live load does negative work, the fractions are increased. With smaller fractions the loop
+#: fails more often: with 0.5 on 11 of 67 random scenes, with 0.1 on all.
 _DEAD_LOAD_SHARES = 0.75, 0.5
 
 #: Largest number of estimates of the load factor in the search for a collapse without work of the live load.
@@ -115,8 +115,9 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
         if answer is None:
             return None
         size, work = _size(answer.load_factor, at, share), _live_work(problem, answer.load_factor, answer.d)
-        # Extrapolate the next λ₀ linearly over the size of the loads, because λ is a linear function of this
-        # size for a given mechanism. The first extrapolation assumes λ = 0 for loads of size zero.
+        # Extrapolate λ linearly to size 1, at which the modified loads equal the loads of the scene. The
+        # result is the next λ₀. For a given mechanism, λ is a linear function of the size. The first
+        # extrapolation starts from λ = 0 at size 0.
         slope = (answer.load_factor - last[1]) / (size - last[0] or ZERO)
         load_factor, last = answer.load_factor + (1 - size) * slope, (size, answer.load_factor)
         if min(size, load_factor) <= ZERO or work > _NEGLIGIBLE_WORK:
@@ -134,7 +135,7 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
 
 
 def _associative_and_work(task: Task) -> tuple[float, float] | None:
-    """Return the associative load factor, and the live load's work divided by the dead load's work.
+    """Return the associative load factor, and the ratio of the live load's work to the dead load's work.
 
     The work is done in a mechanism that the dead load drives. The mechanism obeys the joints' own flow rule
     and is complementary to the associative forces. None is returned if this mechanism does not exist, or if
@@ -160,9 +161,10 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
 
 
 def _size(load_factor: float, at: float, share: float) -> float:
-    """Return the factor s for which the modified loads at λ are s times the loads of the scene at λ / s.
+    """Return the factor s by which the modified loads differ from the loads of the scene.
 
-    The factor s is 1 at λ = ``at``. ``share`` is the fraction of the dead load that grows with the live load.
+    The modified loads at λ are s times the loads of the scene at λ / s. The factor s is 1 at λ = ``at``.
+    ``share`` is the fraction of the dead load that grows with the live load.
     """
     return 1 + share * (load_factor / at - 1)
 
@@ -176,7 +178,7 @@ def _live_work(problem: Problem, load_factor: float, d: np.ndarray) -> float:
 
 
 def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, share: float) -> Solution:
-    """Convert a solution under modified loads to a solution of the scene, with the answer ``found``.
+    """Convert a solution under modified loads to the loads of the scene, and set its answer to ``found``.
 
     If the modified loads are s times those of the scene, a load factor λ becomes λ / s, or NaN if the loads
     vanish. ``alike`` is True if a state remains valid when loads and forces are scaled. If it is False,
@@ -185,7 +187,10 @@ def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, shar
     """
 
     def of_scene(values: Mapping[str, Any], names: Iterable[str]) -> dict[str, Any]:
-        """Convert the named load factors, except None, from the modified loads to the loads of the scene."""
+        """Convert load factors from the modified loads to the loads of the scene.
+
+        ``names`` are the keys of the load factors in ``values``. Missing values and None are left out.
+        """
         load_factors = {name: values[name] for name in names if values.get(name) is not None}
         sizes = {name: _size(value, at, share) for name, value in load_factors.items()}
         return {name: load_factors[name] / size if size > ZERO else nan for name, size in sizes.items()}

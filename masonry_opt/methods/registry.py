@@ -33,8 +33,9 @@ _VARYING = frozenset({"dilatancy"})
 #: Properties of scenes that method "global" does not support.
 _REFUSED_BY_GLOBAL = _VARYING | {"strength", "forces", "space"}
 
-#: Solvers of the loop, by model, interior-point methods first. A simplex method returns a vertex, where some
-#: joints have no normal force. The shear limits of the next sub-problem would keep these forces near zero.
+#: Solvers of the loop by modelling language, interior-point methods first. A simplex method returns a vertex,
+#: at which some joints have no normal force. The shear limits of the next sub-problem then permit almost no
+#: normal force in these joints.
 _OF_LOOP = {"cvxpy": (), "pyomo": ("highs-ipm", "highs", "highs-hipo")}
 
 #: Solver of methods that work on the matrices directly, without a modelling language.
@@ -43,7 +44,7 @@ _NEWTON = {MATRICES: ("newton",)}
 #: Solvers of nonlinear programs.
 _NONLINEAR = {"pyomo": capable("pyomo", lambda solver: solver.nonlinear)}
 
-#: Solver of method "global", by model.
+#: Solver of method "global", by modelling language.
 _PYOMO = {"pyomo": ("highs",)}
 
 _own = partial(Method, own_tolerances=True, refuses=_VARYING)
@@ -74,7 +75,7 @@ METHODS = {method.name: method for method in _ALL}
 DEFAULT = "coulomb"  #: Name of the default method.
 INCREMENTAL_METHOD = "incremental"  #: Name of the method whose answer is the incremental load factor.
 
-#: Former names of methods. Each value is the text with which an error message states the present name.
+#: Former names of methods. Each value completes the error message "method NAME is now ...".
 FORMER_METHODS = {
     "mcp": "called 'coulomb'",
     "compliant": "called 'incremental'",
@@ -216,7 +217,7 @@ class HowToSolve:
 
     @cached_property
     def engine(self) -> Solver:
-        """Solver of the method, with its tolerance, after a check that the method supports both.
+        """Check that the method supports the solver and the tolerance, and return the solver.
 
         Raises OptionError if
 

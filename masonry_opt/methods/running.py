@@ -93,9 +93,10 @@ def _ends_without_work(problem: Problem, solution: Solution) -> bool:
 
 
 def _exact_without_work(task: Task, method: Method, before: Solution) -> Solution:
-    """Return an exact collapse in which the live load does no work, if its λ is in a known range.
+    """Return an exact collapse in which the live load does no work, or ``before`` if there is none.
 
-    ``before`` is the solution whose load history gives this range. It is returned if no exact state fits.
+    ``before`` is a solution whose load history shows that λ is in a range. The exact collapse must have its λ
+    in this range.
     """
     from masonry_opt.methods.no_work import without_work
 

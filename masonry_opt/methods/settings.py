@@ -46,7 +46,7 @@ class Settings:
     """
 
     def __post_init__(self) -> None:
-        """Raise OptionError if the value of a field has a wrong type or fails its check."""
+        """Raise OptionError if the value of a field has a wrong type or is not permitted."""
         settings: Any = type(self)  # annotated as Any, because mypy regards the class as not hashable
         for name, kind, check in _fields_to_check(settings):
             value = getattr(self, name)
@@ -69,7 +69,7 @@ def _is_range(kind: Any) -> bool:
 
 
 def _is_valid(value: Any, kind: Any, check: _Check) -> bool:
-    """Return True if a value has the type of its field and its numbers pass the check."""
+    """Return True if a value has the type of its field and its numbers are in the permitted range."""
     if get_origin(kind) is tuple:
         inner = get_args(kind)[0]
         if not isinstance(value, tuple) or not all(_is_valid(each, inner, check) for each in value):

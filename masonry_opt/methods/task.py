@@ -38,7 +38,7 @@ class Task:
     options: Any = None  #: options of the method, or None if the method has no options
     effort: Effort = field(default_factory=Effort)  #: counts of time, programs and solvers
     progress: Progress = lambda _: None
-    #: Cache of compiled programs, which analyses of the same scene with other friction or strength reuse.
+    #: Cache of compiled programs. Analyses of the same scene with other friction or strength use them again.
     kept: ProgramCache = field(default_factory=ProgramCache)
     #: Solution of the same problem by method "incremental", or None if this method is switched off.
     incremental: Solution | None = None

@@ -25,8 +25,8 @@ from masonry_opt.scene.scene import Scene
 #: Attributes of a scene that determine the equilibrium matrices. If an attribute changes, the matrices are
 #: assembled again.
 _MATRIX_KEYS = ("gravity", "tolerance", "contact_tolerance", "thickness", "blocks", "fills", "ties", "props")
-#: Attributes of a scene that determine the loads, but not the matrices. All remaining attributes are joint
-#: properties or text.
+#: Attributes of a scene that determine the loads, but not the matrices. Attributes that are neither in this
+#: list nor in ``_MATRIX_KEYS`` are joint properties or text.
 _LOAD_KEYS = ("tilt", "edge_loads", "loads", "earthquake", "load_case")
 
 #: Largest permitted limit of the force of a tie, a prop or earth pressure, relative to the unit of force. A
@@ -76,9 +76,9 @@ class Assembly:
 
     @property
     def block_loads(self) -> Loads:
-        """Return the loads on the movable blocks.
+        """Return the weights, the further dead forces and the live forces on the movable blocks.
 
-        If supports have settled, the loads act at the displaced points of action.
+        If supports have settled, the forces act at the displaced points of action.
         """
         if self.at_rest is None:
             return loads(self.scene, self.geometry, self.movable)

@@ -40,7 +40,7 @@ def turned(vectors: np.ndarray, poses: np.ndarray) -> np.ndarray:
 
 
 def moved(forces: Forces, poses: np.ndarray) -> Forces:
-    """Return forces whose points of action move with the displaced blocks.
+    """Move the points of action of forces with the displaced blocks, and return the forces.
 
     The directions and sizes of the forces do not change. ``poses`` are the poses of the movable blocks, shape
     (b, 3), in space (b, 6).

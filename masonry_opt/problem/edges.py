@@ -20,12 +20,13 @@ _ZERO_COEFFICIENT = 1e-14
 
 
 class EdgeFactors:
-    """Static and kinematic equations of a plane problem, as linear forms of numbered unknowns.
+    """Static and kinematic equations of a plane problem.
 
-    The unknowns and the constant 1 are called *factors*, because the relaxation multiplies them.
+    Each equation is a linear form of numbered unknowns (see ``Form``). The unknowns and the constant 1 are
+    called *factors*, because the relaxation multiplies them.
 
     - Statics: x₂ = n₁, x₃ = n₂ and z₀ of each joint, then λ, then 1. Here z₀ is the slack of sliding in the
-      positive sense, or the shear s if the joint cannot slide.
+      positive direction, or the shear s if the joint cannot slide.
     - Kinematics: u₂, u₃, p₀, p₁ of each joint, then d, then 1. Here u = 2 p are the openings of the edges by
       rocking, and p₀ and p₁ the sliding rates; a joint that cannot slide has no index for them.
 
@@ -81,10 +82,10 @@ class EdgeFactors:
 
     @cached_property
     def other_slacks(self) -> dict[int, Form]:
-        """Return the slack z₁ of sliding in the negative sense at each joint, as a linear form.
+        """Return the slack z₁ of each joint against sliding in the negative direction.
 
-        The slack is z₁ = 2 (c + μ n) − z₀ ≥ 0. The key of each form is the number of the rate p₁, which is
-        complementary to the slack.
+        Each slack is a linear form of the factors of statics: z₁ = 2 (c + μ n) − z₀ ≥ 0. The key of each form
+        is the number of the rate p₁, which is complementary to the slack.
         """
         forms = {}
         for j in self.problem.sliding.tolist():
@@ -129,10 +130,10 @@ class EdgeFactors:
                 yield form
 
     def openings(self) -> Iterator[tuple[Form, int]]:
-        """Generate each edge opening that is never negative, and the index of the edge's rocking rate u.
+        """Generate the edge openings that cannot be negative, each with the index of the edge's rocking rate.
 
-        An opening is a row of Aᵀd, a linear form of the velocities d. Edges of joints with negative
-        dilatancy, which can also close, are left out.
+        An opening is a row of Aᵀd, a linear form of the velocities d. The rocking rate is u. Edges of joints
+        with negative dilatancy, which can also close, are left out.
         """
         for j in range(self.problem.joints):
             if self._dilatancy[j] >= 0:
@@ -167,10 +168,10 @@ class EdgeFactors:
         return np.concatenate([x2, x3, last])
 
     def in_edges(self, p: np.ndarray) -> np.ndarray:
-        """Convert the rates p of all yield conditions to joint rates, shape (4c,).
+        """Convert the rates p of all yield conditions to four rates for each joint, shape (4c,).
 
-        The rates of a joint are the edge openings u₂ and u₃ and the slips p₀ and p₁ in both senses. The rates
-        p have shape (faces,). The sliding rates p₀ and p₁ are 0 if the joint cannot slide.
+        The rates of a joint are the edge openings u₂ and u₃ and the slips p₀ and p₁ in both directions. The
+        rates p have shape (faces,). The sliding rates p₀ and p₁ are 0 if the joint cannot slide.
         """
         problem = self.problem
         table = problem.table

@@ -1,4 +1,4 @@
-"""Define the yield conditions of a problem and the index conventions of the plane and of space.
+"""Define the yield conditions of a problem, and the layout of its arrays in the plane and in space.
 
 A yield condition is one row of z = C q + c ≥ 0, called a *face* here. The module also defines chords, by
 which linear programs approximate the parabola of limited compressive strength.
@@ -55,7 +55,7 @@ _LOW_STRESS_KNOTS = _RISING_KNOTS[1] / 4.0 ** np.arange(_LOW_KNOTS, 0, -1)
 #: All knots x = n / (f_c L) of the chords, from x = 0 to x = 1.
 _KNOTS = np.concatenate([[0.0], _LOW_STRESS_KNOTS, _RISING_KNOTS[1:], 1 - _RISING_KNOTS[-2::-1]])
 
-#: Coefficients of the chords between neighbouring knots.
+#: Coefficients of the chords of the moment parabola. Each chord connects two neighbouring knots.
 CHORDS = ChordCoefficients(1 - _KNOTS[:-1] - _KNOTS[1:], _KNOTS[:-1] * _KNOTS[1:])
 
 #: Largest relative error of the moment limit if chords replace the parabola. The error is largest at the
@@ -131,14 +131,14 @@ FORCE_COMPONENTS = 3
 
 @dataclass(frozen=True)
 class Layout:
-    """Array sizes and index conventions of problems in the plane.
+    """Sizes of the arrays of a plane problem, and the order of their entries.
 
-    :class:`SpaceLayout` overrides them for space.
+    :class:`SpaceLayout` overrides both for problems in space.
     """
 
-    #: Unit vector of the shear force that resists each sense of sliding, shape (senses, dimension − 1): +1
-    #: and −1 in the plane, directions at equal angles in space. The first direction is at half this angle
-    #: from the joint's tangent.
+    #: Unit vectors along which a shear force resists sliding, one for each sense of sliding, shape (senses,
+    #: dimension − 1). In the plane they are +1 and −1. In space they have a constant angular spacing, and the
+    #: first is half a spacing away from the joint's tangent.
     senses: np.ndarray
     factor: float = 1.0  #: shear that is available in each sense, divided by the shear limit c + μ n
     #: Name of the friction polygon in results; empty in the plane, where friction needs no polygon.
@@ -168,7 +168,7 @@ class Layout:
 
 
 class SpaceLayout(Layout):
-    """Array sizes and index conventions of problems in space.
+    """Sizes of the arrays of a problem in space, and the order of their entries.
 
     A block has three forces and three moments; a contact point has a normal force and two shears.
     """
@@ -206,13 +206,13 @@ class SpaceLayout(Layout):
         return float((forces + moments).sum())
 
 
-#: Index conventions of the plane: a block has forces in x and y and one moment; a joint has a normal force at
-#: each end and one shear.
+#: Layout of plane problems: a block has forces in x and y and one moment; a joint has a normal force at each
+#: end and one shear.
 PLANE = Layout(np.array([[1.0], [-1.0]]))
 
 
 def space(sides: int) -> Layout:
-    """Return the index conventions of problems in space, for a friction polygon of ``sides`` sides.
+    """Return the layout of problems in space, with a friction polygon of ``sides`` sides.
 
     The polygon lies inside the friction cone. Each side is ``cos(π/sides) (c + μ n) − e·(s, t) ≥ 0``. One
     corner of the polygon lies along the tangent. If the number of sides is a multiple of 4, a corner lies
@@ -343,7 +343,7 @@ class Faces:
     def face_joint(self) -> np.ndarray:
         """Return the index of the joint to which each yield condition belongs, shape (faces − limits,).
 
-        The last conditions, which limit forces, belong to no joint and are left out.
+        The last conditions, which limit forces such as those of ties, belong to no joint and are left out.
         """
         points = self.layout.points
         sliding = np.tile(self.sliding, len(self.layout.senses))

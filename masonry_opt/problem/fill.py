@@ -60,7 +60,7 @@ class FilledPiece:
 
 
 def _called(number: int) -> str:
-    """Return the name that error messages use for the road of the fill with the index ``number``."""
+    """Return the name of a fill's road for error messages. ``number`` is the index of the fill."""
     return f"the road of fill no. {number + 1}"
 
 
@@ -157,7 +157,10 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
 
 
 def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-    """Generate the edge index, the ends and the depths of each upright piece that a fill touches."""
+    """Generate each upright piece of an edge that a fill touches.
+
+    The values are the index of the edge, the ends of the piece, and the depths of the ends below the road.
+    """
     tail, tip, _ = shapes.edges
     up = tip[:, 1] > tail[:, 1]
     # Height of the profile just to the left and to the right of each end of its edges. Beyond the ends of the
@@ -203,10 +206,10 @@ def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> d
 
 
 def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[LimitedForce]:
-    """Generate a limited force for the horizontal earth pressure on each inclined or upright piece.
+    """Generate the earth pressure on each inclined or upright piece of an edge, as a horizontal force.
 
-    The resultant on a piece of a movable block lies between K_a and m K_p times the vertical stress over the
-    height of the piece (Rankine), times the factor of the load case.
+    Only pieces of movable blocks have such a force. It lies between K_a and m K_p times the vertical stress
+    over the height of the piece (Rankine). The factor of the load case multiplies both limits.
     """
     for piece in pieces:
         fill, block, height = scene.fills[piece.fill], scene.blocks[piece.block], piece.height
@@ -393,9 +396,10 @@ def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray,
 
 
 def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the fraction of each load that each piece on one side carries, and the moment of the fraction.
+    """Return the fraction of each load that spreads to the right onto each piece, and its first moment.
 
-    The results have shape (loads, pieces), with one entry for each piece of an edge.
+    The moment is about the load and for a unit load. Both results have shape (loads, pieces), with one entry
+    for each piece of an edge.
 
     ``u`` and ``h`` are the horizontal and vertical distances of the near and far ends of successive pieces
     from the load, shape (loads, pieces, 2).
@@ -419,11 +423,12 @@ def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.
     before = np.pad(after, ((0, 0), (1, 0)))[:, :-1]
     first = np.maximum(before, t0)
     meets = after - first
-    # Compute the positions, from 0 to 1, at which the first and the last ray reach each piece.
+    # Compute where the first and the last ray arrive on each piece: 0 at the near end, 1 at the far end.
     s0, s1 = (
         np.divide(t * h0 - u0, du - t * dh, out=np.zeros_like(t), where=meets > 0) for t in (first, after)
     )
-    # The resultant acts at the centroid of the density of rays: 1 / h² at the depth h below the load.
+    # Along a straight piece, the density of the rays is proportional to 1 / h². Here h is the depth below the
+    # load. The resultant acts at the centroid of this density.
     at = u0 + (s0 + (s1 - s0) * _centre(h0 + s0 * dh, h0 + s1 * dh)) * du
     # Rays that end on an upright face are assigned to the far end of the last piece before the face.
     stopped = np.pad(first - before, ((0, 0), (0, 1)))[:, 1:]

@@ -55,9 +55,10 @@ class Sides(_Limited):
         return np.abs(z * slides)
 
     def speed(self, slides: np.ndarray) -> np.ndarray:
-        """Return the slip rate of each joint, shape (k,), from its rates in all senses, shape (senses, k).
+        """Return the slip rate of each joint, shape (k,): the sum of its rates in all senses of sliding.
 
-        The slip rate times the shear limit is the dissipated power.
+        ``slides`` has shape (senses, k). In space the sum is multiplied by ``factor``. The slip rate times
+        the shear limit is the dissipated power.
         """
         return np.asarray(self.layout.factor * slides.sum(axis=0))
 
@@ -76,9 +77,10 @@ class Cone(Sides):
         return self._limit(n) - np.hypot(*shears)
 
     def energies(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> np.ndarray:
-        """Return the complementarity error of sliding at each joint with a friction cone, shape (k,).
+        """Return the complementarity error of sliding at each joint, shape (k,), from the friction cone.
 
-        See :meth:`Sides.energies`.
+        The error is the difference between the energy that sliding dissipates and the work of the shear
+        forces. See :meth:`Sides.energies`.
         """
         work = (shears * (self.layout.senses.T @ slides)).sum(axis=0)
         return np.abs(self._limit(n) * self.speed(slides) - work)
@@ -116,7 +118,7 @@ class Chords(_Limited):
 
 
 class Parabola(Chords):
-    """Limited compressive strength, with the exact moment parabola of the paper.
+    """Limited compressive strength: the parabola that limits the moment, without approximation by chords.
 
     The parabola is |m| ≤ L/2 (n − n² / (f_c L)). In normal forces at the contact points, the condition
     is 2 n₁, 2 n₂ ≥ n² / (f_c L).
@@ -134,9 +136,10 @@ class Parabola(Chords):
         return slacks - at_points.sum(axis=0) ** 2 / self.law.crushing_force
 
     def energies(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> np.ndarray:
-        """Return the complementarity error of crushing at each joint with the strength parabola, shape (l,).
+        """Return the complementarity error of crushing at each joint, shape (l,), from the parabola.
 
-        See :meth:`Chords.energies`.
+        The error is the difference between the energy that crushing dissipates and the work of the joint's
+        forces. See :meth:`Chords.energies`.
         """
         first, second = at_points
         opening = (p.sum(axis=0) * CHORDS.slope).sum(axis=1)

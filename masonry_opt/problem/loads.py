@@ -17,7 +17,8 @@ from masonry_opt.scene.rows import dots, lengths, spaces
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import AnyBlock
 
-#: Group of forces: their kind in the scene ("weight", "dead" or "live") and the name of their load group.
+#: Key of forces that are collected in one list: their kind in the scene ("weight", "dead" or "live") and the
+#: name of their load group, or None.
 _Group = tuple[str, str | None]
 
 
@@ -27,8 +28,8 @@ class _GivenForce(NamedTuple):
     row: int  #: index of the force's block among the movable blocks
     force: np.ndarray  #: force vector, shape (dim,)
     at: Sequence[float] | None  #: point of action; None for the centroid
-    #: Weight whose mass an earthquake accelerates. If None, this weight is the component of the force along
-    #: gravity.
+    #: Weight that an earthquake accelerates, in units of force. None stands for the component of the force
+    #: along gravity.
     mass: float | None
 
 
@@ -151,7 +152,7 @@ def _given_forces(
 
 
 def _default_mass(scene: Scene) -> float | None:
-    """Return the mass, in an earthquake, of a force for which the scene specifies no mass.
+    """Return the mass that moves with a load in an earthquake, for loads that specify no mass.
 
     None means that the mass is the component of the force along gravity; 0 means no mass.
     """
@@ -330,8 +331,8 @@ def loaded_pieces(
             )
         edges, spans = along(tail, tip, start, end, shapes.tolerance)
         movable = ~fixed[owner[edges]]
-        # A joint is at most half the contact tolerance from the edges of its two blocks. A search at a larger
-        # distance from the line therefore misses no joint.
+        # A joint is at most half the contact tolerance away from the edges of its two blocks. The search
+        # radius ``near`` is larger, so the search misses no joint.
         near = shapes.tolerance + shapes.contact_tolerance
         covering, covered = along(*joint_lines, start, end, near)
         loaded: list[tuple[float, float]] = []

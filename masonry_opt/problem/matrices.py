@@ -21,7 +21,7 @@ SIDES = 24
 
 
 def shares(joints: Joints, joint: np.ndarray) -> np.ndarray:
-    """Return the length of each joint in the plane, or the area of each contact point in space, shape (c,).
+    """Return the length of each joint, shape (c,); in space, the area that belongs to each contact point.
 
     In space the area of a joint is divided equally among its contact points.
     """
@@ -30,7 +30,10 @@ def shares(joints: Joints, joint: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Matrices:
-    """Equilibrium matrix of a problem with b movable blocks, c joints and t limited forces."""
+    """Equilibrium matrix of a problem, and the meaning of its rows and columns.
+
+    The problem has b movable blocks, c joints and t limited forces, such as the forces of ties.
+    """
 
     #: Equilibrium matrix, shape (3b, 3c + t). The rows of a block are fx, fy and the moment about its
     #: centroid. The columns are the normal forces n₁ at the starts of all joints (compression > 0), all n₂ at
@@ -38,11 +41,11 @@ class Matrices:
     #: shears t, then the limited forces. The paper's normal force is n₁ + n₂; its moment is L/2 (n₂ − n₁).
     B: sp.csr_array
     #: Size of each contact divided by the median size, shape (c,). The size is the length of a joint, or in
-    #: space the area of a contact point. Elastic stiffness is proportional to this ratio. A contact at a
-    #: corner has the ratio 1.
+    #: space the area that belongs to a contact point. Elastic stiffness is proportional to this ratio. A
+    #: contact at a corner has the ratio 1.
     extent: np.ndarray
-    length_unit: float  #: unit of length of the problem, in the scene's unit; all lengths are divided by it
-    layout: Layout = PLANE  #: index conventions of the plane or of space
+    length_unit: float  #: length by which all lengths are divided, in the scene's unit of length
+    layout: Layout = PLANE  #: sizes of arrays and order of their entries, in the plane or in space
     limited: int = 0  #: number of limited forces, t
     _tables: dict[tuple[bytes, ...], Faces] = field(default_factory=dict, init=False, repr=False)
 
@@ -115,8 +118,9 @@ class Matrices:
         return self.B[:, FORCE_COMPONENTS * self.joints :]
 
     def faces(self, sliding: np.ndarray, crushing: np.ndarray, bounded: Bounded) -> Faces:
-        """Return the yield conditions for given sliding joints, crushing joints and limits of forces.
+        """Return the yield conditions of given sliding joints, crushing joints and limited forces.
 
+        The two masks of ``bounded`` mark the forces with a lower limit and the forces with an upper limit.
         Equal arguments return one shared object, so all joint laws share its computed arrays.
         """
         key = tuple(array.tobytes() for array in (sliding, crushing, *bounded))

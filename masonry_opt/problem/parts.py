@@ -26,7 +26,7 @@ class ProblemParts:
 
     @cached_property
     def table(self) -> Faces:
-        """Return the yield conditions of the problem.
+        """Return the table of the yield conditions: their matrices, and the order of the conditions.
 
         Problems in which the same joints and forces are limited share this object.
         """
@@ -40,12 +40,12 @@ class ProblemParts:
 
     @property
     def length_unit(self) -> float:
-        """Return the unit of length of the problem, in the scene's unit."""
+        """Return the length by which all lengths are divided, in the scene's unit of length."""
         return self.matrices.length_unit
 
     @property
     def layout(self) -> Layout:
-        """Return the index conventions of the plane or of space."""
+        """Return the layout of the arrays: their sizes and the order of their entries."""
         return self.matrices.layout
 
     @property
@@ -152,7 +152,10 @@ class ProblemParts:
 
     @property
     def face_joint(self) -> np.ndarray:
-        """Return the index of the joint of each yield condition, shape (faces − limits,)."""
+        """Return the index of the joint to which each yield condition belongs, shape (faces − limits,).
+
+        The last conditions, which limit forces such as those of ties, belong to no joint and are left out.
+        """
         return self.table.face_joint
 
     @property

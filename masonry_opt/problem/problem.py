@@ -256,7 +256,7 @@ class Problem(ProblemParts):
     def face_constant(self) -> np.ndarray:
         """Return the constant term of each yield condition without the part from cohesion, shape (faces,).
 
-        The constant is nonzero only for chords of crushing and for limits of forces.
+        The constant is nonzero only for chords of crushing and for forces with limits.
         """
         constant = np.zeros(self.faces)
         constant[self.table.bent] = np.outer(self.crushing_force, CHORDS.constant)
@@ -292,10 +292,11 @@ class Problem(ProblemParts):
         return z
 
     def energy(self, q: np.ndarray, p: np.ndarray) -> float:
-        """Return the energy Σ|z p|, which is the complementarity error of forces q and rates p.
+        """Return Σ|z p|, the complementarity error of forces q and rates p.
 
-        The rates p have shape (faces,). The error is the energy of conditions that have a nonzero rate
-        although they are not at yield. It is zero if complementarity, eq. (8), is satisfied.
+        Here z are the slacks of the yield conditions under the forces q. The rates p have shape (faces,). The
+        error is the energy of conditions that have a nonzero rate although they are not at yield. It is zero
+        if complementarity, eq. (8), is satisfied.
         """
         sliding, crushing, others = self._energies(q, p)
         return float(sliding.sum()) + float(crushing.sum()) + float(others.sum())
@@ -457,11 +458,10 @@ class Scaled:
 
 
 def in_units_of_live_load(problem: Problem) -> Scaled:
-    """Scale the live load of a problem to about the size of the dead load.
+    """Return the problem with its live load scaled to about the magnitude of the dead load.
 
     The factor is the power of two that brings the largest entries of both loads nearest to each other. Powers
-    of two change no digit of any number. In the scaled problem, the live load is about as large as the
-    weights.
+    of two change no digit of any number.
     """
     live, dead = (float(np.abs(load).max()) or 1.0 for load in (problem.live, problem.dead))
     unit = 2.0 ** np.round(np.log2(live / dead))

@@ -22,8 +22,8 @@ from masonry_opt.scene.scene import Scene
 #: Movement of each support by name, such as ``{"pier": (0, -0.02)}``, or pairs of names and movements.
 Movements = Mapping[str, Sequence[float]] | Iterable[tuple[str, Sequence[float]]]
 
-#: A road is raised by the largest rise of the blocks below it plus this clearance, relative to the tolerance.
-#: The clearance exceeds the depth to which a road may cut into a block.
+#: Clearance in multiples of the scene's tolerance. A road is raised by the largest rise of the blocks below
+#: it plus this clearance. The clearance exceeds the depth to which a road may cut into a block.
 _CLEARANCE = 4.0
 
 #: Attributes of joints that do not depend on the positions of the blocks.

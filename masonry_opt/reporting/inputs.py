@@ -14,12 +14,12 @@ from masonry_opt.scene.typical_sizes import GRAVITY_BY_UNIT
 from masonry_opt.solution.reasons import Code
 from masonry_opt.solution.typical_units import typical_unit, units_in_words
 
-#: Smallest number of nearly parallel joints whose angles a warning may attribute to errors of a survey. With
-#: a smaller value, the warning would also attribute intended wedges, such as a keystone, to errors.
+#: A warning attributes the angles between nearly parallel joints to survey errors only from this number of
+#: joints. With a smaller number, the warning would also blame intended wedges, such as a keystone.
 _MANY_PAIRS = 10
 
-#: Smallest ratio of the upper to the lower quartile of the wedge angles that a warning may attribute to
-#: errors of a survey. Such errors have a ratio of about 2.2 or more; voussoirs of equal width have about 1.
+#: Smallest spread of the wedge angles (upper divided by lower quartile) at which a warning names survey
+#: errors as the cause. Survey errors have a spread of about 2.2 or more, voussoirs of equal width about 1.
 _SCATTER_OF_SURVEY = 2.1
 
 
@@ -45,7 +45,10 @@ def weights_differ(v: dict[str, Any]) -> str:
 
 
 def fill_weight_differs(v: dict[str, Any]) -> str:
-    """Return a warning that the unit weight of a fill or backing differs much from another unit weight."""
+    """Return a warning that the unit weight of a fill or backing differs much from that of the blocks.
+
+    If all blocks are weightless, the fills and backings are compared with each other.
+    """
     own, other = _rounded(v["unit_weight"]), _rounded(v["other"])
     fill = f"{'the backing of ' if v['backing'] else ''}fill no. {v['fill']}"
     units = units_in_words(v["unit_weight"], v["other"])
@@ -126,7 +129,10 @@ def dilatancy_low(v: dict[str, Any]) -> str:
 
 
 def _wide(width: float) -> str:
-    """Return the width of a gap as text, rounded up to three digits like an advised contact tolerance."""
+    """Return the width of a gap as text, rounded up to three significant digits.
+
+    Messages round the contact tolerances that they advise in this way too.
+    """
     # Round first, because the computed width of a gap of 0.01 may be 0.010000000000000231.
     return rounded_up(float(f"{width:.6g}"), 3)
 
@@ -171,7 +177,9 @@ def bridged_by_tolerance(v: dict[str, Any]) -> str:
 
 def _gravity_differs(v: dict[str, Any]) -> str:
     """Return a warning that the unit of length of 'gravity' seems to differ from that of the scene."""
-    found = f"the blocks extend over {v['extent']:.4g}, and the secant period T_s is {v['period']:.4g} s"
+    found = (
+        f"the secant period T_s of {v['period']:.4g} s does not fit blocks that extend over {v['extent']:.4g}"
+    )
     *first, last = (f"{value:g} for {unit}" for unit, value in GRAVITY_BY_UNIT.items())
     return (
         f"gravity {v['gravity']:g} seems to have another unit of length than the case ({found}), so the "
@@ -240,8 +248,9 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.NEARLY_PARALLEL: nearly_parallel,
     Code.UNEVEN_SIDES: _uneven_sides,
     Code.JOINT_AT_CORNERS: lambda v: (
-        f"{pairs(v)} meet corner on corner (in space, edge along edge). A joint is made on the bisector of "
-        "the facing sides, or on both sides of a notch: check the direction of the joint"
+        f"{pairs(v)} meet corner on corner (in space, edge along edge). The joint is on the bisector of the "
+        "facing sides; a corner in a notch has a joint on each side of the notch: check the direction of the "
+        "joints"
     ),
     Code.CORNERS_MEET: lambda v: (
         f"{pairs(v)} touch only at corners. No joint is made there, because it would have no length: let a "

@@ -4,10 +4,11 @@ from masonry_opt.problem.faces import CHORDS, MISSED, Layout
 
 #: Description of the crushing law in linear programs, where chords replace the parabola.
 BY_CHORDS = f"{len(CHORDS.slope)} chords inside the crushing parabola, at most {100 * MISSED:.2f} % below it"
-#: Remark on load factors by chords: the effect of the chords, and the method that uses the parabola.
+#: Remark on a load factor that was computed with chords of the crushing parabola: how the parabola itself
+#: would change the result, and which method uses the parabola.
 PARABOLA_REMARK = (
-    "the parabola permits larger moments and a larger associative λ, which method 'static' with Clarabel "
-    "computes"
+    "the parabola permits larger moments than the chords, and so a larger associative λ; method 'static' "
+    "with Clarabel computes this λ"
 )
 
 

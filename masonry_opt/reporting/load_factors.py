@@ -16,13 +16,13 @@ from masonry_opt.solution.thresholds import ZERO, same
 LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no state with a lower λ is known.
 #: Name of the load factor of an exact state, if it is proven that no state has a lower λ.
 LEAST = "least, proven"
-#: Name of the load factor of a crossing that is proven to be the least at the worst position. Nothing is
-#: proven for positions that were not solved.
+#: Name of the load factor of a crossing that is proven to be the least at the worst of the solved positions.
+#: Nothing is proven for positions that were not solved.
 LEAST_AT_POSITION = "least at this position, proven"
 #: Name of the load factor of a crossing that was stopped by the user or by the time limit.
 LEAST_SO_FAR = "the least at the positions solved so far"
-#: Name of the load factor of a state that is not exact. The name is also used for an exact state if the load
-#: history ends at a smaller load factor.
+#: Name of the load factor of a state that is not exact. The name is also used for an exact state whose λ is
+#: larger than λ at the end of the load history.
 FOUND = "found"
 INCREMENTAL = "incremental"  #: Name of the largest load factor of the load history.
 #: Name of the load factor that moving blocks carry after the collapse begins, if it is smaller than the
@@ -39,34 +39,38 @@ _BOUNDS = (
     *(Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED),
 )
 
-#: Reason codes of a search that began from a state of the user, and found no exact state.
+#: Reason codes of a search that began from a state given by the user and found no exact state.
 _MISSED = (Code.NOT_FOUND, Code.NO_TIME)
 
-#: Map from the reason code with which a load history ended to a remark on the incremental load factor.
+#: Remarks on the incremental load factor, by the reason for which the load history ended.
 _HISTORY_END_REMARKS = {
     Code.NO_WORK: "collapse in which the live load does no work",
 }
 #: Remark on an incremental load factor whose load history ended with the loss of equilibrium.
 _LOST = "equilibrium is lost as the live load grows from zero"
 #: Remark on possible states with a lower λ, for results of method "incremental".
-_LOWER_MAY_EXIST = "lower collapse states may exist (method 'coulomb' looks for lower states)"
+_LOWER_MAY_EXIST = "collapse states with a lower load factor may exist (method 'coulomb' looks for them)"
 #: Remark on the incremental load factor, if a method other than "incremental" reports it because no exact
 #: state was found.
-_NO_EXACT_STATE = "no exact collapse state was found, but exact states with a lower load factor may exist"
+_NO_EXACT_STATE = "no exact collapse state was found, but exact states may exist below this load factor"
 
 #: Meaning of each name of a load factor. Sweeps and samples print these meanings below their results.
 _LOAD_FACTOR_MEANINGS = {
     LOWEST: "exact collapse states that are not proven to have the least load factors",
     LEAST: "exact collapse states, proven to have the least load factors",
     LEAST_AT_POSITION: (
-        "exact collapse states, proven to have the least load factors with the axles at the worst position "
-        "solved; λ may be less at other positions"
+        "exact collapse states, proven to have the least load factor for the axles at the worst of the "
+        "solved positions; λ may be less at positions that were not solved"
     ),
     LEAST_SO_FAR: "the crossing ended early, so λ may be less at positions that were not solved",
     FOUND: "collapse states that are not exact, or whose λ is larger than at the end of the load history",
-    INCREMENTAL: "equilibrium is lost as the live load grows from zero; lower collapse states may exist",
+    INCREMENTAL: (
+        "equilibrium is lost as the live load grows from zero; collapse states with a lower load factor may "
+        "exist"
+    ),
     AFTER_INCREMENTAL: (
-        "moving blocks carry this load after equilibrium is lost at a larger load; lower states may exist"
+        "after equilibrium is lost at a larger load factor, the moving blocks still carry this load factor; "
+        "collapse states with a lower load factor may exist"
     ),
     ASSOCIATIVE: "upper bounds, by classical limit analysis",
 }
@@ -88,7 +92,7 @@ class LoadFactorLine:
 
 
 def load_factor_lines(result: Outcome) -> tuple[LoadFactorLine, ...]:
-    """Return the rows of the table of load factors, beginning with the method's own load factor.
+    """Return the rows of the table of load factors, first the load factor that the method itself computes.
 
     A scene that is unstable under dead load has no rows.
     """
@@ -155,7 +159,10 @@ def factor_text(load_factor: float) -> str:
 
 
 def own_name(result: Outcome) -> str:
-    """Return the name of the method's own load factor."""
+    """Return the name of the load factor that the method itself computes.
+
+    The table of load factors also has the load factors of other analyses, for comparison.
+    """
     if result.kind is Kind.ASSOCIATIVE:
         return ASSOCIATIVE
     if result.kind is Kind.INCREMENTAL:
@@ -166,7 +173,7 @@ def own_name(result: Outcome) -> str:
 
 
 def named_factor(result: Outcome, name: str | None = None) -> str:
-    """Return the method's own load factor with its name as text, or the status if λ does not exist.
+    """Return the load factor that the method itself computes, with its name; the status if λ does not exist.
 
     ``name`` replaces the name of the load factor, for the worst position of a crossing.
     """
@@ -181,7 +188,10 @@ def meaning(names: Iterable[str]) -> str:
 
 
 def certainty(result: Outcome) -> str:
-    """Return a text on the certainty of the method's load factor, or "" if there is no load factor."""
+    """Return a remark that says, for example, if the method's load factor is proven or an upper bound.
+
+    The text is empty if there is no load factor.
+    """
     return "" if result.load_factor is None else _own_line(result).remark
 
 
@@ -191,7 +201,7 @@ def known_least(result: Outcome) -> str:
     The text is empty if this is not proven.
     """
     if result.solution.has(Code.PROVEN) and not _falls_by_itself(result):
-        return "exact collapse state; proven: no state is lower"
+        return "exact collapse state; proven: no state has a lower load factor"
     if result.solution.is_only_state and result.exact and not _falls_by_itself(result):
         return f"exact collapse state; {_ONLY}"
     if not result.assembly.problem.flow_is_associative or result.kind is Kind.INCREMENTAL:
@@ -199,7 +209,9 @@ def known_least(result: Outcome) -> str:
     if result.kind is not Kind.ASSOCIATIVE and not result.exact:
         return ""
     law = f" with friction {friction_law(result)}" if "polygon" in result.friction_law else ""
-    return f"exact collapse state{law}; all joints follow associative flow, so no state is lower"
+    return (
+        f"exact collapse state{law}; all joints follow associative flow, so no state has a lower load factor"
+    )
 
 
 def friction_law(result: Outcome) -> str:
@@ -220,7 +232,10 @@ def _heading(result: Outcome) -> str:
 
 
 def _own_line(result: Outcome) -> LoadFactorLine:
-    """Return the row of the method's own load factor, which must not be None."""
+    """Return the table row of the load factor that the method itself computes.
+
+    This load factor must not be None.
+    """
     name = own_name(result)
     if name in (INCREMENTAL, AFTER_INCREMENTAL):
         return _incremental_line(result)
@@ -230,13 +245,16 @@ def _own_line(result: Outcome) -> LoadFactorLine:
 
 
 def _upper_bound(result: Outcome) -> str:
-    """Return the remark that an associative load factor is an upper bound, with the crushing law."""
+    """Return the remark that an associative load factor is an upper bound.
+
+    If chords replace the crushing parabola, the remark says so.
+    """
     for_chords = " for chords of the crushing parabola" if result.crushing == "chords" else ""
     return f"upper bound{for_chords} (classical limit analysis)"
 
 
 def _associative_remark(result: Outcome) -> str:
-    """Return the remark that an associative load factor is an upper bound; it says if its state is exact."""
+    """Return the remark on an associative load factor: it is an upper bound, and its state may be exact."""
     if result.exact:
         exact = "it is also an exact collapse state with Coulomb friction"
         return f"{_upper_bound(result)}; {exact}, {_not_proven(result)}"
@@ -250,7 +268,7 @@ def _associative_remark(result: Outcome) -> str:
 
 
 def _incremental_line(result: Outcome) -> LoadFactorLine:
-    """Return the row of the incremental load factor, which must not be None."""
+    """Return the table row of the incremental load factor. This load factor must not be None."""
     remark = _incremental_remark(result)
     if result.kind is Kind.INCREMENTAL:
         lower = _LOWER_MAY_EXIST if result.method == "incremental" else _NO_EXACT_STATE
@@ -307,7 +325,7 @@ def _state(result: Outcome) -> str:
 
 
 def _certificate_residuals(result: Outcome) -> dict[str, float]:
-    """Return the residuals that are compared with limits; an empty dict if there is no answer.
+    """Return the residuals of the answer's certificate by name; an empty dict if there is no answer.
 
     Complementarity is divided by |λ|.
     """
@@ -345,14 +363,14 @@ def _lower_states(result: Outcome) -> list[str]:
 
 
 def _not_proven(result: Outcome) -> str:
-    """Return the phrase "not proven to be the least" with a remark on a search for a lower λ."""
-    return f"not proven to be the least{search_remark(result, 'lower states')}"
+    """Return the phrase "not proven to be the least", with a remark on the search for lower load factors."""
+    return f"not proven to be the least{search_remark(result, 'lower load factors')}"
 
 
 def search_remark(result: Outcome, states: str) -> str:
-    """Return the end of a phrase about states with a lower λ: how a search ended, or how to start one.
+    """Return the words that end a remark on a lower λ: how the search ended, or how to start a search.
 
-    ``states`` is the name of the states in the phrase, such as "lower states".
+    ``states`` is the object of the search, such as "lower load factors".
     """
     if result.time_limit_reached:
         seconds = result.solution.values_of(Code.TIME_LIMIT)["seconds"]
@@ -367,10 +385,10 @@ def search_remark(result: Outcome, states: str) -> str:
 
 
 def search_advice(method: str, states: str) -> str:
-    """Return advice on the option that starts a search, as the end of a phrase about lower states.
+    """Return the words that end a remark on a lower λ: the option that starts a search.
 
     Only the default method has the option ``search``, so the advice names this method if another method was
-    used. ``states`` is the name of the states in the phrase, such as "lower states".
+    used. ``states`` is the object of the search, such as "lower load factors".
     """
     option = "option search=10" if method == _SEARCHES else f"--method {_SEARCHES} -o search=10"
     return f" ({option} looks for {states})"

@@ -35,7 +35,7 @@ _RESIDUAL_NAMES = {
 _JOINT_DESCRIPTIONS = {
     Status.LOCKED: "joints that slide but cannot open, although associative flow requires that they open",
     Status.UNLIMITED: "joints that carry the live load",
-    Status.JAMMED: "joints whose normal forces grow most",
+    Status.JAMMED: "joints whose normal forces grow most with the live load",
 }
 
 #: Methods that let the user choose the solver.
@@ -117,7 +117,10 @@ def _slide(v: dict[str, Any]) -> str:
 
 
 def _slip(v: dict[str, Any]) -> str:
-    """Return a clause that compares the largest slip with the largest slip of a hinge, or "" in space."""
+    """Return a clause with the largest slip, and the slip up to which a joint counts as a hinge.
+
+    The text is "" in space.
+    """
     if "slip" not in v:
         return ""
     slip, most = numeral(100 * v["slip"], ".2g"), numeral(100 * SLIDES, "g")
@@ -128,7 +131,7 @@ def _slip(v: dict[str, Any]) -> str:
 
 
 def _slides_on(v: dict[str, Any]) -> str:
-    """Return the reason for the end of a capacity curve at which joints begin to slide."""
+    """Return the sentence that a capacity curve ends because joints begin to slide."""
     return f"the capacity curve cannot follow sliding mechanisms, and from here on {_slide(v)}{_slip(v)}"
 
 
@@ -159,12 +162,13 @@ def _friction_would_hold(v: dict[str, Any]) -> str:
         condition = f"if the friction of all joints were at least {rounded_up(v['factor'])} times as high"
     elif v["above"] > 1:
         condition = (
-            f"if these joints could not slide; even {v['above']:.4g} times the friction is not sufficient"
+            f"if these joints could not slide; {v['above']:.4g} times the friction is still not enough for "
+            "stability"
         )
     else:
         condition = "with enough friction"
-    hangs = "the hanging blocks, which only friction can support, would be stable"
-    return f"{slides}: {hangs if v['hangs'] else 'the scene would be stable'} {condition}"
+    hangs = "the hanging blocks, which only friction can support,"
+    return f"{slides}: {hangs if v['hangs'] else 'the scene'} would be stable {condition}"
 
 
 def _states_met(v: dict[str, Any]) -> str:
@@ -224,7 +228,7 @@ def _not_certified(v: dict[str, Any]) -> str:
 
 
 def _jumps(v: dict[str, Any]) -> str:
-    """Return a text about the jumps of a load history, such as " with 2 jumps", or "" without jumps."""
+    """Return the number of jumps of a load history as text, such as " with 2 jumps"; "" without jumps."""
     return f" with {counted(v['jumps'], 'jump')}" if v["jumps"] else ""
 
 
@@ -248,7 +252,7 @@ def _began_again(v: dict[str, Any]) -> str:
 
 
 def _remedy(changed: str) -> str:
-    """Return the meaning of a changed option such as "beta=0.3", followed by the option in brackets."""
+    """Return a description of a changed option such as "beta=0.3", followed by the option in brackets."""
     option = changed.partition("=")[0]
     return f"{_REMEDIES[option]} ({changed})"
 
@@ -304,7 +308,7 @@ def _bracket(v: dict[str, Any]) -> str:
 
 
 def _imposed(v: dict[str, Any]) -> str:
-    """Return a text about the limits of rates and forces that method "global" imposes by assumption."""
+    """Return the bounds on rates and forces that method "global" assumes, as text."""
     limits = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
     limits += ["normal forces of at most ten times the sum of all loads"] if v["forces"] else []
     return f"{' and '.join(limits)} (assumed limits)"

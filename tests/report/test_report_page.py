@@ -102,7 +102,7 @@ def test_every_answer_says_what_was_not_checked_and_needs_no_network(answer_and_
     assert ("search=10" in page.text) == (no_proof or name == "settlement")
     assert ("reactions that are not in the table" in page.text) == (name == "settlement")
     assert ("for λ = 1" in page.text) == (name != "settlement")
-    assert ("so no state is lower" in page.text) == (name == "associative")
+    assert ("so no state has a lower load factor" in page.text) == (name == "associative")
     assert ("The table shows each residual" in page.text) == (not without)
     assert page.sources
     assert all(source.startswith("data:") for source in page.sources)

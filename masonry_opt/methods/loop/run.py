@@ -22,16 +22,16 @@ from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Solver, in_cvxpy
 
-#: If the energy error of sliding joints, relative to λ, is below this value, the loop tries to end early with
-#: an exact state. The value is used only for rough sub-problems. With a smaller value, more sub-problems are
-#: needed: with 1e-3 on façades, two to three times as many.
+#: Limit of the energy error of sliding joints, relative to λ. Below this limit, a run with rough sub-problems
+#: (large solver tolerance) looks for an exact state, in order to end early. A smaller limit needs more
+#: sub-problems: on façades, 1e-3 needs two to three times as many.
 _NEARLY_TRUE = 5e-3
 
-#: Number of sub-problems between two attempts to end a run of the loop early with an exact state. With a
-#: smaller number, more attempts fail.
+#: If the search for an exact state fails, the loop solves this number of sub-problems before it searches
+#: again. With a smaller number, more searches fail.
 _PAUSE = 2
 
-#: Number of times in a row that λ must double from one sub-problem to the next for the loop to count as
+#: Number of successive doublings of λ, from one sub-problem to the next, after which the loop counts as
 #: divergent. The run then ends.
 _DOUBLINGS = 5
 
@@ -42,10 +42,10 @@ _RISE = 1e-2
 #: ``_RISE``, if λ then exceeds ``_GROWN`` times its first value.
 _RISES = 30
 
-#: Ratio of λ to its first value above which steady growth counts as divergence of the loop.
+#: If λ grows steadily and exceeds this multiple of its first value, the loop counts as divergent.
 _GROWN = 1e3
 
-#: Largest length of a cycle of the loop that is detected, in sub-problems. A loop with a longer cycle ends at
+#: Length of the longest cycle that the loop detects, in sub-problems. A loop with a longer cycle runs until
 #: its iteration limit.
 LONGEST_PERIOD = 6
 
@@ -185,7 +185,7 @@ class Run:
         return ended.ended(Status.CONVERGED, Code.FLOW_RULE_IDLE)
 
     def _ended(self, last: SubProblem, entry: Iteration) -> Solution | None:
-        """Return the solution of the run if the run ends with the last sub-problem, otherwise None.
+        """Return the solution if the sub-problem that was just solved ends the run, otherwise None.
 
         A run ends in one of these cases:
 
@@ -197,8 +197,7 @@ class Run:
         parameters = self.parameters
         if last.alpha <= parameters.alpha_min:
             is_nearly_true = self.early and entry.mismatch <= _NEARLY_TRUE * abs(entry.load_factor)
-            # If an early attempt to find an exact state failed, solve a few sub-problems before the next
-            # attempt.
+            # If a search for an exact state has failed, solve a few sub-problems before the next search.
             may_try = last.number >= self.next_try or not self.early
             if (is_nearly_true or last.stands_still) and may_try:
                 exact = self._exact_end(last)
@@ -233,8 +232,8 @@ class Run:
         is_rough = self.parameters.tolerance is not None or problem.layout.round
         if not is_rough:
             end = accurate_end(problem, state, corrected(problem, last), solver, effort)
-        # If joints can crush, also try the method for rough sub-problems: contraction of sliding joints may
-        # represent crushing.
+        # If joints can crush, also try the method for rough sub-problems, which computes the mechanism again.
+        # In the mechanism of the sub-problem, sliding joints may contract where joints should crush.
         if is_rough or (end is None and len(problem.crushing)):
             end = rough_end(problem, state, solver, effort)
         if end is None:
@@ -242,7 +241,10 @@ class Run:
         return replace(self.ending, status=Status.CONVERGED, found=end, exact_end=True)
 
     def _converged(self, last: SubProblem) -> Solution:
-        """Return the solution of a converged run. Its λ has no contribution of the small cohesion."""
+        """Return the solution of a converged run.
+
+        The small cohesion that the loop adds to the shear limits increases λ. Its contribution is subtracted.
+        """
         state, ended, first = last.state, self.ending, self.load_factors[0]
         load_factor = corrected(self.problem, last)
         # Limit λ to the associative load factor, which is an upper bound of λ for any dilatancy smaller than
@@ -309,10 +311,10 @@ def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
 def accurate_end(
     problem: Problem, state: State, near: float, solver: Solver, effort: Effort
 ) -> Answer | None:
-    """Return the exact state with the λ nearest to ``near`` and the mechanism of an accurate sub-problem.
+    """Return an exact state with the mechanism of ``state`` and the load factor nearest to ``near``.
 
-    None is returned if no forces bring the faces with nonzero rates to yield, or if forces and mechanism do
-    not form one collapse state.
+    ``state`` is the solution of an accurate sub-problem. None is returned if no forces bring the faces with
+    nonzero rates to yield. None is also returned if forces and mechanism do not form one collapse state.
     """
     scaled = in_units_of_live_load(problem)
     for share in _MOVING_RATE_SHARES:

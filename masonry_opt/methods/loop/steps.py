@@ -13,16 +13,17 @@ from masonry_opt.solution.answer import largest_acting, of_lesser_block
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Verdict
 
-#: Largest number of times that the trial cohesion of a cohesive start is raised while the first sub-problem
-#: is infeasible. After this number the run fails.
+#: Largest number of times that a cohesive start raises its cohesion because the first sub-problem is
+#: infeasible. If the sub-problem is then still infeasible, the run fails.
 _MOST_RAISES = 8
 
-#: Factor by which the trial cohesion of a cohesive start is multiplied each time that it is raised.
+#: Factor by which a cohesive start multiplies its cohesion each time that the first sub-problem is
+#: infeasible.
 _RAISE_FACTOR = 4
 
-#: Limit of the normal force to which a joint's small cohesion is proportional, relative to the largest force
-#: on the joint's blocks. Without the limit, very large forces on other blocks could make the cohesion too
-#: large.
+#: A joint's small cohesion is proportional to a normal force. The normal force is limited to this multiple of
+#: the largest force on the joint's blocks. Without the limit, very large forces on other blocks could make
+#: the cohesion too large.
 _DWARFS = 1e3
 
 
@@ -35,7 +36,7 @@ class SubProblem:
     state: State  #: the optimum
     limits: ShearLimits  #: the shear limits of the program
     alpha: float  #: slope α of the shear limits; NaN for the first sub-problem, whose limits have no α
-    #: Small cohesion c⁰ of each joint that can slide, in the shear limits of the program, shape (k,).
+    #: Small cohesion c⁰ that the program adds to the shear limit of each joint that can slide, shape (k,).
     small_cohesion: np.ndarray
     stands_still: bool  #: True if λ has converged: its relative change is below option ``tol``
 
@@ -47,10 +48,12 @@ class LimitUpdate:
     problem: Problem  #: the problem of the loop
     last: SubProblem  #: the last sub-problem that was solved
     alpha: float  #: α of the next sub-problem
-    #: Small cohesion c⁰ of each joint that can slide, in the next sub-problem's shear limits, shape (k,).
+    #: Small cohesion c⁰ that the next sub-problem adds to the shear limits of joints that can slide, shape
+    #: (k,).
     small_cohesion: np.ndarray
-    #: Mean normal force of each joint in the last two sub-problems, with weight β for the later one, shape
-    #: (c,). At this mean, the next shear limits equal Coulomb's limits.
+    #: Weighted mean of each joint's normal forces in the last two sub-problems (weight β for the later one),
+    #: shape (c,). If a joint's next normal force equals this mean, its next shear limit is Coulomb's limit
+    #: plus the small cohesion.
     about: np.ndarray
 
     def limits(self) -> ShearLimits:
@@ -125,7 +128,10 @@ def sub_problems(
 
 
 def corrected(problem: Problem, last: SubProblem) -> float:
-    """Return λ without the contribution of the small cohesion: step 6 of the paper's section 4.2."""
+    """Return λ without the contribution of the small cohesion that the loop adds to the shear limits.
+
+    This is step 6 of the paper's section 4.2.
+    """
     state = last.state
     turns = problem.dilatancy_at(problem.normal_forces(state.q)) < problem.friction
     dissipated = np.where(turns, last.small_cohesion, 0.0) @ problem.slip(state.p)

@@ -242,7 +242,7 @@ def test_where_the_flow_rule_is_associative_no_lower_state_is_spoken_of(scene):
     assert coulomb.exact
     assert coulomb.load_factor == pytest.approx(linear.load_factor, rel=1e-6, abs=1e-6)
     assert certainty(coulomb) == certainty(linear)
-    assert certainty(coulomb).endswith("so no state is lower")
+    assert certainty(coulomb).endswith("so no state has a lower load factor")
     assert [own_name(result) for result in (coulomb, linear)] == ["least, proven", "associative"]
 
 
@@ -297,7 +297,7 @@ def test_a_proof_replaces_the_remark_on_starts():
     result = mo.solve(two_blocks(), "coulomb")
     value, remark = table(result)["least, proven"]
     assert float(value) == pytest.approx(0.15, rel=1e-5)
-    assert remark == "exact collapse state; proven: no state is lower"
+    assert remark == "exact collapse state; proven: no state has a lower load factor"
     assert "at the least: " in result.summary
     assert "not proven" not in result.summary
 
