@@ -71,7 +71,7 @@ class CoulombRun:
 
     @cached_property
     def analysis(self) -> IncrementalAnalysis:
-        """Incremental analysis of the scene."""
+        """Incremental analysis of the scene, an object that all steps of the run share."""
         return analysis_of(self.task)
 
     @cached_property
@@ -154,7 +154,7 @@ class LowestState:
 
     @cached_property
     def _alternation(self) -> "Alternation":
-        """Return the finder of exact states that solves kinematic and static programs alternately.
+        """Algorithm that finds exact states by solving kinematic and static programs alternately.
 
         Interior-point methods solve the programs.
         """
@@ -205,7 +205,7 @@ class LowestState:
             self.met.count(found if found is not None and found.exact else exact)
 
     def look_further_in_the_plane(self, starts: int) -> None:
-        """Look for states with a lower λ, until ``starts`` successive starts have found none."""
+        """Look for states with a lower λ. Stop when λ has not decreased ``starts`` times in a row."""
         assert self._search is not None
         for state in self._search.until_in_vain(self._lowest, starts):
             self._keep(state)
