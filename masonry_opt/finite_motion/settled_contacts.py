@@ -369,9 +369,9 @@ class Contacts:
         return np.asarray(np.where(closed, 1.0, depth)[kept])
 
     def far_ends(self, kept: np.ndarray) -> np.ndarray:
-        """Return True for each joint with an index in ``kept`` if its first end is its far end, which is open.
+        """Return a mask of the joints ``kept``: True if a joint's first end is its far end, which is open.
 
-        The near end of a joint is the end that touches.
+        The near end of a joint is the end that touches. ``kept`` are the indices of the joints.
         """
         return np.asarray(~self.touches[self.joints.first_point][kept])
 

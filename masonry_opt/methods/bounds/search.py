@@ -191,7 +191,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return clause or []
 
     def decide(self) -> int:
-        """Assume that the unassigned yield condition with the largest product of slack z and rate p is at yield.
+        """Assume that the unassigned yield condition with the largest product of slack and rate is at yield.
 
         Return the SAT variable of this condition. Zero leaves the decision to the SAT solver.
         """

@@ -261,7 +261,7 @@ class BoundStep:
 
 
 def distances(problem: Problem) -> Pairs:
-    """Return distances, counted in blocks, from joint to joint, shape (c, c), and from joint to block, (c, b).
+    """Return distances, counted in blocks, from joint to joint, shape (c, c), and joint to block, (c, b).
 
     A distance is the number of steps from block to block through joints. Two joints of one block have the
     distance 0.
