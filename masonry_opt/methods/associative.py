@@ -97,7 +97,7 @@ def kinematic(task: Task) -> Solution:
 def with_associative(task: Task, of: Solution) -> Solution:
     """Add the associative load factor to a Coulomb solution if it is missing.
 
-    The associative load factor is None if no answer is within the limits of acceptance.
+    The associative load factor is None if no answer has residuals small enough to be accepted.
     """
     if of.associative_ended is not None or of.associative is not None:
         return of

@@ -98,7 +98,7 @@ class StateBounds:
     forces: np.ndarray
     rates: float  #: upper bound of the sum of all slips and edge openings
     #: True if statics implies the limits of the forces. If False, some limits are assumed, and bounds of λ
-    #: are valid only for states within the limits.
+    #: are valid only for states within these limits.
     forces_derived: bool
     #: True if kinematics implies the limit of the rates. If False, the limit is assumed.
     rates_derived: bool
@@ -279,9 +279,9 @@ def relaxed(
 ) -> tuple[float, list[np.ndarray], LpSize]:
     """Solve one relaxation. Return a lower bound of λ, joint forces and the size of the linear program.
 
-    The bound is valid for all states with λ from ``of.lowest`` to ``highest`` within the limits ``of``. It
-    follows from the multipliers that the solver reaches within ``seconds``. A search can start from the
-    forces, each of shape (3c,).
+    The bound is valid for all states with λ from ``of.lowest`` to ``highest`` whose forces and rates are
+    within the bounds ``of``. It follows from the multipliers that the solver reaches within ``seconds``. A
+    search can start from the forces, each of shape (3c,).
     """
     with effort.measure("build"):
         model = PyomoProducts(problem, (of.lowest, highest), of.normal, kept)

@@ -33,10 +33,10 @@ class CoulombRun:
 
     Attributes
     ----------
-    seeks_lower: True if states with a lower load factor are looked for after an exact state is found. If
-        False, the first exact state is the answer.
+    seeks_lower: True if the search continues for states with a lower load factor after it has found an exact
+        state. If False, the first exact state is the answer.
     settings: settings of the search for exact states.
-    budget: budget of the proof that no state is lower.
+    budget: budget of the search for a proof that no state has a lower load factor.
     incremental: the solution of the incremental analysis, once it is known.
     known: solution without an exact state: it has the load history, the associative load factor and proofs.
     ended: the solution of a run that has ended without an exact state; None before the end.
@@ -239,7 +239,7 @@ class LowestState:
             self._effort.lowers(self.answer.load_factor)
 
     def _counts(self, state: Answer | ExactState, below: float = inf) -> bool:
-        """Record the λ of a physically meaningful state. Return True if the state may be the answer.
+        """Record the λ of a state that counts as a collapse. Return True if the state may be the answer.
 
         If the forces at rest are prescribed, a state with a negative load factor is not an answer.
         """

@@ -1,4 +1,4 @@
-"""Search for lower exact states, starting from a solution, until the time is over or the user stops it."""
+"""Search for exact states with a lower λ than a solution, until the time is over or the user stops it."""
 
 import time
 from dataclasses import dataclass, replace
@@ -189,7 +189,7 @@ class _Lowest:
             self._keep("proof", state)
 
     def _is_lowest(self, state: ExactState) -> bool:
-        """Record the load factor of a physically meaningful state; return True if it is the lowest so far."""
+        """Record the λ of a state that counts as a collapse. Return True if this λ is the lowest so far."""
         if not is_meaningful(analysis_of(self._task), state.load_factor, state.d):
             return False
         self.met.lowest = min(self.met.lowest, state.load_factor, state.below)

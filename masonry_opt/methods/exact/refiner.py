@@ -206,7 +206,7 @@ class Refiner(StateFinder):
         to ten digits and dual variables to six), its result is returned, unless the solver left programs
         undecided.
 
-        A state whose certificate exceeds the limits is not returned, see :class:`ExactState`.
+        A state whose residuals are too large for an exact state is not returned, see :class:`ExactState`.
         """
         first = self.first(q)
         if first is None:
@@ -224,7 +224,7 @@ class Refiner(StateFinder):
     def _lowest_from(self, first: ExactState) -> ExactState | None:
         """Step from state to state with decreasing λ. Return the last state if it is exact, otherwise None.
 
-        A finder that does not descend returns the first exact state of these steps.
+        If ``descends`` is False, the first exact state is returned.
         """
         state = first
         while self._descends or not state.exact:
@@ -248,9 +248,9 @@ class Refiner(StateFinder):
     def first(self, q: np.ndarray) -> ExactState | None:
         """Return the first state that the two linear programs find from given forces, or None.
 
-        The forces ``q`` have shape (3c,). If no forces bring all faces with a nonzero rate p to yield, the
-        next attempt starts from forces that minimise λ Σ|f_L| plus a weight times z·p. The weight and the
-        largest number of such repairs are settings.
+        The forces ``q`` have shape (3c,). If no forces bring all faces with a nonzero rate p to yield, both
+        programs are solved again. They then start from forces that minimise λ Σ|f_L| plus a weight times z·p.
+        The weight and the largest number of such repetitions are settings.
         """
         repairs = 0
         while True:
@@ -327,9 +327,9 @@ def refiner_of(task: Task, settings: SearchSettings = SEARCH, descends: bool = T
 
 
 class ConeRefiner(StateFinder):
-    """Finder of exact states in space, which solves two cone programs alternately.
+    """Algorithm that finds exact states in space by solving two cone programs in turn.
 
-    The finder returns no dual variables of yield conditions, which the start "neighbour" of a search needs.
+    Its states have no dual variables of yield conditions, which the start "neighbour" of a search needs.
     """
 
     def __init__(

@@ -31,8 +31,8 @@ class StateRecord:
     def __init__(self) -> None:
         self.load_factors: list[float] = []  #: distinct load factors of exact states, in order of discovery
         self.candidates = 0  #: number of starts, including those without an exact state
-        #: Lowest load factor of all physically meaningful states. The answer of the search may have a higher
-        #: load factor, for example because positive load factors are preferred.
+        #: Lowest load factor of all states whose mechanism counts as a collapse. The answer of the search may
+        #: have a higher load factor, for example because positive load factors are preferred.
         self.lowest = inf
 
     def count(self, state: ExactState | Answer | None) -> None:
@@ -238,7 +238,8 @@ class Search:
     def neighbour(self, state: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
         """Return a random interpolation between the forces of a state and forces with a lower load factor.
 
-        Program (b) yields the forces of lower λ after a few of the active yield conditions are released.
+        Program (b) of the module ``refiner`` yields the forces with a lower load factor, after a few of the
+        active yield conditions are released.
         """
         assert isinstance(self._finder, Refiner)
         if state is None or not state.duals.any():

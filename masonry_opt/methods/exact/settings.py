@@ -1,4 +1,4 @@
-"""Define the settings of the search for lower exact states."""
+"""Define the settings of the search for exact states with a lower load factor."""
 
 from dataclasses import dataclass
 

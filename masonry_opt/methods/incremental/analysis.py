@@ -70,8 +70,8 @@ class IncrementalResult:
     #: Exact state in which the blocks continue to move after the collapse, at a load factor below
     #: ``carried``. None if no state was found.
     state_in_motion: Answer | None = None
-    #: Motion of the blocks in the collapse, under the load factor ``not_carried`` or, if the scene is
-    #: unstable, under the dead load.
+    #: Motion of the blocks in the collapse: at the load factor ``not_carried``, or under the dead load if the
+    #: scene is unstable.
     collapse: Collapse | None = None
     #: Remaining unbalanced forces under the load factor ``carried``, divided by the norm of the live load,
     #: shape (3b,). None if the scene is unstable.

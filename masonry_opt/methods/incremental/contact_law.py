@@ -66,7 +66,7 @@ def mean_force_and_compliance(
 
 @dataclass(frozen=True)
 class Response:
-    """Response of all contacts to trial forces. Forces have one column per joint and per limited force."""
+    """Response of all contacts to trial forces: contact forces, derivatives, and the state of each joint."""
 
     #: Forces of the contacts, shape (3, m): one column per joint, then one per limited force, such as the
     #: force of a tie. The rows of a joint are n₁, n₂ and s (in space n, s and t). A limited force is in the

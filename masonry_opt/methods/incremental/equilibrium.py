@@ -40,8 +40,8 @@ from masonry_opt.problem.problem import Problem
 class BlockState:
     """State of the blocks in a load history: trial forces of the contacts, and block displacements."""
 
-    #: Elastic trial forces of the contacts, shape (3, m). They contain no elastic force from slip that
-    #: has already taken place.
+    #: Elastic trial forces of the contacts, shape (3, m). Slip that has already taken place is subtracted, so
+    #: that it causes no elastic force.
     trial: np.ndarray
     d: np.ndarray  #: displacements, shape (3b,)
 
@@ -294,8 +294,9 @@ class EquilibriumSolver:
     def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
         """Halve a time step until the tangent predicts the forces well. Return it, and its relative length.
 
-        The length is relative to the full step. If no step is short enough, None and zero are returned. The
-        tangent predicts that the unbalanced forces change linearly to those that the damping balances.
+        The length is relative to the full step. If the tangent does not predict the forces well even for the
+        shortest step, None and zero are returned. The tangent predicts that the unbalanced forces change
+        linearly to those that the damping balances.
         """
         enough = self.size(start.unbalanced) / 2
         predicted = whole.unbalanced - whole.residual

@@ -192,7 +192,7 @@ def _gathered(runs: list[_Ran], options: LoopOptions, least: Reason) -> Solution
 
     - the last run, if it did not fail;
     - the last run too, if option ``remedies`` is "slope" and every sub-problem of the run has an optimum;
-    - otherwise the first run whose load factor is within the limits of acceptance;
+    - otherwise the first run whose residuals are small enough for its load factor to be accepted;
     - otherwise the first run.
 
     ``least`` is a reason that states the least certified load factor of a sub-problem. It is added if the run
