@@ -25,8 +25,9 @@ from masonry_opt.solution.thresholds import ZERO, same
 #: Largest violation of equilibrium and yield, in the unit of force, at which the forces of displaced blocks
 #: count as admissible.
 BORNE = 1e-8
-#: The bisection for the opening of a joint stops if equilibrium is violated by less than this multiple of
-#: ``BORNE``. With a smaller value, openings are located more exactly, but in more steps.
+#: The bisection for the opening of a joint stops if the violation of equilibrium is less than this multiple
+#: of ``BORNE``, the largest admissible violation. With a smaller value, openings are located more exactly,
+#: but in more steps.
 _JUST_OPENING = 10.0
 #: A hinge counts as closed when the edges of its two blocks overlap by more than this angle (rad). The value
 #: must exceed rounding errors.
@@ -63,8 +64,8 @@ class PathState:
     #: shape (blocks, 3). In space, a pose is a translation and a rotation vector, shape (blocks, 6).
     poses: np.ndarray
     load_factor: float  #: load factor λ at which the displaced blocks are in equilibrium
-    #: True for the contact points that are closed after this state, shape (points,). While a path in the
-    #: plane is computed, the shape is (joints, 2), for the two corners of each joint.
+    #: True for the contact points that remain closed as the path continues from this state, shape (points,).
+    #: While a path in the plane is computed, the shape is (joints, 2), for the two corners of each joint.
     touch: np.ndarray
     #: Event at this state, such as the opening of a joint; None if there is no event.
     event: Reason | None = None
@@ -76,11 +77,12 @@ PathProgress = Callable[[int, float], None]
 
 
 class _PathEvent(NamedTuple):
-    """Event at which the rigid bodies of the path change or the path ends, such as the opening of a joint."""
+    """Event that ends a part of the path: a joint opens or closes, blocks meet, or λ decreases to zero."""
 
     code: Code
     which: list[int]  #: indices of the joints that close, or of the blocks that meet
-    #: Optimum of the contact forces, which shows that a joint opens; None for other kinds of events.
+    #: If a joint opens: solution of the linear program which shows that no admissible contact forces exist.
+    #: None for other kinds of events.
     borne: ForceOptimum | None = None
 
 
@@ -94,12 +96,12 @@ class _Stretch(NamedTuple):
 
     @property
     def poses(self) -> np.ndarray:
-        """Poses of all blocks at the point of the path, shape (blocks, 3)."""
+        """Poses (x, y, θ) of all blocks at ``point``, shape (blocks, 3)."""
         return self.chain.of_blocks(self.point)
 
     @property
     def motion(self) -> np.ndarray:
-        """Rates of the poses of all blocks along the tangent, shape (blocks, 3)."""
+        """Rates of the poses of all blocks for the tangent ``row``, shape (blocks, 3)."""
         return self.chain.of_blocks(self.row)
 
 
@@ -223,7 +225,7 @@ class HingingPath:
         return stays
 
     def _stretch(self, step: PathState, opens: np.ndarray, hint: np.ndarray) -> _Stretch:
-        """Return the part of the path that begins at a state, with its tangent in the direction of motion.
+        """Return the next part of the path: a given first state, and the tangent in the direction of motion.
 
         If corners open, the tangent has the direction in which they open. Otherwise it has the direction of
         ``hint``. If a small step in this direction leads to an event at once, and a step in the opposite
@@ -265,7 +267,7 @@ class HingingPath:
     def _to_event(self, stretch: _Stretch) -> tuple[_Stretch, _PathEvent]:
         """Follow the path to its next event, such as a joint that opens, and return the last state before it.
 
-        The event is returned too. If a step has no solution, its length is divided by four. After a
+        The event is also returned. If a step has no solution, its length is divided by four. After a
         successful step, the length is doubled, up to that of ``_first_step``. If steps become too short, the
         mechanism is locked.
         """
@@ -287,7 +289,7 @@ class HingingPath:
         return min(_LONGEST_STEP, max(_SHORTEST_STEP, step))
 
     def _try(self, stretch: _Stretch, step: float) -> tuple[_PathEvent | None, _Stretch | None]:
-        """Make a predictor–corrector step, and return the event within the step and the state at its end.
+        """Make a predictor–corrector step. Return an event within the step, and the state at the step's end.
 
         The event is None if no event occurs within the step. Both are None if the corrector finds no state.
         """

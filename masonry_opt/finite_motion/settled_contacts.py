@@ -48,7 +48,7 @@ class SettlementBlockedError(Exception):
 
 @dataclass(frozen=True)
 class Contacts:
-    """Contact points of a plane scene whose supports move, with the points that stay closed.
+    """Contact points of a plane scene whose supports move, with a mask of the points that stay closed.
 
     Positions and poses are those of the geometry at rest, in the scene's unit of length.
 
@@ -369,7 +369,10 @@ class Contacts:
         return np.asarray(np.where(closed, 1.0, depth)[kept])
 
     def far_ends(self, kept: np.ndarray) -> np.ndarray:
-        """Return a mask of the joints with indices ``kept``: True if the first end of a joint is open."""
+        """Return a mask of the joints ``kept``: True if a joint's first end is its far end, which is open.
+
+        The near end of a joint is the end that touches. ``kept`` are the indices of the joints.
+        """
         return np.asarray(~self.touches[self.joints.first_point][kept])
 
 
@@ -391,11 +394,12 @@ def _stiff_struts(freed: Assembly, rates: np.ndarray, speed: float) -> tuple[Lim
 def _crushed(
     freed: Assembly, solution: Solution, gap: np.ndarray, speed: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the contact points at rest, and the depth over which each joint crushes.
+    """Return the contact points, moved inwards where joints crush, and the crushed depth of each joint.
 
-    A joint that turns crushes over the depth that carries its normal force n at the strength of the joint:
-    n / f_c per unit thickness. It neither opens nor crushes at the end of this depth. The returned depths are
-    relative to the length of the joint. ``gap`` is the opening rate at each contact point.
+    A joint that turns crushes over a depth of n / f_c per unit thickness, which carries its normal force n at
+    the strength of the joint. The joint neither opens nor crushes at the end of this depth. The returned
+    depths are relative to the length of the joint. The contact points are those of the scene at rest. ``gap``
+    is the opening rate at each contact point.
     """
     assert solution.q is not None
     joints, problem = freed.joints, freed.problem

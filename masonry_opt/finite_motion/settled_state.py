@@ -130,10 +130,10 @@ def _falls(problem: Problem) -> bool:
 
 
 def _mechanism(assembly: Assembly, free: Assembly) -> Solution:
-    """Use the default method to compute the state in which the reaction of the moving supports is least.
+    """Return the solution with the least reaction of the moving supports, computed by the default method.
 
-    If the method finds no exact state of Coulomb friction, the state has associative flow. Raises OptionError
-    if the least reaction is not found.
+    If the method finds no exact state of Coulomb friction, the solution has associative flow. Raises
+    OptionError if the least reaction is not found.
     """
     rest = reaction_at_rest(assembly.problem, free.problem, assembly.problem.B.shape[1])
     problem = free.problem

@@ -61,13 +61,13 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
 
 
 def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, Answer | None, LpSize]:
-    """Return the answer of the solver, the state with its certificate, and the size of the program.
+    """Return the solver's answer, the state with its certificate, and the dimensions of the program.
 
     The state is None if the solver returns no point.
     """
 
     def with_certificate(state: State | None) -> Answer | None:
-        """Certify a state for associative flow. Return None if there is no state."""
+        """Return a state with its certificate for associative flow, or None if there is no state."""
         return certified(problem, state.load_factor, state.q, state.d, problem.friction) if state else None
 
     how = {"of_load": True, "repeats": task.kept.keeps}
@@ -97,7 +97,7 @@ def kinematic(task: Task) -> Solution:
 def with_associative(task: Task, of: Solution) -> Solution:
     """Add the associative load factor to a Coulomb solution if it is missing.
 
-    The associative load factor is None if no answer is within the limits of acceptance.
+    The associative load factor is None if no answer has residuals small enough to be accepted.
     """
     if of.associative_ended is not None or of.associative is not None:
         return of

@@ -55,7 +55,7 @@ def senses_of(problem: Problem) -> np.ndarray:
 
 
 def live_range(problem: Problem, d: np.ndarray, highest: float) -> float:
-    """Return the smallest power of the live load λ f_L in a mechanism, for any λ from 0 to ``highest``.
+    """Return the minimum, over λ from 0 to ``highest``, of the power of the live load λ f_L in a mechanism.
 
     The mechanism ``d`` consists of block velocities, shape (3b,).
     """
@@ -100,10 +100,10 @@ class Theory(ABC):
 
     @abstractmethod
     def _restrict(self, conditions: np.ndarray) -> None:
-        """Fix the slacks or the rates of the marked yield conditions at zero; all others can be positive.
+        """Set the slacks (in statics) or the rates (in kinematics) of marked yield conditions to zero.
 
-        ``conditions`` is a mask of shape (faces,). The program of statics fixes slacks, so that the marked
-        conditions are at yield. The program of kinematics fixes rates.
+        ``conditions`` is the mask of these conditions, shape (faces,). A condition with zero slack is at
+        yield. The slacks or rates of all other conditions can be positive.
         """
 
     @abstractmethod
@@ -132,10 +132,11 @@ class Theory(ABC):
         return self._confirmed(found.ray, self._needed(found.ray, 0.0) & found.restricted, problem, highest)
 
     def refutes(self, conditions: np.ndarray) -> Refutation | None:
-        """Set the marked slacks or rates to zero, and return a refutation if the program becomes infeasible.
+        """Set marked slacks or rates to zero. If the program is then infeasible, return a refutation.
 
-        ``conditions`` is a mask of yield conditions. Return None if the program is feasible. Raise Undecided
-        if HiGHS does not decide.
+        ``conditions`` is the mask of the yield conditions whose slacks or rates are set to zero, shape
+        (faces,). Return None if the program is feasible. Raise Undecided if HiGHS does not decide whether the
+        program is feasible.
         """
         if not np.array_equal(conditions, self._restricted):
             self._restrict(conditions)
@@ -234,8 +235,9 @@ class Statics(Theory):
     ) -> tuple[np.ndarray, np.ndarray, float] | None:
         """Convert row multipliers to velocities d and rates p that prove a lower bound of the product cost·q.
 
-        Return d, p and the bound. If the multipliers prove no bound, those of the size of rounding errors are
-        set to zero, and the others are corrected. None is returned if the residuals are still too large.
+        Return d, p and the bound. If these d and p prove no bound, rates of the size of rounding errors are
+        set to zero, and all other values are corrected. None is returned if the residuals are still too
+        large.
         """
         d, p = -ray[: self._height], -ray[self._height :] / problem.steep
         found = self._proven(d, p, problem, highest, cost, held)
@@ -255,10 +257,11 @@ class Statics(Theory):
         cost: np.ndarray,
         held: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray, float] | None:
-        """Check that velocities d and rates p prove a lower bound of cost·q. Return d, p and the bound.
+        """Return d, p and the lower bound of cost·q that they prove, or None if they prove no lower bound.
 
-        Negative entries of p are set to zero, except for conditions that are held at yield. None is returned
-        if the residuals are too large compared with the bound.
+        The velocities d have shape (3b,), the rates p have shape (faces,). Negative rates are set to zero,
+        except for the conditions ``held``, which are at yield. The residuals of d and p must be small
+        compared with the bound, otherwise nothing is proven.
         """
         p = np.where(held, p, np.maximum(p, 0.0))
         load = total_load(problem, highest)
@@ -283,7 +286,7 @@ def _without_departure(
 
 
 class Kinematics(Theory):
-    """Linear program of mechanisms that a load factor up to ``highest`` can drive.
+    """Linear program that searches for a mechanism that the loads can drive at a λ of at most ``highest``.
 
     The rates of chosen conditions can be set to zero. The constraints are Bᵀd = D(tan ψ) p, f_L·d = Σ|f_L|,
     p ≥ 0 and e·p − f_D·d ≤ highest Σ|f_L|. In a collapse state λ f_L·d = c·p + Σ (μ − tan ψ) n γ − f_D·d, in
@@ -298,7 +301,7 @@ class Kinematics(Theory):
         self._flow = problem.D(problem.dilatancy).T.tocsr()
 
     def set_highest(self, highest: float) -> None:
-        """Set the largest load factor that may drive a mechanism, in units of the scaled problem."""
+        """Set the largest λ at which the loads may drive a mechanism, in units of the scaled problem."""
         self._session.set_upper_bound_of_row("energy", highest * self._problem.live_norm)
 
     def motion(self) -> tuple[np.ndarray, np.ndarray]:
@@ -309,8 +312,8 @@ class Kinematics(Theory):
         self._session.set_most("p", np.where(conditions, 0.0, np.full(len(conditions), inf)))
 
     def _needed(self, ray: np.ndarray, rounding: float) -> np.ndarray:
-        # Only yield conditions with a negative resistance C(tan ψ) q + weight · e must have zero rates in the
-        # proof.
+        # The multipliers are joint forces q and a weight of the energies e. The proof needs the zero rate of
+        # a yield condition only if its resistance C(tan ψ) q + weight · e is negative.
         resistance = self._flow @ ray[: self._flow.shape[1]] - min(ray[-1], 0.0) * self.energy
         return np.asarray(resistance < -rounding * np.abs(resistance).max(initial=0.0))
 
@@ -343,7 +346,10 @@ class Kinematics(Theory):
         problem: Problem,
         gain: float,
     ) -> KinematicConflict | None:
-        """Return the conflict that forces q, shape (3c + t,), prove, or None if residuals are too large."""
+        """Return the conflict that is proven by the joint forces q, or None if their residuals are too large.
+
+        The shape of q is (3c + t,).
+        """
         resistance = problem.C(problem.dilatancy) @ q + weight * self.energy * self._scaled.force
         unbalanced = problem.B @ q + load_factor * problem.live + weight * problem.dead
         lacks = float(np.maximum(-resistance[~blamed], 0.0).max(initial=0.0))
@@ -366,10 +372,11 @@ def _balancing(
 
 
 def driven_motion(problem: Problem, energy: np.ndarray) -> LinearProgram:
-    """Build, from the matrices, the linear program of the mechanisms that a load factor can drive.
+    """Return the linear program that searches for a mechanism that the loads can drive at some load factor.
 
-    CVXPY declares it as :class:`~masonry_opt.models.cvxpy_exact.CvxpyDrivenMotion`. The columns are "p" and
-    "d". The row "energy" is the energy balance, whose upper bound is set later.
+    The program is built from the matrices of the problem. CVXPY declares it as
+    :class:`~masonry_opt.models.cvxpy_exact.CvxpyDrivenMotion`. The columns are "p" and "d". The row "energy"
+    is the energy balance, whose upper bound is set later.
     """
     _, motion = programs(problem)
     row = sp.csc_array(np.append(energy, -problem.dead)[None, :])

@@ -50,7 +50,7 @@ class LeastProof:
 
     @property
     def is_open(self) -> bool:
-        """True if the search has not ended, so that it may still find a proof."""
+        """True if the search is not complete, so that it may still find a proof."""
         return self.proof is None and not self.why
 
     @property
@@ -64,11 +64,11 @@ class LeastProof:
             self.best = state
 
     def run(self, seconds: float, programs: int) -> bool:
-        """Search within a limit of time and a number of linear programs; return True if the search has ended.
+        """Search up to a time limit and a number of linear programs. Return True if the search is complete.
 
-        The search solves at most ``programs`` linear programs, including those of its preparation.
-        The search ends with a proof, or with the reason why there is no proof. A search that has not ended
-        can be run again; it then continues with all learned clauses.
+        The search solves at most ``programs`` linear programs, including the programs of its preparation. It
+        is complete if it has found a proof, or the reason why there is no proof. A search that a limit has
+        stopped can be run again; it then continues with all learned clauses.
         """
         if not self.is_open:
             return True

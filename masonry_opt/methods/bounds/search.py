@@ -191,9 +191,9 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return clause or []
 
     def decide(self) -> int:
-        """Decide that the unassigned yield condition with the largest product z p of slack and rate yields.
+        """Assume that the unassigned yield condition with the largest product of slack and rate is at yield.
 
-        Return its SAT variable. Zero leaves the decision to the SAT solver.
+        Return the SAT variable of this condition. Zero leaves the decision to the SAT solver.
         """
         self._decisions += 1
         if self._slacks is None or self._motion is None or self._decisions % self._settings.decide_every:
@@ -237,17 +237,18 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
             if energy > self._settings.energy and not is_complete:
                 return
             if not self._descended():
-                # If the limit of linear programs ended the attempt before a state was found, this call raises
-                # ProgramLimitReached.
+                # If ``_descended`` found no state because no further linear program is permitted, this call
+                # raises ProgramLimitReached.
                 self._effort.check_programs()
                 return
 
     def _refuted(self, theory: Theory, conditions: np.ndarray) -> bool:
-        """Set slacks or rates to zero. If the program becomes infeasible, learn a minimal conflict.
+        """Return True if a program is infeasible with zero slacks or rates, and store a minimal conflict.
 
-        Return True in this case. Return True without a conflict if HiGHS or the matrices do not confirm the
-        refutation. The assignment then remains, and a conflict may be confirmed after more values are
-        assigned.
+        The program of statics has zero slacks for the conditions of the mask ``conditions``, and the program
+        of kinematics has zero rates. True is returned without a conflict if HiGHS or the matrices do not
+        confirm that the program is infeasible. The assignment then remains, and a conflict may be confirmed
+        after more values are assigned.
         """
         try:
             found = theory.refutes(conditions)
@@ -269,7 +270,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return True
 
     def _learn(self, theory: Theory, refutations: list[Refutation]) -> None:
-        """Store the conflict that the most recent confirmed refutation proves, and the conflict's clause.
+        """Store the conflict proven by the last refutation that can be confirmed, and the conflict's clause.
 
         A refutation is confirmed if a check with the matrices shows that it proves a conflict. Nothing is
         stored if no refutation is confirmed.
@@ -306,7 +307,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         Three sets of forces are tested: the present forces of the program, the forces with the least λ at
         which all conditions with a nonzero rate in the mechanism are at yield, and the forces that the search
         for exact states finds near these. The result is None if no state has a lower λ than all known states.
-        Forces that need a linear program are left out if the limit of programs is reached.
+        Forces that need a linear program are left out if no further program is permitted.
         """
         answers = [self._answer(*self._statics.point(), d)]
         with suppress(ProgramLimitReached):
@@ -329,8 +330,8 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         """Return a lower bound of the energy that each yield condition dissipates per unit rate.
 
         The bounds have shape (faces,) and are in scaled units. If a sliding condition cannot be at yield, a
-        conflict that consists of this condition alone is stored. If the limit of programs is reached, the
-        remaining bounds contain no friction energy, also in a search that is continued later.
+        conflict that consists of this condition alone is stored. If no further linear program is permitted,
+        the remaining bounds contain no friction energy, also in a search that is continued later.
         """
         problem = self._problem
         energy = problem.face_cohesion.copy()
@@ -352,7 +353,7 @@ def _refutes(theory: Theory, conditions: np.ndarray) -> Refutation | None:
 
     The mask of the chosen conditions has shape (faces,). Their slacks are zero in the program of forces, and
     their rates are zero in the program of mechanisms. None is returned if the program is feasible, if HiGHS
-    does not decide, or if the limit of programs is reached.
+    does not decide, or if no further linear program is permitted.
     """
     try:
         return theory.refutes(conditions)
@@ -361,5 +362,5 @@ def _refutes(theory: Theory, conditions: np.ndarray) -> Refutation | None:
 
 
 def bound_below(load_factor: float, settings: ProofSettings) -> float:
-    """Return the largest load factor that a proof excludes, slightly below the lowest known load factor."""
+    """Return the λ up to which a proof must exclude collapse states, slightly below the lowest known λ."""
     return load_factor - settings.gap * max(abs(load_factor), SMALLEST)

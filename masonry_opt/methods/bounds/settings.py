@@ -20,8 +20,9 @@ class ProofSettings(Settings):
     #: programs, but must refute more combinations of yield conditions.
     zero: float = 1e-9
 
-    #: If no product z_i p_i of slack and rate exceeds this value, in units of the load, the search looks for
-    #: a collapse state near its forces and mechanism. With a larger value, more of these attempts fail.
+    #: If all products z_i p_i of slack and rate are at most this value, in units of the load, the search
+    #: tries to find a collapse state near the present forces and mechanism. With a larger value, more of
+    #: these trials fail.
     energy: float = 1e-7
 
     #: Multipliers below this fraction of the largest multiplier count as rounding errors. With a larger
@@ -40,8 +41,9 @@ class ProofSettings(Settings):
     #: shorter limit, more combinations of yield conditions remain undecided.
     longest_program: float = 5.0
 
-    #: The search makes every n-th decision of the SAT solver: the yield condition with the largest energy z_i
-    #: p_i yields. Times for n = 1, 2 and 3 differed by less than 20 %.
+    #: Every n-th decision is made by the search instead of the SAT solver: the search assumes that the yield
+    #: condition with the largest energy z_i p_i yields. Solution times for n = 1, 2 and 3 differed by less
+    #: than 20 %.
     decide_every: int = 2
 
 
@@ -61,8 +63,8 @@ class ProofBudget(Settings):
     """
 
     #: A proof is tried by default on scenes with at most this number of joints. Proofs succeed on nine of ten
-    #: random scenes of up to 15 joints, but on fewer than half of the scenes of 16 to 25 joints. An attempt
-    #: without success takes about a second.
+    #: random scenes of up to 15 joints, but on fewer than half of the scenes of 16 to 25 joints. An
+    #: unsuccessful search for a proof takes about a second.
     few_joints: int = zero_or_more(15)
 
     #: A proof is also tried by default on scenes of up to ``most_joints`` joints with at most this number of
@@ -70,11 +72,11 @@ class ProofBudget(Settings):
     few_redundant_forces: int = zero_or_more(3)
 
     #: Largest number of linear programs of a proof that is tried by default (4500 take about 1 s). With a
-    #: larger number, more proofs succeed, and attempts without success take longer.
+    #: larger number, more proofs succeed, and unsuccessful searches for a proof take longer.
     programs: int = zero_or_more(4500)
 
     #: No proof is tried on scenes with more than this number of joints, because it would hardly ever succeed.
-    #: With a larger number option ``search`` takes longer on larger scenes.
+    #: With a larger limit, option ``search`` takes longer on the scenes that the limit then includes.
     most_joints: int = zero_or_more(60)
 
     #: Time limit of the search for a proof, in seconds. It is reached only if linear programs are very slow.

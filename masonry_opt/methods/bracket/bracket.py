@@ -26,12 +26,13 @@ from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.stopped import without_answer
 from masonry_opt.solvers.registry import MATRICES, find_solver
 
-#: On scenes with more joints than this number, method "global" first searches for states with a lower λ. A
-#: lower state reduces the upper bound of λ and the limits of the forces.
+#: On scenes with more joints than this number, method "global" first searches for states with a λ below the
+#: lowest known λ. Such a state reduces the upper bound of λ and the limits of the forces.
 _MANY_JOINTS = 60
 
-#: Fraction of the time limit of method "global" that the search for states with a lower λ may use on scenes
-#: with many joints.
+#: On scenes with more than ``_MANY_JOINTS`` joints, method "global" spends at most this fraction of its time
+#: limit on the search for states with a λ below the lowest known λ. With a larger fraction, less time remains
+#: for the lower bound.
 _SEARCHING = 0.05
 
 
@@ -61,8 +62,8 @@ def global_search(task: Task) -> Solution:
     with limited(options.time_limit):
         upper = associative(task.with_options(None, find_solver("cvxpy", None)))
     if upper.load_factor is None:
-        # Mark the solution without a load factor as an answer for Coulomb friction, the friction law of
-        # method "global".
+        # The solution has no load factor. Mark it as an answer for Coulomb friction, because method "global"
+        # assumes this friction law.
         upper = replace(upper, kind=Kind.EXACT)
     if upper.load_factor is None and upper.status is not Status.LOCKED:
         return upper
@@ -116,12 +117,13 @@ def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
 
 
 def _raised(task: Task, solution: Solution, rising: Rising, began: float, ends: float) -> Solution:
-    """Raise the lower bound of λ by a sequence of larger and larger relaxations until the time limit.
+    """Raise the lower bound of λ by relaxations with more and more products, and return the solution.
 
-    ``began`` and ``ends`` are values of ``time.perf_counter``.
+    The relaxations end when the bracket is closed, or at the time ``ends``. Both ``began`` and ``ends`` are
+    values of ``time.perf_counter``.
 
-    On scenes with few joints, the method also looks for lower exact states near the forces of the
-    relaxations.
+    On scenes with at most ``_MANY_JOINTS`` joints, the method also looks for exact states with a lower λ near
+    the forces of the relaxations.
     """
     problem, refiner = task.problem, refiner_of(task)
     for step, size, forces in rising.programs(ends, began):

@@ -44,12 +44,13 @@ _FEW_ROWS = 20_000
 #: iterations would improve the bound by only 1 %.
 _COARSE = 0.05
 
-#: Largest velocity that is assumed for variables without bounds, relative to the live load's mean velocity.
-#: Without bounds, solvers may stall or fail. The proof of the lower bound does not use this number.
+#: Largest rate or velocity from which limits of variables without bounds are computed, relative to the mean
+#: velocity of the points at which the live load acts. Without bounds, solvers may stall or fail. The proof of
+#: the lower bound does not use this number.
 _FASTEST = 20.0
 
-#: Motions below this value, relative to the live load's mean velocity, count as zero when forces are computed
-#: from products of forces and motions.
+#: Motions below this value, relative to the mean velocity of the points at which the live load acts, count as
+#: zero when forces are computed from products of forces and motions.
 _NEGLIGIBLE_MOTION = 1e-3
 
 #: Largest number of iterations of a solver for one program of method "global". After this number the next
@@ -59,9 +60,9 @@ _MOST_PROGRAM_ITERATIONS = 500
 #: Smallest time limit of one program of method "global", in seconds.
 LEAST_TIME = 1.0
 
-#: Largest distances, in blocks, between the two factors of a product in the successive programs of method
-#: "global" (see :func:`distances`). The first distance of a pair is for products of a force and a rate, the
-#: second for products of a force and a velocity.
+#: Each pair belongs to one of the successive programs of method "global". The program includes a product of
+#: two variables only if they are at most this many blocks apart (see :func:`distances`). The first number is
+#: for a force times a rate, the second for a force times a velocity.
 RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
 #: Relative margin by which the largest λ of the programs exceeds the lowest known λ. Without a margin, the
@@ -76,12 +77,13 @@ _WORTH_REPEATING = 0.5
 #: products are skipped, because they would need too much memory.
 _MOST_PRODUCTS = 400_000
 
-#: If kinematics does not limit the sum of all rates, method "global" assumes a limit of at least this
-#: multiple of the live load's mean velocity. A smaller value may exclude states with large rates.
+#: If kinematics does not limit the sum of all rates, method "global" assumes a limit. The limit is at least
+#: this multiple of the mean velocity of the points at which the live load acts. A smaller multiple may
+#: exclude states with large rates.
 _LEAST_RATES = 100.0
 
-#: If kinematics does not limit the sum of all rates, method "global" assumes a limit of this multiple of the
-#: sum in the lowest known state. A smaller value may exclude states with large rates.
+#: If kinematics does not limit the sum of all rates, method "global" assumes that the sum is at most this
+#: multiple of its value in the lowest known state. A smaller multiple may exclude states with large rates.
 _OVER_KNOWN = 10.0
 
 
@@ -96,13 +98,16 @@ class StateBounds:
     forces: np.ndarray
     rates: float  #: upper bound of the sum of all slips and edge openings
     #: True if statics implies the limits of the forces. If False, some limits are assumed, and bounds of λ
-    #: are valid only for states within the limits.
+    #: are valid only for states within these limits.
     forces_derived: bool
     #: True if kinematics implies the limit of the rates. If False, the limit is assumed.
     rates_derived: bool
 
     def allow(self, problem: Problem, q: np.ndarray, d: np.ndarray) -> bool:
-        """Return True if the assumed limits allow forces q, shape (3c,), and velocities d, shape (3b,)."""
+        """Return True if forces q, shape (3c,), and velocities d, shape (3b,), are within all assumed bounds.
+
+        Bounds that follow from statics or kinematics are not tested, because every state satisfies them.
+        """
         first, second, shear = np.abs(q.reshape(3, -1))
         forces, limits = np.stack([first + second, shear]), np.stack([self.normal, self.forces[2::3]])
         is_within = self.forces_derived or bool((forces <= limits + BEYOND_LIMITS * (1 + limits)).all())
@@ -132,7 +137,7 @@ def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Ef
 def tightened(
     of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
 ) -> StateBounds:
-    """Return bounds for the states with ``lowest`` ≤ λ ≤ ``highest``, with tighter force limits than ``of``.
+    """Return the bounds ``of`` with force limits tightened to the states with ``lowest`` ≤ λ ≤ ``highest``.
 
     The force limits are smaller for a narrower interval of λ, because less self-stress is possible at a
     higher λ. The limit of the rates stays the same.
@@ -161,8 +166,8 @@ def _force_limits(
     of_shears = selection(2 * c + cannot_slide, problem.table.width)
     targets = sp.vstack([problem.table.normal_sums, of_shears]).toarray()
     steep = max(1.0, float(problem.friction.max(initial=0.0)))
-    # No force of a state exceeds ``share`` · (1 + S). S is the sum of the forces of this state that the
-    # linear programs maximise.
+    # Let S be the sum of those forces of a state that the linear programs maximise one by one. No force of
+    # this state exceeds ``share`` · (1 + S).
     share = steep + float(problem.cohesion.max(initial=0.0))
     values, short = np.zeros((2, len(targets)))
     columns = session.columns(q)
@@ -239,7 +244,8 @@ def velocities_by_rates(problem: Problem) -> np.ndarray:
 class BoundStep:
     """Record of one linear relaxation, whose variables are products of forces and rates."""
 
-    #: Lower bound of λ that the multipliers prove. It is valid for states within the assumed limits.
+    #: Lower bound of λ that the multipliers prove. It is valid for all states whose forces and rates are
+    #: within the limits that the relaxation assumes.
     bound: float
     #: Lower bound of λ from earlier programs, which is also the smallest λ that this program admits.
     lowest: float
@@ -255,7 +261,7 @@ class BoundStep:
 
 
 def distances(problem: Problem) -> Pairs:
-    """Return distances, in blocks, between joints, shape (c, c), and from joints to blocks, shape (c, b).
+    """Return distances, counted in blocks, from joint to joint, shape (c, c), and joint to block, (c, b).
 
     A distance is the number of steps from block to block through joints. Two joints of one block have the
     distance 0.
@@ -273,9 +279,9 @@ def relaxed(
 ) -> tuple[float, list[np.ndarray], LpSize]:
     """Solve one relaxation. Return a lower bound of λ, joint forces and the size of the linear program.
 
-    The bound is valid for all states with λ from ``of.lowest`` to ``highest`` within the limits ``of``. It
-    follows from the multipliers that the solver reaches within ``seconds``. A search can start from the
-    forces, each of shape (3c,).
+    The bound is valid for all states with λ from ``of.lowest`` to ``highest`` whose forces and rates are
+    within the bounds ``of``. It follows from the multipliers that the solver reaches within ``seconds``. A
+    search can start from the forces, each of shape (3c,).
     """
     with effort.measure("build"):
         model = PyomoProducts(problem, (of.lowest, highest), of.normal, kept)
@@ -293,8 +299,8 @@ def relaxed(
     reach = np.empty(len(column))
     reach[column] = of_statics * fastest[k]
     point, multipliers = _solved(lp, reach, (of.lowest, highest), seconds, effort)
-    # The multipliers are not exactly feasible. Reduce the bound by their infeasibility times the largest
-    # products.
+    # The multipliers are not exactly feasible. Reduce the bound by each infeasibility times the largest
+    # possible value of the product variable to which it belongs.
     value, short = lp.least(multipliers)
     shortfall = np.bincount(k, of_statics * short[column], model.factors.unit + 1)
     bound = max(of.lowest, value - shortfall[-1] - of.rates * _largest_per_rate(model, shortfall[:-1]))
@@ -302,7 +308,7 @@ def relaxed(
 
 
 def _largest_per_rate(model: PyomoProducts, shortfall: np.ndarray) -> float:
-    """Return by how much infeasible multipliers reduce the lower bound, per unit of the sum of all rates.
+    """Return the reduction of the lower bound by infeasible multipliers, per unit of the sum of all rates.
 
     ``shortfall`` has the infeasibility of the reduced costs per unit of each rate and of each velocity, shape
     (rates + velocities,). The velocities follow from the rates.
@@ -374,7 +380,7 @@ def _solved(
 
 
 class Rising:
-    """Lower bound of λ that a sequence of larger and larger programs raises."""
+    """Lower bound of λ, which is raised by programs with more and more products."""
 
     def __init__(self, problem: Problem, best: float, rates: float, effort: Effort) -> None:
         self._problem, self._effort = problem, effort
@@ -388,10 +394,11 @@ class Rising:
     def programs(
         self, ends: float = inf, began: float = 0.0
     ) -> Iterator[tuple[BoundStep, LpSize, list[np.ndarray]]]:
-        """Solve larger and larger programs; return the record, size and joint forces of each, one by one.
+        """Solve programs with more and more products, and yield the record, size and forces of each program.
 
-        The sequence ends when the bracket is closed, or when the time is over. The forces, each of shape
-        (3c,), may lead to states with a lower λ than the lowest known state.
+        The size consists of the numbers of rows, columns and nonzeros. The sequence ends when the bracket is
+        closed, or when the time is over. The joint forces, each of shape (3c,), may lead to states with a
+        lower λ than the lowest known state.
 
         Unless a program is repeated, the next program has more products. A program includes only states above
         the last bound. The forces of these states have smaller limits, so that an equal number of products

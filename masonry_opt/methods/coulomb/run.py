@@ -33,10 +33,10 @@ class CoulombRun:
 
     Attributes
     ----------
-    seeks_lower: True if states with a lower load factor are looked for after an exact state is found. If
-        False, the first exact state is the answer.
+    seeks_lower: True if the search continues for states with a lower load factor after it has found an exact
+        state. If False, the first exact state is the answer.
     settings: settings of the search for exact states.
-    budget: budget of the proof that no state is lower.
+    budget: budget of the search for a proof that no state has a lower load factor.
     incremental: the solution of the incremental analysis, once it is known.
     known: solution without an exact state: it has the load history, the associative load factor and proofs.
     ended: the solution of a run that has ended without an exact state; None before the end.
@@ -71,7 +71,7 @@ class CoulombRun:
 
     @cached_property
     def analysis(self) -> IncrementalAnalysis:
-        """Incremental analysis of the scene."""
+        """Incremental analysis of the scene, an object that all steps of the run share."""
         return analysis_of(self.task)
 
     @cached_property
@@ -154,7 +154,7 @@ class LowestState:
 
     @cached_property
     def _alternation(self) -> "Alternation":
-        """Return the finder of exact states that solves kinematic and static programs alternately.
+        """Algorithm that finds exact states by solving kinematic and static programs alternately.
 
         Interior-point methods solve the programs.
         """
@@ -205,7 +205,7 @@ class LowestState:
             self.met.count(found if found is not None and found.exact else exact)
 
     def look_further_in_the_plane(self, starts: int) -> None:
-        """Look for states with a lower λ, until ``starts`` successive starts have found none."""
+        """Look for states with a lower λ. Stop when λ has not decreased ``starts`` times in a row."""
         assert self._search is not None
         for state in self._search.until_in_vain(self._lowest, starts):
             self._keep(state)
@@ -239,7 +239,7 @@ class LowestState:
             self._effort.lowers(self.answer.load_factor)
 
     def _counts(self, state: Answer | ExactState, below: float = inf) -> bool:
-        """Record the λ of a physically meaningful state. Return True if the state may be the answer.
+        """Record the λ of a state that counts as a collapse. Return True if the state may be the answer.
 
         If the forces at rest are prescribed, a state with a negative load factor is not an answer.
         """

@@ -1,4 +1,4 @@
-"""Search for lower exact states, starting from a solution, until the time is over or the user stops it."""
+"""Search for exact states with a lower λ than a solution, until the time is over or the user stops it."""
 
 import time
 from dataclasses import dataclass, replace
@@ -169,7 +169,7 @@ class _Lowest:
     def prove(self, programs: int) -> None:
         """Try to prove that no state has a lower λ. Solve up to ``programs`` linear programs for the proof.
 
-        A state with a lower λ that the attempt finds is stored.
+        If the search for the proof finds a state with a lower λ, this state is stored.
         """
         if self.state is None or not self.state.exact:
             return
@@ -189,12 +189,12 @@ class _Lowest:
             self._keep("proof", state)
 
     def _is_lowest(self, state: ExactState) -> bool:
-        """Record the load factor of a physically meaningful state; return True if it is the lowest so far."""
+        """Record the λ of a state that counts as a collapse. Return True if this λ is the lowest so far."""
         if not is_meaningful(analysis_of(self._task), state.load_factor, state.d):
             return False
         self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
-        # A start may lead again to the state with the lowest λ. The finder may then return the object that is
-        # already stored.
+        # A start may lead to the state with the lowest λ again, and return the object that is already stored.
+        # This does not count as a lower λ.
         return state is not self.state and lower_of(self.state, state) is state
 
     def _keep(self, origin: str, state: ExactState) -> None:

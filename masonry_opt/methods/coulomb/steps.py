@@ -61,8 +61,8 @@ class Incremental:
         if found is None or not found.history:
             found = incremental(task.with_options(IncrementalOptions(settings=self.settings)))
         else:
-            # The load history was already computed with the incremental load factor. Add the solver and the
-            # load steps of the history to the counts of this method.
+            # The load history was already computed when the incremental load factor was computed. Record the
+            # solver and the number of load steps of the history for this method too.
             run.effort.uses(task.solver.name, "incremental analysis")
             run.effort.iterations += len(found.history)
             run.seconds_before = run.effort.seconds["incremental"]
@@ -88,7 +88,11 @@ class ExactFrom:
         return f"exact state from the {self.start} forces"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if incremental forces are known or, for an associative start, no state is known yet."""
+        """Return True if the incremental analysis was run, and this start is possible and useful.
+
+        A start from incremental forces needs these forces. A start from associative forces is useful only if
+        no state is known yet.
+        """
         if run.incremental is None:
             return False
         if self.start == "incremental":
@@ -120,12 +124,12 @@ class ExactFrom:
 
 @dataclass(frozen=True)
 class FurtherStarts:
-    """Step that looks for states with a lower λ from further starts, on small plane scenes and in space."""
+    """Step that looks for a λ below the present λ from further starts, on small plane scenes or in space."""
 
     name: str = "further starts"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if the scene is small or in space, and the run seeks states with a lower λ.
+        """Return True if the scene is small or in space, and the run seeks the state with the lowest λ.
 
         False is returned if all exact states must have the same λ.
         """
@@ -159,7 +163,7 @@ class LeastProven:
     name: str = "proof of the least"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if the run seeks states with a lower λ, and a proof is tried for this scene."""
+        """Return True if the run seeks the state with the lowest λ, and a proof is tried for this scene."""
         return run.incremental is not None and run.seeks_lower and run.budget.tries_by_default(run.problem)
 
     def run(self, run: CoulombRun) -> None:
@@ -204,13 +208,14 @@ class Loop:
         return run.answer is None
 
     def run(self, run: CoulombRun) -> None:
-        """End the run with the solution of the first case that applies.
+        """End the run with a solution. The first case in this list that applies determines the solution.
 
         1. If there is no load history, the solution is the solution of the loop.
         2. If joint forces within their limits carry any load, and the compression of joints grows with the
            load in the load history, there is no collapse.
         3. If all exact states have negative load factors, there is no load factor.
-        4. If the scene is not in equilibrium under its dead load from rest, it is unstable.
+        4. If the scene does not come to equilibrium when its dead load is applied to the blocks at rest, it
+           is unstable.
         5. If the loop finds a load factor, or if neither statics nor the loop limit the load, the solution is
            the solution of the loop.
         6. If the load history ends in a collapse without an exact state nearby, the solution is the largest
@@ -244,7 +249,7 @@ class Loop:
 
 
 def _with_carried_load(ended: Solution, incremental: Solution) -> Solution:
-    """Add a reason to the loop's solution if the load history reached a higher load factor than the loop."""
+    """If the load history reached a higher λ than the solution, add a reason that states the higher λ."""
     history = incremental.load_history
     if history is None or ended.load_factor is None or not incremental.has(Code.UNDECIDED):
         return ended
@@ -255,7 +260,7 @@ def _with_carried_load(ended: Solution, incremental: Solution) -> Solution:
 
 
 def _end_without_loop(run: CoulombRun) -> Solution | None:
-    """Return the solution in cases 2 to 4 of :meth:`Loop.run`, or None if none of these cases applies."""
+    """Return the solution if the loop is not needed (cases 2 to 4 of :meth:`Loop.run`), otherwise None."""
     assert run.incremental is not None
     found = run.known.infeasibility
     grows = [said for said in run.incremental.reasons if said.code is Code.UNBOUNDED]

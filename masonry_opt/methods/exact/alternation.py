@@ -27,7 +27,10 @@ _EXACT_STATE_PURPOSE = "exact state"
 
 
 class _PlaneForces:
-    """Program ``CvxpyForces`` for joint forces of a plane scene. The cost coefficients are a parameter."""
+    """Program ``CvxpyForces`` for plane scenes, with the cost coefficients as a CVXPY parameter.
+
+    The compiled program can therefore be solved again with other costs.
+    """
 
     def __init__(self, problem: Problem) -> None:
         self._problem = problem
@@ -36,12 +39,15 @@ class _PlaneForces:
         self.statics, self.program = forces.statics, forces.program
 
     def set(self, p: np.ndarray, weight: float) -> None:
-        """Set the mechanism's rates p, shape (faces,), and the weight of the energy z·p in the cost."""
+        """Set the costs for rates p of a mechanism, shape (faces,), and for the weight of the energy z·p."""
         self._cost.value = self._problem.energy_costs(p, weight)[1]
 
 
 class _PlaneMotion:
-    """Program ``CvxpyMotion`` for a mechanism of a plane scene. The cost coefficients are a parameter."""
+    """Program ``CvxpyMotion`` for plane scenes, with the cost coefficients as a CVXPY parameter.
+
+    The compiled program can therefore be solved again with other costs.
+    """
 
     def __init__(self, problem: Problem, slope: np.ndarray) -> None:
         self._problem = problem
@@ -50,7 +56,7 @@ class _PlaneMotion:
         self.mechanism, self.program = motion.mechanism, motion.program
 
     def set(self, q: np.ndarray) -> None:
-        """Set the slacks of the joint forces q, shape (3c + t,), as the costs of the program."""
+        """Set the costs to the slacks of the yield conditions under the joint forces q, shape (3c + t,)."""
         self._cost.value = np.maximum(self._problem.slacks(q), 0.0) / self._problem.steep
 
 
@@ -65,20 +71,20 @@ class ExactPrograms:
     def __init__(
         self, scaled: Scaled, solvers: Iterable[Solver], effort: Effort, purpose: str, nearly: bool
     ) -> None:
-        """Store the arguments. If ``nearly`` is True, accept nearly optimal points of the last solver."""
+        """Store the arguments. If ``nearly`` is True, the last solver may return a nearly optimal point."""
         self._problem, self._solvers = scaled.problem, tuple(solvers)
         self._effort, self._purpose, self._nearly = effort, purpose, nearly
         self._slope = self._problem.dilatancy
 
     @cached_property
     def _forces(self) -> ConeForces | _PlaneForces:
-        """Return the program that computes forces."""
+        """Return the optimisation program that computes joint forces for the rates of a mechanism."""
         with self._effort.measure("build"):
             return (ConeForces if self._problem.by_friction.conic else _PlaneForces)(self._problem)
 
     @cached_property
     def _motion(self) -> ConeMotion | _PlaneMotion:
-        """Return the program that computes a mechanism with the present dilatancy."""
+        """Return the optimisation program that computes a mechanism for the present dilatancy."""
         with self._effort.measure("build"):
             conic = self._problem.by_friction.conic
             return (ConeMotion if conic else _PlaneMotion)(self._problem, self._slope)
@@ -101,10 +107,10 @@ class ExactPrograms:
     def forces(
         self, p: np.ndarray, weight: float = SEARCH.weight, before_each: Callable[[], None] = lambda: None
     ) -> tuple[float, np.ndarray] | None:
-        """Minimise λ Σ|f_L| plus the weighted energy z·p for given rates p, shape (faces,).
+        """Return λ and the forces that minimise λ Σ|f_L| plus the weighted energy z·p, for given rates p.
 
-        Return λ and the forces, shape (3c + t,), or None if no solver finds an optimum. ``before_each`` is
-        called before each solve.
+        The rates have shape (faces,), the forces have shape (3c + t,). Return None if no solver finds an
+        optimum. ``before_each`` is called before each solve.
         """
         self._forces.set(p, weight)
         return self._forces.statics.forces() if self._solved(self._engines_of_forces, before_each) else None
@@ -142,7 +148,7 @@ class ExactPrograms:
 
 
 class Alternation:
-    """Finder of exact states, which alternately computes forces and a mechanism."""
+    """Algorithm that finds exact states by computing forces and a mechanism in turn."""
 
     def __init__(self, problem: Problem, effort: Effort, settings: SearchSettings = SEARCH) -> None:
         self._given, self._effort, self._settings = problem, effort, settings
@@ -151,14 +157,14 @@ class Alternation:
         self._scaled = in_units_of_load(self._problem)
         tolerances = settings.tolerances if self._conic else settings.tolerances[:1]
         solvers = [find_solver("cvxpy", None, tolerance) for tolerance in tolerances]
-        # Accept nearly optimal points in space: Clarabel often misses its tolerance if equilibrium does not
-        # determine the forces of the contact points.
+        # In space, also accept solutions that the solver reports as nearly optimal: Clarabel often misses its
+        # tolerance if equilibrium does not determine the forces of the contact points.
         self._programs = ExactPrograms(
             self._scaled, solvers, effort, _EXACT_STATE_PURPOSE, nearly=self._conic
         )
 
     def again_for(self, problem: Problem, effort: Effort) -> "Alternation":
-        """Return this state finder if it was made for the given problem and effort, otherwise a new one."""
+        """Return this object if it was created for the given problem and effort, otherwise a new object."""
         same = problem is self._given and effort is self._effort
         return self if same else Alternation(problem, effort, self._settings)
 
@@ -216,7 +222,7 @@ class Alternation:
 
 
 def alternation_of(task: Task, settings: SearchSettings = SEARCH) -> Alternation:
-    """Return the state finder of a task. The finder and its compiled programs are reused within the task."""
+    """Return the :class:`Alternation` of a task. Later calls return the same object and compiled programs."""
     problem, effort = task.problem, task.effort
 
     def build() -> Alternation:

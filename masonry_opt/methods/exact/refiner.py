@@ -57,12 +57,12 @@ class ExactState:
     load_factor: float  #: load factor λ
     q: np.ndarray  #: joint forces, shape (3c,)
     d: np.ndarray  #: block velocities, shape (3b,)
-    rates: np.ndarray  #: rates p of the mechanism, one for each yield condition, shape (faces,)
-    #: Dual variable of the condition z = 0 of each yield condition with a nonzero rate, shape (faces,). A
-    #: larger value means that λ decreases more without the condition.
+    rates: np.ndarray  #: rates p of the mechanism, one for each yield condition (face), shape (faces,)
+    #: Dual variable of the constraint z = 0, for each yield condition with a nonzero rate, shape (faces,). A
+    #: larger value means that λ decreases more if this constraint is removed.
     duals: np.ndarray
-    #: Load factor λ ≤ 0 of a state that the search for lower states reached from this state; infinite if no
-    #: state of this kind is known.
+    #: Load factor of the state with λ ≤ 0 that the search for a lower λ reached from this state. Infinite if
+    #: the search reached no such state.
     below: float = inf
 
     @property
@@ -126,7 +126,8 @@ class StateFinder(ABC):
         #: Number of programs that the solver left undecided since λ last decreased; None if they are not
         #: counted. If any are undecided, a state with a lower λ may have been missed.
         self.undecided: int | None = None
-        self.size: LpSize | None = None  #: size of the linear program of forces; None if unknown
+        #: Numbers of rows and columns of the linear program of forces; None if unknown.
+        self.size: LpSize | None = None
 
     @abstractmethod
     def state_near(self, q: np.ndarray) -> ExactState | None:
@@ -144,10 +145,10 @@ class StateFinder(ABC):
 
 
 class Refiner(StateFinder):
-    """Finder of exact states in the plane, which solves two linear programs alternately.
+    """Algorithm that finds exact states in the plane by solving two linear programs in turn.
 
     One program determines a mechanism, the other determines forces. Both are warm-started. If ``descends`` is
-    False, the finder stops at the first exact state, and looks for no lower state.
+    False, the algorithm stops at the first exact state, and looks for no state with a lower λ.
     """
 
     undecided: int
@@ -199,12 +200,13 @@ class Refiner(StateFinder):
     def state_near(self, q: np.ndarray) -> ExactState | None:
         """Return the exact state found from joint forces q, shape (3c,), or None if no state is found.
 
-        The first state has the mechanism with the least energy for the given forces. Lower states with other
-        mechanisms follow, until λ no longer decreases or would decrease to zero. A finder that does not
-        descend stops at the first exact state. If an earlier start led to the same first state (λ to ten
-        digits and dual variables to six), its result is returned, unless the solver left programs undecided.
+        The first state has the mechanism with the least energy for the given forces. States with a lower λ
+        and other mechanisms follow, until λ no longer decreases or would decrease to zero. If ``descends`` is
+        False, the search stops at the first exact state. If an earlier start led to the same first state (λ
+        to ten digits and dual variables to six), its result is returned, unless the solver left programs
+        undecided.
 
-        A state whose certificate exceeds the limits is not returned, see :class:`ExactState`.
+        A state whose residuals are too large for an exact state is not returned, see :class:`ExactState`.
         """
         first = self.first(q)
         if first is None:
@@ -222,7 +224,7 @@ class Refiner(StateFinder):
     def _lowest_from(self, first: ExactState) -> ExactState | None:
         """Step from state to state with decreasing λ. Return the last state if it is exact, otherwise None.
 
-        A finder that does not descend returns the first exact state of these steps.
+        If ``descends`` is False, the first exact state is returned.
         """
         state = first
         while self._descends or not state.exact:
@@ -246,9 +248,9 @@ class Refiner(StateFinder):
     def first(self, q: np.ndarray) -> ExactState | None:
         """Return the first state that the two linear programs find from given forces, or None.
 
-        The forces ``q`` have shape (3c,). If no forces bring all faces with a nonzero rate p to yield, the
-        next attempt starts from forces that minimise λ Σ|f_L| plus a weight times z·p. The weight and the
-        largest number of such repairs are settings.
+        The forces ``q`` have shape (3c,). If no forces bring all faces with a nonzero rate p to yield, both
+        programs are solved again. They then start from forces that minimise λ Σ|f_L| plus a weight times z·p.
+        The weight and the largest number of such repetitions are settings.
         """
         repairs = 0
         while True:
@@ -325,9 +327,9 @@ def refiner_of(task: Task, settings: SearchSettings = SEARCH, descends: bool = T
 
 
 class ConeRefiner(StateFinder):
-    """Finder of exact states in space, which solves two cone programs alternately.
+    """Algorithm that finds exact states in space by solving two cone programs in turn.
 
-    The finder returns no dual variables of yield conditions, which the start "neighbour" of a search needs.
+    Its states have no dual variables of yield conditions, which the start "neighbour" of a search needs.
     """
 
     def __init__(

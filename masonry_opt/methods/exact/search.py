@@ -31,8 +31,8 @@ class StateRecord:
     def __init__(self) -> None:
         self.load_factors: list[float] = []  #: distinct load factors of exact states, in order of discovery
         self.candidates = 0  #: number of starts, including those without an exact state
-        #: Lowest load factor of all physically meaningful states. The answer of the search may have a higher
-        #: load factor, for example because positive load factors are preferred.
+        #: Lowest load factor of all states whose mechanism counts as a collapse. The answer of the search may
+        #: have a higher load factor, for example because positive load factors are preferred.
         self.lowest = inf
 
     def count(self, state: ExactState | Answer | None) -> None:
@@ -78,7 +78,7 @@ class StateRecord:
 
 
 class Search:
-    """Search for exact states with a lower λ, from random forces and from the forces of known states."""
+    """Search for exact states with a λ below the lowest known λ, from random forces and near known states."""
 
     def __init__(
         self,
@@ -100,7 +100,7 @@ class Search:
 
     @cached_property
     def _random(self) -> RandomForces:
-        """Generator of random forces. Its linear program is built only once."""
+        """Object that draws random forces. It builds its linear program once, and uses it for all draws."""
         return RandomForces(self.problem, self._finder.effort, self._settings)
 
     @cached_property
@@ -120,7 +120,7 @@ class Search:
         return state
 
     def until_in_vain(self, lowest: ExactState | None, starts: int) -> Iterator[ExactState | None]:
-        """Yield the state of each start, and stop after ``starts`` successive starts that do not lower λ."""
+        """Yield the state of each start. Stop when λ has not decreased ``starts`` times in a row."""
         in_vain = 0
         for _, state in self.endless(lowest, 0):
             yield state
@@ -132,7 +132,7 @@ class Search:
     def fixed_number(
         self, lowest: ExactState | None, forces: Iterable[np.ndarray]
     ) -> Iterator[ExactState | None]:
-        """Run a number of starts that depends only on the scene, and yield the state found from each start.
+        """Run a fixed number of starts, which depends only on the scene, and yield the state of each start.
 
         The first starts are the given forces, each of shape (3c + t,). On scenes with many contacts one more
         start follows, from the forces of the state with the lowest λ. On other scenes random starts follow.
@@ -238,7 +238,8 @@ class Search:
     def neighbour(self, state: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
         """Return a random interpolation between the forces of a state and forces with a lower load factor.
 
-        Program (b) yields the forces of lower λ after a few of the active yield conditions are released.
+        Program (b) of the module ``refiner`` yields the forces with a lower load factor, after a few of the
+        active yield conditions are released.
         """
         assert isinstance(self._finder, Refiner)
         if state is None or not state.duals.any():
@@ -298,8 +299,9 @@ _START_FUNCTIONS: dict[str, _Start] = {
     _NEIGHBOUR: Search.neighbour,
 }
 
-#: Kinds of starts in the plane, in the order in which the search repeats them. Fixed points take three times
-#: as long as other kinds, but only they lead to the lowest states of some sliding slopes.
+#: Kinds of starts in the plane, in the order in which the search repeats them. Starts that iterate to a fixed
+#: point take three times as long as other starts, but only they lead to the lowest states of some sliding
+#: slopes.
 _KINDS_IN_PLANE = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
 #: Kinds of starts in space, in the order in which the search repeats them. Random forces are frequent,

@@ -1,4 +1,4 @@
-"""Define the settings of the search for lower exact states."""
+"""Define the settings of the search for exact states with a lower load factor."""
 
 from dataclasses import dataclass
 
@@ -17,7 +17,8 @@ class SearchSettings(Settings):
     """
 
     #: Range of load factors at which random forces are drawn as starts, relative to the lowest known load
-    #: factor. With smaller values, starts lead to more different states, but more starts lead to no state.
+    #: factor. With smaller values, starts lead to a greater variety of states, but a larger share of the
+    #: starts leads to no state.
     load_shares: tuple[float, float] = (0.5, 1.0)
 
     #: Range of the fraction of yield conditions that is chosen when random forces are drawn. The forces
@@ -52,12 +53,12 @@ class SearchSettings(Settings):
     simplex_up_to: int = zero_or_more(500)
 
     #: A start near the lowest state releases this fraction of the state's active yield conditions, but at
-    #: least one. With a larger fraction, starts lead to more different states.
+    #: least one. With a larger fraction, starts lead to a greater variety of states.
     released_share: float = zero_or_more(0.02)
 
-    #: Each round of starts begins with one start for each fraction, in which ties and other forces with two
-    #: limits have only this fraction of their strength. With more fractions, more states in which ties do not
-    #: yield are found.
+    #: Each round of starts begins with one start for each of these fractions. In such a start, ties and other
+    #: forces with two limits have only this fraction of their strength. With more fractions, the search finds
+    #: more states in which ties do not yield.
     strength_shares: tuple[float, ...] = (0.75, 0.5, 0.25)
 
     #: Largest number of linear programs in a fixed-point iteration, which is one kind of start of the search.
@@ -78,8 +79,8 @@ class SearchSettings(Settings):
     #: yield may have nonzero rates.
     at_yield: float = 1e-7
 
-    #: Largest number of times that a start without an exact state is repeated with forces nearer to a
-    #: collapse state. More repetitions seldom lead to a lower λ.
+    #: If a start leads to no exact state, the search is repeated from forces nearer to a collapse state, at
+    #: most this number of times. More repetitions seldom lead to a lower λ.
     repairs: int = zero_or_more(2)
 
     #: Time limit of a linear program of the search, in seconds per joint. Without a limit, HiGHS may never
@@ -87,17 +88,19 @@ class SearchSettings(Settings):
     seconds_per_joint: float = 0.2
 
     #: Weight of the energy z·p (slacks times rates), relative to λ Σ|f_L|, when forces are computed for a
-    #: rough mechanism. With a smaller weight, more energy remains. With a larger weight, λ is higher.
+    #: rough mechanism. With a smaller weight, the final energy z·p is larger. With a larger weight, λ is
+    #: higher.
     weight: float = 30.0
 
-    #: Weights in the plane of the energy z·p (slacks times rates), relative to λ Σ|f_L|. The alternation
-    #: between mechanisms and forces uses one weight after the other. With smaller weights, λ is lower. With
-    #: larger weights, less energy remains.
+    #: Weights of the energy z·p (slacks times rates) for scenes in the plane, relative to λ Σ|f_L|. The
+    #: alternation between mechanisms and forces uses the weights in this order. With smaller weights, λ is
+    #: lower. With larger weights, the final energy z·p is closer to zero.
     weights_in_plane: tuple[float, ...] = (1e3, 1e4)
 
-    #: Series of weights in space, used like ``weights_in_plane``. The first series leads to a lower λ. If it
-    #: finds no state, the second series is tried. It keeps forces near the start, which helps in rings of
-    #: wedge-shaped blocks. Further starts use only the first series.
+    #: Series of weights of the energy z·p for scenes in space, used like ``weights_in_plane``. The first
+    #: series leads to a lower λ than the second. If the first series finds no state, the second is tried. It
+    #: keeps forces near the forces of the start, which helps in rings of wedge-shaped blocks. Further starts
+    #: use only the first series.
     weight_series_in_space: tuple[tuple[float, ...], ...] = (
         (3.0, 10.0, 30.0, 1e2, 3e2, 1e3, 1e4),
         (*5 * [1e4], *2 * [1e5, 1e6]),
@@ -114,5 +117,5 @@ class SearchSettings(Settings):
     largest_energy: float = 1e-5
 
 
-#: Default settings of method "coulomb", with and without its option ``search``.
+#: Default settings of the search in method "coulomb". They apply whether or not its option ``search`` is set.
 SEARCH = SearchSettings()

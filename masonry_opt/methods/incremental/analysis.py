@@ -46,7 +46,7 @@ class End(StrEnum):
 
     COLLAPSE = "equilibrium is lost"
     UNBOUNDED = "the compression of joints grows with the live load, so joints carry any multiple of it"
-    UNSTABLE = "the scene is not in equilibrium under its dead load from rest"
+    UNSTABLE = "the scene does not come to equilibrium when its dead load is applied to the blocks at rest"
     #: If a load history ends in one of the three ways below, the load factor remains undecided. Each text
     #: names the setting that ended the analysis.
     SLOW = "the blocks still move after the solves that the setting 'motion_solves' permits"
@@ -62,7 +62,7 @@ class IncrementalResult:
 
     end: End
     history: LoadHistory
-    carried: float = 0.0  #: largest load factor under which the blocks are in equilibrium
+    carried: float = 0.0  #: largest load factor at which equilibrium was found
     not_carried: float = inf  #: smallest load factor under which the blocks collapsed
     #: Exact state of the collapse, with a load factor between ``carried`` and ``not_carried``; None if no
     #: state was found.
@@ -70,19 +70,19 @@ class IncrementalResult:
     #: Exact state in which the blocks continue to move after the collapse, at a load factor below
     #: ``carried``. None if no state was found.
     state_in_motion: Answer | None = None
-    #: Motion of the blocks in the collapse, under the load factor ``not_carried`` or, if the scene is
-    #: unstable, under the dead load.
+    #: Motion of the blocks in the collapse: at the load factor ``not_carried``, or under the dead load if the
+    #: scene is unstable.
     collapse: Collapse | None = None
     #: Remaining unbalanced forces under the load factor ``carried``, divided by the norm of the live load,
     #: shape (3b,). None if the scene is unstable.
     unbalanced: np.ndarray | None = None
-    #: Largest amount by which ``carried`` may exceed the load factor of an exact state because of unbalanced
-    #: forces. It is less than the accuracy of the load history.
+    #: Upper bound of the error of ``carried`` due to unbalanced forces: ``carried`` exceeds the load factor
+    #: of an exact state by at most this amount. It is smaller than the tolerance of the load history.
     most_excess: float = 0.0
 
     @property
     def load_factor(self) -> float | None:
-        """Load factor of the exact state if it exists, otherwise the largest load factor in equilibrium.
+        """Load factor of the exact state if known, otherwise the largest λ at which equilibrium was found.
 
         None if the analysis did not end in a collapse.
         """
@@ -91,10 +91,11 @@ class IncrementalResult:
         return self.carried if self.state is None else self.state.load_factor
 
     def with_state(self, state: Answer | None) -> "IncrementalResult":
-        """Add an exact state to the result if the state belongs to the collapse, and return the result.
+        """Return a copy that contains an exact state, unless λ of the state is above the collapse load.
 
-        A state with a load factor between ``carried`` and ``not_carried`` is the state of the collapse. In a
-        state with a lower load factor the blocks continue to move after the collapse.
+        A state with a load factor between ``carried`` and ``not_carried`` is stored as the state of the
+        collapse. A state with a lower load factor is stored as the state in which the blocks continue to move
+        after the collapse. An earlier state of the collapse is not replaced.
         """
         if self.state is not None or state is None:
             return self
@@ -113,11 +114,11 @@ def _is_between(state: Answer, carried: float, not_carried: float, size: float) 
 
 
 def _excess(state: Answer, unbalanced: np.ndarray | None, most: float) -> float:
-    """Return how far the carried load may exceed the load of an exact state because of unbalanced forces.
+    """Return the largest amount by which unbalanced forces can raise ``carried`` above λ of an exact state.
 
-    If no joint slips, virtual work limits the excess to the work of the unbalanced forces in the motion of
+    If no joint slips, virtual work limits this amount to the work of the unbalanced forces in the motion of
     the state, in which the live load does unit work: ``unbalanced`` is divided by the norm of the live load.
-    The returned excess is not larger than ``most``.
+    The returned amount is not larger than ``most``.
     """
     return 0.0 if unbalanced is None else min(max(0.0, float(unbalanced @ state.d)), most)
 
@@ -138,7 +139,7 @@ class IncrementalAnalysis:
 
     @cached_property
     def preload(self) -> Equilibrium | Collapse | SlowMotion:
-        """Equilibrium under the dead load from rest, or a motion of the blocks if none is found."""
+        """Equilibrium that the blocks at rest reach under the dead load, or their motion if none is found."""
         return self.solver.equilibrate(self.solver.at_rest(self.problem.settled), self.problem.dead)
 
     def run(self, progress: Callable[[LoadStep], None] = lambda _: None) -> IncrementalResult:
@@ -188,10 +189,11 @@ def analysis_of(task: Task, settings: IncrementalSettings | None = None) -> Incr
 
 
 def is_meaningful(analysis: IncrementalAnalysis, load_factor: float, d: np.ndarray) -> bool:
-    """Return True if a collapse mechanism d, shape (3b,), is physically meaningful.
+    """Return True if a mechanism d, shape (3b,), is a collapse, and not only a motion of weightless blocks.
 
-    A mechanism is not meaningful if λ is negative, the moving blocks carry no net load at this λ, and the
-    scene is in equilibrium under its dead load from rest.
+    At a negative λ, the live load can cancel the weight of blocks. A mechanism that moves only such blocks
+    counts as a collapse only if the scene finds no equilibrium when its dead load is applied to the blocks at
+    rest.
     """
     return not weightless(analysis.problem, load_factor, d) or analysis.preload_forces is None
 
@@ -206,7 +208,8 @@ class _LoadRaising:
         self.progress = progress
         self.reached, self.carried = preload, 0.0
         self.not_carried = self.unreached = inf
-        # Load factors under which a damped motion remained undecided, since the last equilibrium was found.
+        # Load factors tried after the last equilibrium, at which the damped motion ended neither at rest nor
+        # in collapse.
         self.slow: list[float] = []
         self.collapse: Collapse | None = None
         self.state: Answer | None = None
@@ -264,7 +267,7 @@ class _LoadRaising:
         self.state_in_motion = state if is_lower else None
 
     def _pass_slow_motion(self) -> bool:
-        """Try larger loads after a slow motion. Return False if neither equilibrium nor collapse follows."""
+        """Try larger loads after an undecided motion. Return True if equilibrium or collapse follows."""
         slow, increment = self.slow[0], self.settings.smallest_increment
         while self.slow and self.not_carried == inf and increment < 1:
             self._raise_to(slow * (1 + increment))
@@ -292,7 +295,7 @@ class _LoadRaising:
             self.state = None
 
     def _may_be_limit(self, state: Answer) -> bool:
-        """Return True if the load factor of an exact state may still be the load factor of the collapse."""
+        """Return True if the load history has not ruled out an exact state as the state of the collapse."""
         return self._is_in_bracket(state) and self.carried < self._beside(state)[1]
 
     def _is_in_bracket(self, state: Answer) -> bool:
@@ -301,13 +304,13 @@ class _LoadRaising:
 
     @property
     def _unbalanced(self) -> np.ndarray:
-        """Unbalanced forces under the carried load factor, divided by the live load's norm, shape (3b,)."""
+        """Unbalanced forces at the load factor ``carried``, divided by the live load's norm, shape (3b,)."""
         forces = self.solver.unbalanced(self.reached.response, self._load(self.carried))
         return forces / self.problem.live_norm
 
     @property
     def _most_excess(self) -> float:
-        """Largest amount by which unbalanced forces may raise the carried λ above the λ of an exact state.
+        """Largest amount by which unbalanced forces can raise ``carried`` above the λ of an exact state.
 
         It is half the distance between an exact state and the load that is tested above it, so that this load
         is larger than ``carried``.
@@ -315,7 +318,7 @@ class _LoadRaising:
         return self.settings.tolerance / 4 * self._size_of(self.carried)
 
     def _size_of(self, load_factor: float) -> float:
-        """Return the larger of a load factor and a positive minimum, as reference of relative differences."""
+        """Return the value to which differences of load factors refer: λ, but at least a positive minimum."""
         return max(load_factor, self.settings.smallest_increment * self.unit)
 
     def _choose_increment(self) -> float:
@@ -372,7 +375,10 @@ class _LoadRaising:
         return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
 
     def _extend_linearly(self, increment: float) -> float:
-        """Double the increment until a contact changes its state. Return infinity if no contact changes."""
+        """Double an increment as long as no contact changes its state during it, and return the result.
+
+        Return infinity if no contact changes its state, even during a very large increment.
+        """
         limit = self.settings.unbounded * max(
             self.carried, self.unit, 1 / self.solver.size_of_motion(self.rate)
         )

@@ -29,8 +29,8 @@ class _FarState:
     """State of the blocks after a motion so large that contacts deform no further, but only slip or open."""
 
     load_factor: float
-    #: Elastic trial forces after the motion, shape (3, m). They contain no elastic force from slip that has
-    #: already taken place.
+    #: Elastic trial forces after the motion, shape (3, m). Slip that has already taken place is subtracted,
+    #: so that it causes no elastic force.
     trial: np.ndarray
     forces: np.ndarray  #: contact forces after the motion, shape (3, m)
     d: np.ndarray  #: displacements of the blocks after the motion, shape (3b,)

@@ -66,15 +66,15 @@ def mean_force_and_compliance(
 
 @dataclass(frozen=True)
 class Response:
-    """Response of all contacts to trial forces. Forces have one column per joint and per limited force."""
+    """Response of all contacts to trial forces: contact forces, derivatives, and the state of each joint."""
 
     #: Forces of the contacts, shape (3, m): one column per joint, then one per limited force, such as the
     #: force of a tie. The rows of a joint are n₁, n₂ and s (in space n, s and t). A limited force is in the
     #: third row; the other rows are zero.
     forces: np.ndarray
     tangent: np.ndarray  #: derivative of ``forces`` with respect to the trial forces, shape (3, 3, m)
-    #: Trial forces with which the next load step or time step starts, shape (3, m). They contain no
-    #: elastic force from slip that has already taken place.
+    #: Trial forces with which the next load step or time step starts, shape (3, m). Slip that has already
+    #: taken place is subtracted, so that it causes no elastic force.
     remembered: np.ndarray
     sliding: np.ndarray  #: True for each closed joint at its friction limit, shape (c,)
     open: np.ndarray  #: True for each joint without normal force, shape (c,)
@@ -121,7 +121,10 @@ class ContactLaw:
         return self.stiffness.shape[1]
 
     def of_problem(self, forces: np.ndarray) -> np.ndarray:
-        """Return forces (3, m) in the problem's order, shape (3c + t,): the inverse of :func:`by_joint`."""
+        """Convert forces of shape (3, m) to the order of the problem, shape (3c + t,).
+
+        This is the inverse of :func:`by_joint`.
+        """
         return np.concatenate([forces[:2, : self.joints].ravel(), forces[2]])
 
     def respond(self, trial: np.ndarray) -> Response:
@@ -226,9 +229,10 @@ class ContactLaw:
         return result
 
     def _press(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return normal forces without slip, eq. (1), and their derivative with respect to trial forces.
+        """Return the normal forces that result from trial forces, eq. (1), and their derivatives.
 
-        The forces have shape (points, c). The derivative has shape (points, points, c).
+        The trial forces must already include the opening that slip causes. The normal forces have shape
+        (points, c). Their derivatives with respect to the trial forces have shape (points, points, c).
         """
         closed = trial >= -self._touching
         forces, rates = np.maximum(trial, 0.0), np.zeros((self.points, *trial.shape))
@@ -269,18 +273,19 @@ class StrengthPolygon:
 
     def __init__(self, joints: np.ndarray, crushing_force: np.ndarray) -> None:
         self.joints = joints  #: indices of the joints of limited strength, shape (l,)
-        self._crushing_force = crushing_force  #: crushing force f_c L of these joints, shape (l,)
+        self._crushing_force = crushing_force  #: crushing force f_c L of each joint in ``joints``, shape (l,)
 
     @cached_property
     def _sides(self) -> "PolygonSides":
-        """Sides of the polygon, counter-clockwise."""
+        """Sides of the polygon of admissible normal forces, in counter-clockwise order."""
         # Each corner is the intersection of two chords of the strength parabola, at the relative normal force
         # x = n / (f_c L).
         slope, constant = CHORDS.slope, CHORDS.constant
         inner = (constant[1:] - constant[:-1]) / (slope[:-1] - slope[1:])
         x = np.concatenate([[0.0], inner, [1.0]])
         moment = np.concatenate([[0.0], slope[:-1] * inner + constant[:-1], [0.0]])
-        # With the moment relative to f_c L²/2, the forces n₁ and n₂ at a corner are (x ± moment) / 2.
+        # Divided by f_c L, the forces n₁ and n₂ at a corner of the polygon are (x ± moment) / 2. The moment
+        # is relative to f_c L²/2.
         upper = np.stack([(x + moment) / 2, (x - moment) / 2], axis=1)
         return PolygonSides(np.concatenate([upper, upper[-2:0:-1, ::-1]]))
 
@@ -337,7 +342,7 @@ class PolygonSides:
 
 
 def by_joint(values: np.ndarray, joints: int, fill: float = 0.0) -> np.ndarray:
-    """Rearrange values (3c + t,) of a problem to shape (3, m), one column per joint and per limited force."""
+    """Rearrange values (3c + t,) to shape (3, m): one column for each joint, then one per limited force."""
     table = np.full((3, len(values) - 2 * joints), fill)
     table[:2, :joints] = values[: 2 * joints].reshape(2, joints)
     table[2] = values[2 * joints :]

@@ -40,8 +40,8 @@ from masonry_opt.problem.problem import Problem
 class BlockState:
     """State of the blocks in a load history: trial forces of the contacts, and block displacements."""
 
-    #: Elastic trial forces of the contacts, shape (3, m). They contain no elastic force from slip that
-    #: has already taken place.
+    #: Elastic trial forces of the contacts, shape (3, m). Slip that has already taken place is subtracted, so
+    #: that it causes no elastic force.
     trial: np.ndarray
     d: np.ndarray  #: displacements, shape (3b,)
 
@@ -72,7 +72,7 @@ class SlowMotion:
 
 @dataclass(frozen=True)
 class _Step:
-    """Displacement of the blocks from a state, with the response of the contacts and the residuals."""
+    """Displacement of the blocks from a state, with the contact forces and the residuals that result."""
 
     state: BlockState
     response: Response
@@ -214,7 +214,10 @@ class EquilibriumSolver:
         return factors
 
     def solve_linear(self, tangent: np.ndarray, damping: float, right: np.ndarray) -> np.ndarray:
-        """Solve for displacements under loads, shape (3b,) or (3b, count), with a contact tangent (3, 3, m).
+        """Return the displacements that loads cause, for given derivatives of the contact forces.
+
+        The loads ``right`` have shape (3b,) or (3b, count). The derivatives ``tangent`` of the contact forces
+        with respect to the trial forces have shape (3, 3, m).
 
         Raises TimeLimitReached if the time limit of the analysis is over.
         """
@@ -248,7 +251,7 @@ class EquilibriumSolver:
         return rigid
 
     def moves_no_joint(self, displacement: np.ndarray) -> bool:
-        """Return True if a displacement, shape (3b,), moves blocks without moving any joint."""
+        """Return True if a displacement, shape (3b,), moves blocks without relative motion at any joint."""
         return self.size_of_motion(displacement) <= self.settings.rounding * float(np.abs(displacement).max())
 
     def _find_endless_motion(self, step: _Step, load: np.ndarray) -> np.ndarray | None:
@@ -266,7 +269,7 @@ class EquilibriumSolver:
         return motion if self.size(change) <= self.settings.steady * self.size(step.unbalanced) else None
 
     def _step_in_time(self, start: _Step, load: np.ndarray, damping: float) -> tuple[_Step | None, float]:
-        """Return an implicit Euler step of the damped motion, and the taken fraction of the full step length.
+        """Return an implicit Euler step of the damped motion, and its length as a fraction of the full step.
 
         Newton's method continues as long as each iteration halves the residual. If the method fails, the
         direction of the first iteration is shortened. The step is None if it would become too short.
@@ -289,9 +292,11 @@ class EquilibriumSolver:
         return self._evaluate(start.state, load, damping, step.displacement + x)
 
     def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
-        """Halve a time step until the tangent predicts the forces well; return the step and its fraction.
+        """Halve a time step until the tangent predicts the forces well. Return it, and its relative length.
 
-        The tangent predicts that the unbalanced forces change linearly to those that the damping balances.
+        The length is relative to the full step. If the tangent does not predict the forces well even for the
+        shortest step, None and zero are returned. The tangent predicts that the unbalanced forces change
+        linearly to those that the damping balances.
         """
         enough = self.size(start.unbalanced) / 2
         predicted = whole.unbalanced - whole.residual
@@ -330,9 +335,9 @@ class EquilibriumSolver:
     def _evaluate(
         self, state: BlockState, load: np.ndarray, damping: float = 0.0, d: np.ndarray | None = None
     ) -> _Step:
-        """Return the contacts' response to a displacement from a state, and the residuals.
+        """Return the contact forces and the residuals that result from a displacement of the blocks.
 
-        The displacement ``d`` has shape (3b,). It is zero by default.
+        The displacement ``d`` starts from ``state`` and has shape (3b,). It is zero by default.
         """
         d = np.zeros(self.matrix.size) if d is None else d
         change = self.trial_change(d)

@@ -16,9 +16,9 @@ class IncrementalSettings(Settings):
     mean length (in space: mean area) under the mean contact force.
     """
 
-    #: Largest width of the range of possible collapse loads, relative to the load factor, if the range
-    #: contains no exact state. With a smaller value, the search takes more steps. With a larger value, the
-    #: exact state may be missed.
+    #: If no exact state is found, the load history ends with a range of possible collapse loads. This setting
+    #: is the largest width of the range, relative to the load factor. With a smaller value, the search takes
+    #: more steps. With a larger value, the exact state may be missed.
     #:
     #: The setting has three further effects:
     #:
@@ -32,9 +32,10 @@ class IncrementalSettings(Settings):
     #: is doubled as long as no contact opens, closes, slips or sticks. With a smaller value, there are more
     #: increments. With a larger value, contacts that slip back and forth may lead to a different equilibrium.
     increment: float = 0.1
-    #: Displacement beyond which the blocks count as collapsed, relative to the elastic displacement under the
-    #: mean contact force or, if larger, under the load. With a smaller value, a long slide that would stop
-    #: counts as collapse. With a larger value, nearly parallel joints may jam during the long motion.
+    #: Displacement beyond which the blocks count as collapsed, as a multiple of an elastic displacement: the
+    #: one under the mean contact force or the one under the applied load, whichever is larger. With a smaller
+    #: value, a long slide that would stop counts as collapse. With a larger value, nearly parallel joints may
+    #: jam during the long motion.
     far: float = 3e3
 
     #: Coulomb methods other than "incremental" compute the incremental load factor on scenes of up to this
@@ -42,9 +43,9 @@ class IncrementalSettings(Settings):
     #: always use the default value.
     most_joints: int = 3000
 
-    #: Smallest load increment, relative to the load factor. The load history also ends if a range of this
-    #: width contains an exact state. With a smaller value, the history is more accurate near collapse, but
-    #: has more increments.
+    #: Smallest load increment, relative to the load factor. The load history also ends if a range of load
+    #: factors of this width contains an exact state. With a smaller value, the history is more accurate near
+    #: collapse, but has more increments.
     smallest_increment: float = 1e-2
     #: Largest number of load increments in a load history. With a smaller number, analyses of unlimited loads
     #: end earlier, but analyses that need many increments end undecided.
@@ -91,9 +92,10 @@ class IncrementalSettings(Settings):
     #: friction limit. With a smaller value, rounding errors affect the result. With a larger value, joints
     #: near their friction limit slide too early.
     rounding: float = 1e-9
-    #: Fraction of the elastic stiffness matrix that is added to each stiffness matrix. The same fraction of
-    #: its largest entry is added to the diagonal. With a smaller value, matrices of free blocks are nearly
-    #: singular. With a larger value, mechanisms are less exact.
+    #: Each stiffness matrix is regularised: this fraction of the elastic stiffness matrix is added to the
+    #: matrix. This fraction of the largest entry of the elastic stiffness matrix is also added to the
+    #: diagonal. With a smaller value, matrices of free blocks are nearly singular. With a larger value,
+    #: mechanisms are less exact.
     regularisation: float = 1e-14
     #: Largest half-bandwidth of stiffness matrices that are factorised as banded matrices. Other matrices are
     #: factorised as general sparse matrices. The value affects only the time.

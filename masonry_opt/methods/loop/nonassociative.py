@@ -19,7 +19,7 @@ from masonry_opt.stability.diagnosis import no_optimum
 
 
 class Shortfall(StrEnum):
-    """Reason to reject the answer of a converged run of the loop and to try a remedy."""
+    """Reason to reject the answer of a converged run of the loop, and to repeat the run in another way."""
 
     INEXACT = "converged to no exact state"
     ROUGH = "converged to the associative answer, but only within a large tolerance"
@@ -29,8 +29,8 @@ class Shortfall(StrEnum):
 #: that is rejected (a shortfall).
 Failure = Status | Shortfall
 
-#: Function that returns the next attempt to run the loop after a failed attempt. The function returns None if
-#: the next attempt would be the same.
+#: Function that returns the settings of the next run of the loop after a failed run, or None if the next run
+#: would be the same.
 Remedy = Callable[[Attempt], Attempt | None]
 
 #: Remedies that are still to be tried, for each kind of failure.
@@ -38,7 +38,7 @@ _RemainingRemedies = dict[Failure | None, Iterator[Remedy]]
 
 
 def _accurately(last: Attempt) -> Attempt | None:
-    """Return an attempt with accurate sub-problems, or None if the failed run used accurate sub-problems."""
+    """Return the settings of a further run with accurate sub-problems, or None if the last run had them."""
     if last.parameters.tolerance is None:
         return None
     parameters = last.parameters.model_copy(update={"tolerance": None})
@@ -46,7 +46,7 @@ def _accurately(last: Attempt) -> Attempt | None:
 
 
 def less_slope(last: Attempt) -> Attempt | None:
-    """Return an attempt of the loop with a third of the slope α, or None if α has reached its minimum.
+    """Return the settings of a further run with a third of the slope α, or None if α is at its minimum.
 
     A contracting limit |s| ≤ c − αμn also limits n to c / (αμ). A smaller slope raises this limit.
     """
@@ -56,12 +56,12 @@ def less_slope(last: Attempt) -> Attempt | None:
 
 
 def _more_damping(last: Attempt) -> Attempt | None:
-    """Return an attempt of the loop with half of the weight β of the latest normal forces."""
+    """Return the settings of a further run with half of the weight β of the latest normal forces."""
     return _with(last, "beta", last.parameters.beta / 2)
 
 
 def _cohesive_start(last: Attempt) -> Attempt | None:
-    """Return an attempt with the cohesive start, or None if the failed run already used this start.
+    """Return the settings of a further run with the cohesive start, or None if the last run had this start.
 
     Section 6.3 of the paper describes the cohesive start: in the first sub-problem, joints have cohesion in
     place of friction, so that dilatancy cannot lock the blocks.
@@ -70,7 +70,7 @@ def _cohesive_start(last: Attempt) -> Attempt | None:
 
 
 def _another_solver(last: Attempt) -> Attempt | None:
-    """Return an attempt that repeats the failed run of the loop with another solver.
+    """Return the settings of a further run of the loop with another solver.
 
     The other solver is Clarabel, or HiGHS's interior-point method if the failed run used Clarabel.
     """
@@ -79,7 +79,7 @@ def _another_solver(last: Attempt) -> Attempt | None:
 
 
 def _with(last: Attempt, option: str, value: float | str) -> Attempt:
-    """Return an attempt of the loop with a new value of one option. ``remedy`` records the change."""
+    """Return the settings of a further run in which one option is changed. ``remedy`` records the change."""
     text = value if isinstance(value, str) else f"{value:.2g}"
     parameters = last.parameters.model_copy(update={option: value})
     return replace(last, parameters=parameters, remedy=f"{option}={text}")
@@ -100,7 +100,7 @@ REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
 
 @dataclass(frozen=True)
 class _Ran:
-    """Finished run of the loop, with its parameters and its solution."""
+    """Finished run of the loop of linear programs, with its parameters and its solution."""
 
     attempt: Attempt  #: parameters and solver of the run
     solution: Solution
@@ -131,8 +131,8 @@ def nonassociative(task: Task) -> Solution:
     # changes.
     declared: tuple[Solver, float | None] | None = None
     remaining: _RemainingRemedies = {failure: iter(remedies) for failure, remedies in REMEDIES.items()}
-    # Track the least load factor of all sub-problems whose residuals, under the joints' own flow rule, are at
-    # most ``BORNE_OUT``.
+    # Least load factor so far of the sub-problems with residuals of at most ``BORNE_OUT``, or None if there
+    # is none. The residuals are computed with the joints' own flow rule.
     least: float | None = None
 
     def follow(step: Iteration) -> None:
@@ -171,9 +171,10 @@ def _declared(task: Task, problem: Problem, solver: Solver, tolerance: float | N
 
 
 def _next(runs: list[_Ran], remaining: _RemainingRemedies, options: LoopOptions) -> Attempt | None:
-    """Return the next attempt, with the next remedy for the failure of the last run.
+    """Return the settings of the next run of the loop, to which the next remedy is applied.
 
-    None is returned if the last run did not fail, or if the options permit no further remedy.
+    The remedy depends on the failure of the last run. None is returned if the last run did not fail, or if
+    the options permit no further remedy.
     """
     last = runs[-1]
     for remedy in remaining.get(last.failure, ()):
@@ -191,7 +192,7 @@ def _gathered(runs: list[_Ran], options: LoopOptions, least: Reason) -> Solution
 
     - the last run, if it did not fail;
     - the last run too, if option ``remedies`` is "slope" and every sub-problem of the run has an optimum;
-    - otherwise the first run whose load factor is within the limits of acceptance;
+    - otherwise the first run whose residuals are small enough for its load factor to be accepted;
     - otherwise the first run.
 
     ``least`` is a reason that states the least certified load factor of a sub-problem. It is added if the run
