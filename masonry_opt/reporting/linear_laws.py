@@ -6,8 +6,8 @@ from masonry_opt.problem.faces import CHORDS, MISSED, Layout
 BY_CHORDS = f"{len(CHORDS.slope)} chords inside the crushing parabola, at most {100 * MISSED:.2f} % below it"
 #: Remark on load factors by chords: the effect of the chords, and the method that uses the parabola.
 PARABOLA_REMARK = (
-    "the parabola permits larger moments and a larger associative λ, which method 'static' with Clarabel "
-    "computes"
+    "the parabola permits larger moments than its chords, and a larger associative λ, which method 'static' "
+    "with Clarabel computes"
 )
 
 

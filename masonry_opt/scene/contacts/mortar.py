@@ -21,8 +21,8 @@ from masonry_opt.scene.rows import linked
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tolerance_advice import set_tolerance
 
-#: Largest mean width of a mortar joint, relative to the median width of the gaps. With a larger value, the
-#: recommended option also closes narrow openings.
+#: A gap counts as a mortar joint if its mean width is at most this multiple of the median width of the gaps.
+#: With a larger value, messages advise values of options that also close narrow openings.
 _WIDEST_OF_MORTAR = 2.0
 
 #: A gap counts as a mortar joint if moving a corner by at most this fraction of the gap's width makes its
@@ -68,7 +68,11 @@ class Bridge:
     aligning: float
 
     def advice(self, scene: Scene) -> str:
-        """Return the part of a message that advises setting the option and describes its effect."""
+        """Return the part of a message that advises how to connect the floating blocks to supports.
+
+        The text advises a value of ``contact_tolerance`` or ``tolerance``, and describes the effect of this
+        value.
+        """
         if not self.gap:
             many = counted(self.joints, "joint")
             return (
@@ -148,7 +152,7 @@ def find_bridge(
     is_mortar = (facing.most <= needed) | (_mean_gap(facing) <= _WIDEST_OF_MORTAR * usual)
     gap = float(facing.most[is_mortar].max())
     connected = before - len(floating(gap))
-    # Find the sides again with the new ``contact_tolerance``, because parts of curved edges then become one
+    # Find the facing sides again: with the new ``contact_tolerance``, the parts of a curved edge become one
     # joint.
     pairs, facing = _gaps_to_close(scene, shapes, joined, contact_tolerance=gap)
     closed = facing.where(facing.most <= gap)

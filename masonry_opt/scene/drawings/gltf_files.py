@@ -66,7 +66,9 @@ class _Gltf:
         if data[:4] == _HEADER[0]:
             version = struct.unpack_from("<I", data, 4)[0]
             if version != _HEADER[1]:
-                raise ValueError(f"the file is glTF version {version}: export version {_HEADER[1]}")
+                raise ValueError(
+                    f"glTF version {version} cannot be read: export the file as version {_HEADER[1]}"
+                )
             length = struct.unpack_from("<I", data, 12)[0]
             text, binary = data[20 : 20 + length], data[28 + length :]
         try:

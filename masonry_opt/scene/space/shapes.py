@@ -231,7 +231,10 @@ class Shapes(Extents):
         return thickness
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Iterate over overlapping pairs of parts: index of the pair of blocks, and region of the overlap."""
+        """Yield, for each overlapping pair of convex parts, their pair of blocks and the region of overlap.
+
+        The pair of blocks is given by its index.
+        """
         count = np.bincount(self.parts.block, minlength=len(self.size))
         first = np.cumsum(count) - count
         i, j = pairs.T
