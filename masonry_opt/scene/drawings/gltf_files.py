@@ -67,7 +67,8 @@ class _Gltf:
             version = struct.unpack_from("<I", data, 4)[0]
             if version != _HEADER[1]:
                 raise ValueError(
-                    f"glTF version {version} cannot be read: export the file as version {_HEADER[1]}"
+                    f"the file has glTF version {version}, but only version {_HEADER[1]} can be read: "
+                    "export the file in this version"
                 )
             length = struct.unpack_from("<I", data, 12)[0]
             text, binary = data[20 : 20 + length], data[28 + length :]
