@@ -22,15 +22,15 @@ from masonry_opt.scene.tolerance_advice import too_thin_for
 RELATIVE_TOLERANCE = 1e-6
 
 #: Largest gap or overlap of two blocks, relative to the width of the smaller block, that is probably an error
-#: of the drawing. With a larger value, warnings name more gaps.
+#: of the drawing. With a larger value, intended gaps would also cause warnings.
 NEAR_MISS = 1e-2
 
 #: A gap of up to this multiple of the contact tolerance is probably an error of the drawing, even if the gap
-#: is wider than ``NEAR_MISS`` allows. With a larger value, warnings name more gaps.
+#: is wider than ``NEAR_MISS`` allows. With a larger value, intended gaps would also cause warnings.
 _NEAR_TOLERANCES = 3
 
 #: Largest gap, relative to the width of the smaller block, that may be undrawn mortar. With a larger value,
-#: messages also recommend closing gaps that are openings.
+#: messages would also advise the user to close openings.
 MORTAR = 0.35
 
 #: Fraction by which the contact tolerance is increased for curved edges that are drawn as chords. The gap
@@ -130,7 +130,7 @@ class Extents(ABC):
 
     @abstractmethod
     def thickness(self) -> np.ndarray:
-        """Return the thickness of each block, which is its least width, shape (blocks,).
+        """Return the thickness (least width) of each block, shape (blocks,).
 
         The least width is the smallest distance between two parallel lines (in space: planes) that enclose
         the block and are parallel to one of its sides.
@@ -138,9 +138,9 @@ class Extents(ABC):
 
     @abstractmethod
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Iterate over the pairs of blocks that overlap by more than the contact tolerance.
+        """Yield the pairs of blocks that overlap by more than the contact tolerance, with their overlaps.
 
-        The results are the index of the pair in ``pairs``, in ascending order, and the region in which its
+        Each item has the index of the pair in ``pairs``, in ascending order, and the region in which the two
         blocks overlap.
         """
 
@@ -202,7 +202,7 @@ class Geometry(Extents):
         return int(distance.argmin()), float(distance.min())
 
     def thickness(self) -> np.ndarray:
-        """Return the thickness of each block, which is its least width, shape (blocks,)."""
+        """Return the thickness (least width) of each block, shape (blocks,)."""
         return np.array([least_width(polygon) for polygon in self.polygons])
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
@@ -393,7 +393,7 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
     scene : Scene
         The scene, in the plane.
     shapes : Geometry
-        Its shapes.
+        Shapes of the blocks of the scene.
     points : ndarray, shape (points, 2)
         Points of the line from left to right, relative to the geometry's origin.
     where : str

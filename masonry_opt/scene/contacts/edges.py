@@ -134,7 +134,7 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
     scene : Scene
         The scene, in the plane.
     shapes : Geometry
-        Its shapes.
+        Shapes of the blocks of the scene.
     pairs : ndarray, shape (pairs, 2)
         Pairs of blocks that are near each other.
     far : ndarray, shape (pairs,)
@@ -252,7 +252,7 @@ class PlaneCorners(sides.BlockCorners):
         return [self._on_edges(pairs, -1.0), self._on_edges(pairs[:, ::-1], 1.0)]
 
     def meetings(self, pairs: np.ndarray) -> Meetings:
-        """Return the meetings of two blocks: places at which their corners coincide within the tolerance."""
+        """Return the places at which corners of two blocks coincide within the tolerance."""
         tolerance = self.shapes.tolerance
         pair, i, j = near_items(self.shapes, pairs, tolerance, (self.corners, self.corners))
         near = np.hypot(*(self.point[j] - self.point[i]).T) <= tolerance

@@ -111,7 +111,7 @@ def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> 
     scene : Scene
         The scene, in space.
     shapes : Shapes
-        Its shapes.
+        Shapes of the blocks of the scene.
     pairs : ndarray, shape (pairs, 2)
         Pairs of blocks that are near each other.
     far : ndarray, shape (pairs,)
@@ -272,7 +272,7 @@ class SolidCorners(sides.BlockCorners):
         return [edges, corners, _crossings(self, pairs)]
 
     def meetings(self, pairs: np.ndarray) -> Meetings:
-        """Return the meetings of two blocks: lines along which their edges coincide within the tolerance."""
+        """Return the lines along which edges of two blocks coincide within the tolerance."""
         tolerance = self.shapes.tolerance
         pair, i, j = near_items(self.shapes, pairs, tolerance, (self.edges, self.edges))
         origin, along, length = self.start[i], self.direction[i], lengths(self.end - self.start)[i]

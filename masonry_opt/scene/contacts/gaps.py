@@ -73,7 +73,7 @@ def near_misses(
 
 
 def closing(scene: Scene, shapes: Extents, pairs: np.ndarray, apart: Facing) -> Closing:
-    """Return the scene option that closes all given gaps, with its smallest sufficient value.
+    """Return the scene option that closes all given gaps, and the smallest value that closes them.
 
     Gaps that are wide relative to a block, and gaps of a scene with a contact tolerance, are closed by the
     contact tolerance. ``pairs`` lists the blocks of each pair.

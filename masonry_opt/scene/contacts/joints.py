@@ -218,7 +218,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     scene : Scene
         The scene.
     shapes : Extents
-        Its shapes, from :func:`shapes_of`.
+        Shapes of the blocks of the scene, from :func:`shapes_of`.
     floating : bool
         If True, movable blocks may touch nothing or reach no support, so that they can be drawn.
 

@@ -262,7 +262,7 @@ class BlockCorners(ABC):
 
     @abstractmethod
     def meetings(self, pairs: np.ndarray) -> "Meetings":
-        """Return the meetings of two blocks: places where their corners (in space: edges) coincide.
+        """Return the places where corners (in space: edges) of two blocks coincide.
 
         ``Meetings.pair`` is the index of the row in ``pairs``.
         """

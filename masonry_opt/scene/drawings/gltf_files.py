@@ -102,7 +102,7 @@ class _Gltf:
         return meshes
 
     def _nodes(self) -> Iterator[tuple[dict[str, Any], np.ndarray, str]]:
-        """Iterate over the nodes of the scene, with transformations and the names of all nodes above them."""
+        """Yield each node of the scene, its transformation, and the names of all nodes above it."""
         nodes = self.tree.get("nodes", [])
         scenes = self.tree.get("scenes", [])
         roots = scenes[self.tree.get("scene", 0)].get("nodes", []) if scenes else range(len(nodes))

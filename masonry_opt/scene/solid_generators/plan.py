@@ -290,7 +290,7 @@ class Plan(SolidGenerator):
         return stretches
 
     def _holes(self, wall: PlanWall, origin: float, sign: float) -> Iterator[_Hole]:
-        """Iterate over the openings of a wall, with their positions along one of its straight pieces.
+        """Yield the openings of a wall, with their positions along one of the wall's straight pieces.
 
         Distances along the wall's axis begin at ``origin``. They increase along the piece if the sign is 1,
         and decrease if the sign is −1.
