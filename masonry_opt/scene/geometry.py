@@ -370,7 +370,7 @@ class Profile:
     x: np.ndarray  #: abscissae of both ends of each piece, shape (pieces, 2)
     #: Heights of the edge at both ends of each piece, shape (pieces, 2); NaN if there is no edge.
     y: np.ndarray
-    line: np.ndarray  #: heights of the line at both ends of each piece, shape (pieces, 2)
+    line: np.ndarray  #: heights of the line (such as a road) at both ends of each piece, shape (pieces, 2)
     #: Index of the edge to which each piece belongs, shape (pieces,); -1 if there is no edge.
     edge: np.ndarray
     #: Index of the block to which the edge of each piece belongs, shape (pieces,); -1 if there is no edge.

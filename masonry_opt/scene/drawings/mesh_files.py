@@ -23,8 +23,8 @@ from masonry_opt.scene.tables import as_path, broken, library, read_bytes
 #: File name endings of the mesh formats that can be read.
 MESHES = (".obj", ".ply", ".stl", ".glb", ".gltf")
 
-#: File name endings of formats that may contain stones but cannot be read. Files of a folder with these
-#: endings cause a warning. Files with other endings are skipped without a warning.
+#: File name endings of formats that may contain stones but cannot be read. A warning names files of a folder
+#: with these endings. Other unreadable files are skipped without a warning.
 _UNREAD_FORMATS = (
     *(".3dm", ".3ds", ".blend", ".dae", ".dxf", ".fbx", ".igs", ".iges", ".off", ".step", ".stp"),
     *(".usd", ".usda", ".usdc", ".usdz", ".wrl", ".x3d"),

@@ -393,7 +393,7 @@ def _sides(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list
     sides = []
     while remaining:
         seed = next(iter(remaining))
-        # If the merged faces are not flat within the tolerance, leave out faces farther from the first plane.
+        # If the merged faces are not flat within the tolerance, merge only faces nearer to the plane.
         for reach in (_TRIANGLE_REACH, 0.5, 0.0):
             members = surface.coplanar(seed, remaining, reach * tolerance, tolerance)
             side = _side(points, [faces[number] for number in members], tolerance)
@@ -488,7 +488,7 @@ def rings_of(following: dict[int, int]) -> list[list[int]]:
 
 
 def _ringed(points: np.ndarray, rings: list[list[int]]) -> Side:
-    """Return the flat side of a block that rings of corners bound: the largest ring outside, holes inside."""
+    """Return the flat side that is bounded by rings of corners. The largest ring surrounds all others."""
     vectors = np.array([area_vector(points[ring]) for ring in rings])
     sizes = np.linalg.norm(vectors, axis=1)
     outer = int(sizes.argmax())

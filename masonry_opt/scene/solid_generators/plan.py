@@ -67,8 +67,8 @@ class PlanWall(Record):
 class WallCrossing(NamedTuple):
     """Place where a straight piece of a wall crosses another wall, or ends at another wall."""
 
-    start: float  #: smaller coordinate of the other wall's two faces, measured along this wall
-    end: float  #: larger coordinate of the other wall's two faces, measured along this wall
+    start: float  #: position, along this wall, of the face at which the other wall begins
+    end: float  #: position, along this wall, of the face at which the other wall ends
     leaves: int  #: number of leaves of the other wall
     courses: int  #: number of courses of the other wall
     #: One flag for even courses (counted from 0) and one for odd courses: True if this wall passes through
