@@ -102,7 +102,7 @@ class Result(Outcome):
 
     @property
     def size(self) -> Size:
-        """Sizes of the scene and of the linear program, and the parts of the scene that are not modelled."""
+        """Numbers of blocks and joints, size of the linear program, and parts that the model leaves out."""
         return replace(super().size, left_out=left_out(self.assembly))
 
     @property

@@ -34,8 +34,8 @@ from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.thresholds import ZERO
 
-#: Codes of reasons that describe the analysis instead of the scene. If a result has other reasons, these
-#: reasons are omitted from the line that states why there is no load factor.
+#: Codes of reasons that describe the analysis instead of the scene. The line that states why there is no load
+#: factor omits reasons with these codes if the result also has other reasons.
 _TRIED = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
 
 #: The summary explains a low λ by self-stress if λ is below this fraction of the incremental load factor.
@@ -121,7 +121,8 @@ def _why(result: Outcome) -> str:
     return "\n".join(dict.fromkeys(sentences(reasons, result.method)))
 
 
-#: Map from the name of a load factor to the label of the line about moving blocks and joints.
+#: Labels of the printed line that counts moving blocks and joints, by the name of the load factor at which
+#: they move.
 _AT = {
     LOWEST: "at the lowest",
     LEAST: "at the least",
@@ -264,7 +265,8 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
             active, at_rest, passive = fill.coefficients
             phrases.append(
                 f"pressure between {active:.4g} σ (active, K_a) and {passive:.4g} σ (passive, m K_p), at "
-                f"rest {at_rest:.4g} σ (K_0); σ is unit weight times depth"
+                f"rest {at_rest:.4g} σ (K_0); σ is unit weight times depth, and m is the mobilised fraction "
+                "of K_p"
             )
         else:
             phrases.append("no pressure")
@@ -306,7 +308,7 @@ def crushing(result: Outcome) -> str:
     if not result.crushing:
         return ""
     if result.load_factor is None and result.associative is None:
-        return f"limited by {BY_CHORDS}; the parabola permits larger moments"
+        return f"limited by {BY_CHORDS}; the parabola permits larger moments than its chords"
     if result.crushing == "parabola":
         return (
             "limited by the crushing parabola itself, which only methods 'static' and 'kinematic' with "
@@ -341,15 +343,15 @@ def _reference(result: Outcome) -> str:
     reference = known[name]
     if load_factor is not None and reference.value:
         percent = numeral(100 * (load_factor / reference.value - 1), "+.3f")
-        difference = f"; the {kind}λ of this result differs by {percent} %"
+        difference = f"; the {kind}λ of this result differs from the reference by {percent} %"
     return f"{kind}{reference.value} ({reference.source}{_name_in_case(known, name, result)}){difference}"
 
 
 def _name_in_case(known: Mapping[str, Reference], name: str, result: Outcome) -> str:
-    """Return a remark with the name of a reference value in the case file, or "" if no remark is needed.
+    """Return a remark on the name of a reference value in the case file, or "" if the name is obvious.
 
-    No remark is needed if the reference value has the name of the method or the name "associative". If the
-    case file also has the reference value of an MPEC, the remark adds this value.
+    The name is obvious if it is the name of the method or "associative". If the case file also has the
+    reference value of an MPEC, the remark adds this value.
     """
     if name in (result.method, "associative"):
         return ""
@@ -392,7 +394,7 @@ def log_sentences(result: Outcome) -> Iterator[str]:
 
 
 def _alignment(result: Outcome) -> str:
-    """Return a text about the largest changes that the alignment made to joints, or "" without changes."""
+    """Return a text about the largest changes that the alignment made to joints, or "" if none changed."""
     if not result.largest_turn and not result.largest_shift:
         return ""
     return (
@@ -424,7 +426,7 @@ def left_out(assembly: Assembly) -> tuple[str, ...]:
     problem, joints = assembly.problem, assembly.joints
     unlimited = len(assembly.joints_of(np.delete(np.arange(problem.joints), problem.sliding)))
     counts = {
-        f"sliding of {counted(unlimited, 'joint')}: friction is unlimited": unlimited,
+        f"sliding of {counted(unlimited, 'joint')}, because unlimited friction prevents it": unlimited,
         f"{counted(joints.fixed_pairs, 'joint')} between fixed blocks, because these blocks cannot move": (
             joints.fixed_pairs
         ),

@@ -104,9 +104,10 @@ def _print_lines(lines: Sequence[str], bold_line: int | None) -> None:
 
 
 def _wrapped(line: str, width: int) -> str:
-    """Wrap a line between words; continuation lines begin in the column of the text after the last gap.
+    """Wrap a line between words, and indent continuation lines to the last column of text in the line.
 
-    A gap consists of at least two spaces. Lines of tables are not wrapped.
+    A column of text begins after a gap of at least two spaces. Columns far to the right have no effect. Lines
+    of tables are not wrapped.
     """
     gaps = [gap.end() for gap in re.finditer(r" {2,}(?=\S)", line)]
     begins = len(line) - len(line.lstrip())

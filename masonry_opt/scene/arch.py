@@ -172,9 +172,10 @@ class ArchRing(AnyGenerator):
 
     @property
     def _ends(self) -> list[tuple[float, float]]:
-        """Return the direction of each end joint, and the sense of rotation that leads away from the arch.
+        """Return, for each end joint, its direction in radians and the sign of rotations away from the arch.
 
-        The sense is 1 for a counter-clockwise rotation about the centre, and -1 for a clockwise rotation.
+        The sign is 1 if a counter-clockwise rotation about the centre leads away from the arch, and -1 if a
+        clockwise rotation does.
         """
         first, last = self._arc.first, self._arc.last
         onwards = math.copysign(1.0, last - first)

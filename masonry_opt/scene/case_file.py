@@ -73,7 +73,7 @@ class CaseFile(SceneKeys):
             yield f"a scene must be in the plane or in space, but {plane}, and {space}: remove one of the two"
 
     def _plane_content(self, generators: list[Generator]) -> str:
-        """Return a phrase that names the first generator or block in the plane, or "" if there is none.
+        """Return a phrase about the first two-dimensional block or block generator, or "" if there is none.
 
         The phrase is part of an error message.
         """
@@ -83,7 +83,7 @@ class CaseFile(SceneKeys):
         return f"block '{names[0]}' lies in the plane" if names else ""
 
     def _space_content(self, generators: list[SolidGenerator]) -> str:
-        """Return a phrase that names the first generator, mesh or block in space, or "" if there is none.
+        """Return a phrase about the first generator of solids, the mesh or the first solid, or "".
 
         The phrase is part of an error message.
         """
@@ -103,7 +103,7 @@ class CaseFile(SceneKeys):
         return 3 if self._of(SolidGenerator) or self.mesh else super().dimension
 
     def _of(self, kind: type[_G]) -> list[_G]:
-        """Return the generators of the given class in the case file."""
+        """Return the block generators of a given class in the case file, such as arches or walls."""
         values = (getattr(self, name) for name in type(self).model_fields)
         lists = (value for value in values if isinstance(value, list))
         return [record for records in lists for record in records if isinstance(record, kind)]
@@ -165,7 +165,7 @@ def load(path: str | Path) -> Scene:
         return file.scene().read_from(path, file)
     except ValidationError as error:
         raise wrong_values(error, CaseFile, case, str(path)) from None
-    except CaseError as error:  # raised for a generated block or for a mesh
+    except CaseError as error:  # errors of generators and of the mesh reader do not name the case file
         raise CaseError(f"{path}: {error}") from None
 
 

@@ -95,7 +95,10 @@ def _joint(joint: _J, times: float) -> _J:
 
 
 def _keys(record: Record, depth: float) -> dict[str, Any]:
-    """Convert the vectors of a record to space: y is 0 for forces, and half the depth for points."""
+    """Return the values of a record as a dict by key, with vectors converted from the plane to space.
+
+    The coordinate y is 0 for forces, and half the depth for points.
+    """
     keys = {key: getattr(record, key) for key in record.model_fields_set}
     for key, value in keys.items():
         if value is not None and key in (*Block.LOADS, "at", "weight_at", "live_at", "dead_at"):

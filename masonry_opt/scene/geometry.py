@@ -22,19 +22,20 @@ from masonry_opt.scene.tolerance_advice import too_thin_for
 RELATIVE_TOLERANCE = 1e-6
 
 #: Largest gap or overlap of two blocks, relative to the width of the smaller block, that is probably an error
-#: of the drawing. With a larger value, warnings name more gaps.
+#: of the drawing. With a larger value, intended gaps would also cause warnings.
 NEAR_MISS = 1e-2
 
 #: A gap of up to this multiple of the contact tolerance is probably an error of the drawing, even if the gap
-#: is wider than ``NEAR_MISS`` allows. With a larger value, warnings name more gaps.
+#: is wider than ``NEAR_MISS`` allows. With a larger value, intended gaps would also cause warnings.
 _NEAR_TOLERANCES = 3
 
 #: Largest gap, relative to the width of the smaller block, that may be undrawn mortar. With a larger value,
-#: messages also recommend closing gaps that are openings.
+#: messages would also advise the user to close openings.
 MORTAR = 0.35
 
-#: Fraction of the contact tolerance that is added for curved edges drawn as chords: the gap between parallel
-#: arcs varies by the rise of their chords. With a smaller value, parts of curved joints are lost.
+#: Fraction by which the contact tolerance is increased for curved edges that are drawn as chords. The gap
+#: between parallel arcs varies by the rise of their chords. With a smaller value, parts of curved joints are
+#: lost.
 _CHORD_ALLOWANCE = 0.05
 
 #: Ratio of the recommended ``tolerance`` to the error of a drawing's corners. With a smaller ratio, a joint
@@ -129,7 +130,7 @@ class Extents(ABC):
 
     @abstractmethod
     def thickness(self) -> np.ndarray:
-        """Return the thickness of each block, which is its least width, shape (blocks,).
+        """Return the thickness (least width) of each block, shape (blocks,).
 
         The least width is the smallest distance between two parallel lines (in space: planes) that enclose
         the block and are parallel to one of its sides.
@@ -137,9 +138,9 @@ class Extents(ABC):
 
     @abstractmethod
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Iterate over the pairs of blocks that overlap by more than the contact tolerance.
+        """Yield the pairs of blocks that overlap by more than the contact tolerance, with their overlaps.
 
-        The results are the index of the pair in ``pairs``, in ascending order, and the region in which its
+        Each item has the index of the pair in ``pairs``, in ascending order, and the region in which the two
         blocks overlap.
         """
 
@@ -173,7 +174,7 @@ class Extents(ABC):
 
 @dataclass(frozen=True)
 class Geometry(Extents):
-    """Shapes of a scene in the plane."""
+    """Shapes of the blocks of a plane scene: their polygons, areas and centroids."""
 
     #: Polygon or multipolygon of each block, counter-clockwise, without corners on straight sides.
     polygons: np.ndarray
@@ -201,11 +202,11 @@ class Geometry(Extents):
         return int(distance.argmin()), float(distance.min())
 
     def thickness(self) -> np.ndarray:
-        """Return the thickness of each block, which is its least width, shape (blocks,)."""
+        """Return the thickness (least width) of each block, shape (blocks,)."""
         return np.array([least_width(polygon) for polygon in self.polygons])
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Iterate over the pairs of blocks that overlap: index of the pair, and region of the overlap."""
+        """Yield, for each overlapping pair of blocks, the index of the pair and the region of the overlap."""
         common = shapely.intersection(self.polygons[pairs[:, 0]], self.polygons[pairs[:, 1]])
         area, perimeter = shapely.area(common), shapely.length(common)
         # `mean` is the area divided by half the perimeter. The width of a convex piece lies between `mean`
@@ -214,7 +215,7 @@ class Geometry(Extents):
         for number in np.flatnonzero(mean > self.contact_tolerance / np.pi):
             width = max(map(least_width, shapely.get_parts(common[number])))
             # The depth of an overlap is at most the width of an enclosing strip. For a curved piece, such as
-            # the region between two arcs, π times `mean` is a smaller upper limit.
+            # the region between two arcs, π times its mean width (`mean`) is a smaller upper limit.
             depth = min(width, np.pi * float(mean[number]))
             if depth > self.contact_tolerance:
                 middle = shapely.get_coordinates(shapely.centroid(common[number]))[0]
@@ -360,7 +361,7 @@ def refuse_too_thin(
 
 @dataclass(frozen=True)
 class Profile:
-    """Pieces of the uppermost block edges below a line, such as a road, from left to right.
+    """Pieces of the uppermost block edges below a line (a polyline, such as a road), from left to right.
 
     Along each piece, the edge and the line are straight. Coordinates of the left and right ends are relative
     to the origin of the geometry.
@@ -369,7 +370,7 @@ class Profile:
     x: np.ndarray  #: abscissae of both ends of each piece, shape (pieces, 2)
     #: Heights of the edge at both ends of each piece, shape (pieces, 2); NaN if there is no edge.
     y: np.ndarray
-    line: np.ndarray  #: heights of the line at the ends of each piece, shape (pieces, 2)
+    line: np.ndarray  #: heights of the line (such as a road) at both ends of each piece, shape (pieces, 2)
     #: Index of the edge to which each piece belongs, shape (pieces,); -1 if there is no edge.
     edge: np.ndarray
     #: Index of the block to which the edge of each piece belongs, shape (pieces,); -1 if there is no edge.
@@ -377,7 +378,10 @@ class Profile:
 
     @property
     def depth(self) -> np.ndarray:
-        """Return the depths of the edges' ends below the line, 0 for ends above it, shape (pieces, 2)."""
+        """Return the depth of both ends of each piece of edge below the line, shape (pieces, 2).
+
+        The depth is 0 where the edge is above the line.
+        """
         return np.maximum(self.line - self.y, 0.0)
 
 
@@ -389,7 +393,7 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
     scene : Scene
         The scene, in the plane.
     shapes : Geometry
-        Its shapes.
+        Shapes of the blocks of the scene.
     points : ndarray, shape (points, 2)
         Points of the line from left to right, relative to the geometry's origin.
     where : str
@@ -420,7 +424,7 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
     at = at[np.r_[True, np.diff(at) > shapes.tolerance]]
     middle = (at[1:] + at[:-1]) / 2
     edge = _uppermost(tail, tip, middle, np.interp(middle, *points.T) + 2 * shapes.tolerance)
-    # A new piece begins where the edge or the slope of the line changes.
+    # A new piece begins where another edge begins, or where the line (such as a road) has a corner.
     slope = np.searchsorted(points[1:-1, 0], middle)
     begins = np.r_[True, (edge[1:] != edge[:-1]) | (slope[1:] != slope[:-1])]
     edge, starts = edge[begins], at[:-1][begins]

@@ -87,7 +87,7 @@ def wrong_values(
 
 
 def _without_misspelt(mistakes: Sequence[Any]) -> list[Any]:
-    """Return the mistakes without reports of missing keys that are probably misspelt.
+    """Return all mistakes, except missing keys that the file probably contains with a misspelt name.
 
     A missing key is probably misspelt if its table has an unknown key with a similar name. The message about
     the unknown key suggests the missing key.

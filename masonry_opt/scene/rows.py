@@ -46,19 +46,19 @@ def lengths(vectors: np.ndarray) -> np.ndarray:
 
 
 def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    """Return the sum of the rows of ``values`` that belong to each owner, shape (count, columns).
+    """Return the sum of the rows of ``values`` in each group, shape (count, columns).
 
-    ``values`` has shape (rows, columns). ``owner`` has, for each row, the index of the owner to which the row
+    ``values`` has shape (rows, columns). ``owner`` has, for each row, the index of the group to which the row
     belongs, less than ``count``.
     """
     return np.column_stack([np.bincount(owner, column, count) for column in values.T])
 
 
 def bounds(owner: np.ndarray, values: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return minima and maxima of the rows of ``values`` of each owner, shape (count, columns) each.
+    """Return the minimum and maximum of each column in each group of rows, shape (count, columns) each.
 
-    ``values`` has shape (rows, columns). ``owner`` has, for each row, the index of the owner to which the row
-    belongs, in ascending order. Each owner has at least one row.
+    ``values`` has shape (rows, columns). ``owner`` has, for each row, the index of the group to which the row
+    belongs, in ascending order. Each group has at least one row.
     """
     first = np.searchsorted(owner, np.arange(count))
     return np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
@@ -130,12 +130,12 @@ def steps_round(ring: Sequence[int]) -> Iterator[tuple[int, int]]:
 def combine(
     first1: np.ndarray, count1: np.ndarray, first2: np.ndarray, count2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pair each integer of a range with each integer of the corresponding range in a second list.
+    """Return all pairs of integers from ranges that have the same index in two lists of ranges.
 
-    Each integer of a range in the first list is paired with each integer of the range at the same position in
-    the second list. A range is given by its first integer and its length. The results are, for each pair, the
-    position of the two ranges in the lists, the integer from the first range, and the integer from the second
-    range. The integer from the second range varies fastest.
+    A pair consists of an integer from a range of the first list and an integer from the range of the second
+    list. Ranges are given by their first integers and their lengths. The results are, for each pair, the
+    index of the two ranges, the integer from the first list, and the integer from the second list. The
+    integer from the second list varies fastest.
     """
     size = count1 * count2
     number = np.repeat(np.arange(len(size)), size)

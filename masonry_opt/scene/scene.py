@@ -163,7 +163,10 @@ class Scene(SceneKeys):
         return scene
 
     def in_case_of(self, other: "Scene") -> Self:
-        """Return this scene in the load case of ``other``, the scene from which this scene was made."""
+        """Return this scene, which was made from the scene ``other``, in the load case selected in ``other``.
+
+        If ``other`` lists this load case, the load case with the same name in this scene is selected.
+        """
         case = other.load_case
         return self.in_case(case.name) if case in other.load_cases else self.with_load_case(case)
 
@@ -316,7 +319,7 @@ class Scene(SceneKeys):
         return self._case
 
     def read_from(self, origin: str | Path, case: SceneKeys | None = None) -> Self:
-        """Return a copy of the scene with a given origin and a given content of its case file.
+        """Return a copy of the scene that stores the name and the original content of its case file.
 
         ``origin`` is the path of the case file, or another text that names the scene in error messages.
         """

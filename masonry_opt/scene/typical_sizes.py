@@ -4,15 +4,16 @@
 GRAVITY = 9.81
 #: Gravitational acceleration for each unit of length, in this unit per s².
 GRAVITY_BY_UNIT = {"metres": GRAVITY, "centimetres": 100 * GRAVITY, "millimetres": 1000 * GRAVITY}
-#: Smallest plausible size of a scene, in metres. Models in laboratories are larger. With a larger value,
-#: warnings name small models.
+#: Smallest plausible size of a scene, in metres. Laboratory models are larger. With a larger value, correct
+#: drawings of small models would cause warnings.
 SMALLEST_SCENE = 0.1
-#: Largest plausible size of a scene, in metres. Aqueducts are smaller. With a smaller value, warnings name
-#: long bridges.
+#: Largest plausible size of a scene, in metres. Aqueducts are smaller. With a smaller value, correct drawings
+#: of long bridges would cause warnings.
 LARGEST_SCENE = 1000.0
 #: Largest plausible median of the smaller sides of a wall's blocks, in metres. Larger stones are rare. With a
-#: smaller value, warnings name walls of large stones.
+#: smaller value, correct drawings of walls of large stones would cause warnings.
 LARGEST_SMALLER_SIDE = 2.0
-#: Smallest number of movable blocks in a scene whose blocks count as single stones. In a smaller scene, a
-#: block may be a whole wall. With a smaller value, warnings name scenes of a few walls.
+#: Smallest number of movable blocks at which each block is assumed to be a single stone. In a scene with
+#: fewer blocks, a block may be a whole wall. With a smaller value, scenes of a few wall-sized blocks would
+#: cause warnings.
 FEWEST_STONES = 10

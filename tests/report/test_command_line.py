@@ -227,7 +227,7 @@ def test_the_command_prints_what_python_prints(command, saved):
 def test_options_of_the_method_and_published_values(command):
     out = command("solve", WALL_1, *LOOP, "-o", "start=cohesive", "-o", "beta=0.5")
     reference = "reference        0.63982 (Gilbert, Casapulla & Ahmed (2006), Table 1)"
-    assert f"{reference}; the λ of this result differs by -0.0" in out
+    assert f"{reference}; the λ of this result differs from the reference by -0.0" in out
     out = command("solve", CASES / "livesley" / "wedges.toml")
     assert "reference        1.280338166517 (by hand: 1 + (t9 - t1) / (t9 + t19)" in out
     for wrong, words in (("beta=2", "beta"), ("gamma=1", "no option 'gamma'"), ("beta", "NAME=VALUE")):
@@ -253,7 +253,7 @@ def test_a_published_value_of_an_mcp_or_the_loop_serves_the_default():
         (
             {"nonassociative": loop},
             "1.28 (Gilbert, Casapulla & Ahmed (2006), Fig. 8 (b); value 'nonassociative' of the case file); "
-            "the λ of this result differs by +0.0",
+            "the λ of this result differs from the reference by +0.0",
         ),
     ):
         assert f"reference        {words}" in str(mo.solve(scene.replace(reference=reference)))
@@ -380,7 +380,13 @@ COUNTED = "1 block, 1 joint, 4 contacts"
             "solve {} --method static --verbose",
             [COUNTED, "associative    0.5   upper bound", "limited by the friction cone"],
         ),
-        ("solve {}", ["associative 0.4 (none); the associative λ of this result differs by +25.000 %"]),
+        (
+            "solve {}",
+            [
+                "associative 0.4 (none); the associative λ of this result differs from the reference by "
+                "+25.000 %"
+            ],
+        ),
         ("check {}", ["agree"]),
         (
             "solve {} --method incremental -o curve=true --plot-kind curve --plot curve.png",

@@ -43,12 +43,12 @@ class AlignmentSettings:
     #: Largest movement of a contact point, relative to the tolerance. A point that would move farther, where
     #: planes meet at a sharp angle, is moved only onto the plane of its joint.
     most_shift: float = 2.0
-    #: Largest number of joints of a block that are compared in advance, to exclude joints without a parallel
-    #: or perpendicular joint from the alignment. A larger value needs more memory. With a smaller value,
-    #: rubble needs more time.
+    #: If a block has at most this many joints, they are compared in pairs before the alignment. Planes that
+    #: are neither parallel nor perpendicular to another joint of their block are then left out. A larger
+    #: value needs more memory. With a smaller value, rubble needs more time.
     most_neighbours: int = 100
-    #: Largest number of linked joints (see ``_Links``) that are found by a search from block to block. Beyond
-    #: this number, all joints of the scene are searched at once, which is faster only if many are linked.
+    #: If at most this many joints are linked to a plane (see ``_Links``), they are found by a search from
+    #: block to block. If more joints are linked, one search over all joints of the scene is faster.
     most_one_by_one: int = 64
 
 
@@ -133,7 +133,10 @@ class Group:
             self.direction, self.differs = direction * np.sign(direction @ self.direction), True
 
     def fit(self) -> None:
-        """Fit the group's direction, a unit normal, to the drawn normals and the points of its planes."""
+        """Fit the group's direction to the unit normals of its planes and to the contact points on them.
+
+        A group whose planes agree up to rounding is not changed.
+        """
         if not self.differs:
             return
         number, positions = self._points
@@ -166,7 +169,7 @@ class Group:
 
 
 def _moved_groups(drawn: DrawnContacts, planes: ContactPlanes, groups: list[Group]) -> list[Group]:
-    """Return the groups whose directions or positions differ from the drawing by more than rounding errors.
+    """Return the groups of planes that the alignment moves or rotates by more than rounding errors.
 
     All other groups do not change. In an exact drawing no group changes.
     """
@@ -234,10 +237,10 @@ def _parallel_planes(
 
 
 class _Links:
-    """Search for the joints that are connected to a plane through parallel or perpendicular joints.
+    """Joints of a scene, with a search for the joints that are linked to a plane.
 
-    A joint is *linked* to a plane if blocks and joints connect it to the joint of the plane, and if all these
-    joints are parallel or perpendicular to the plane.
+    A joint is *linked* to a plane if a chain of blocks and joints connects it to the joint of the plane, and
+    if all joints of the chain are parallel or perpendicular to the plane.
     """
 
     def __init__(self, drawn: DrawnContacts, settings: AlignmentSettings, accuracy: np.ndarray) -> None:
@@ -248,10 +251,11 @@ class _Links:
         self._accuracies = accuracy.tolist()
 
     def linked_to(self, joint: int, direction: np.ndarray, accuracy: float) -> np.ndarray:
-        """Return the indices of the joints that parallel or perpendicular joints connect to a plane.
+        """Return the indices of the joints that a chain of parallel or perpendicular joints links to a plane.
 
-        The indices are in ascending order. The plane belongs to the joint with index ``joint``, which is one
-        of the returned joints. The plane has the given direction (unit normal) and accuracy.
+        A joint is linked to a plane if all joints of the chain are parallel or perpendicular to the plane.
+        The plane belongs to the joint with index ``joint``, which is one of the returned joints. The plane
+        has the given direction (unit normal) and accuracy. The indices are in ascending order.
         """
         joints = self._one_by_one(joint, direction, accuracy)
         if joints is not None:
@@ -292,8 +296,8 @@ class _Links:
         joints = of_block.item[first : first + count]
         if count > self._crowded:
             sine = _off_axes(self._drawn.normal[joints], direction)
-            # Accept angles up to twice the limit here, because the caller compares each candidate with the
-            # limit itself.
+            # Select joints coarsely, with twice the permitted deviation. The caller compares each selected
+            # joint with the permitted deviation itself.
             joints = joints[sine <= 2 * (accuracy + self._accuracy[joints])]
         candidates: list[int] = joints.tolist()
         return candidates
@@ -415,7 +419,7 @@ def _meeting_points(
     direction: np.ndarray,
     place: np.ndarray,
 ) -> np.ndarray:
-    """Move contact points to the intersections of their planes, and return the points.
+    """Move contact points to the intersections of the planes on which they lie, and return the points.
 
     A point that would move too far moves onto the plane of its joint only. ``direction`` is the unit normal
     of each plane. ``place`` is its distance from the origin, or NaN for a plane that does not move.
@@ -465,7 +469,11 @@ def _off_axis(vector: list[float], other: list[float]) -> float:
 
 
 def _off_axes(directions: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the result of :func:`_off_axis` for each pair of unit vectors, shape (rows,)."""
+    """Return the sine of each pair's deviation from parallel or perpendicular, shape (rows,).
+
+    A pair consists of two unit vectors. See :func:`_off_axis`. ``other`` is one vector for all rows, or one
+    vector for each row.
+    """
     return np.minimum(np.abs((directions * other).sum(axis=1)), _across(directions, other))
 
 

@@ -39,9 +39,9 @@ def contact_normals(one: Sectors, other: Sectors) -> tuple[np.ndarray, np.ndarra
     widths = _turn(one.first, one.last), _turn(other.first, other.last)
     after_one, after_other = _turn(one.last, other.first), _turn(other.last, one.first)
     fits = np.abs(after_one + after_other + sum(widths) - 2 * np.pi) <= _MOST_OVERLAP
-    # A line through the point separates the two blocks if its direction is from `least` to `most`, measured
-    # from the last side of the sector `one`. Such a line passes through both empty sectors between the
-    # blocks.
+    # A line through the point separates the two blocks if its angle is between `least` and `most`. Angles are
+    # measured from the last side of the sector `one`. Such a line passes through both empty sectors between
+    # the blocks.
     shift = after_one + widths[1] - np.pi
     least, most = np.maximum(shift, 0.0), np.minimum(after_one, shift + after_other)
     in_line = np.minimum(np.abs(shift), np.abs(after_one - shift - after_other)) <= _MOST_OVERLAP

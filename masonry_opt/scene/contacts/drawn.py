@@ -69,8 +69,10 @@ class ContactPlanes:
     #: Uncertainty of each normal's direction in the drawing, in radians, shape (planes,).
     accuracy: np.ndarray
     joint: np.ndarray  #: index of the joint to which each plane belongs, shape (planes,)
-    plane: np.ndarray  #: index of the plane for each entry of the table, shape (entries,)
-    point: np.ndarray  #: index of the contact point for each entry of the table, shape (entries,)
+    #: For each entry of the table of contact points on planes, the index of the plane, shape (entries,).
+    plane: np.ndarray
+    #: For each entry of the table of contact points on planes, the index of the point, shape (entries,).
+    point: np.ndarray
 
     @cached_property
     def by_plane(self) -> "Lists":
@@ -87,9 +89,11 @@ class ContactPlanes:
 class Lists:
     """Several lists of indices, stored one after another in one array."""
 
-    item: np.ndarray  #: indices in all lists, one list after another, shape (sum of ``count``,)
-    first: np.ndarray  #: index in ``item`` at which each list begins, shape (lists,)
-    count: np.ndarray  #: length of each list, shape (lists,)
+    #: Entries of all lists, one list after another, shape (sum of ``count``,). The entries are indices, such
+    #: as those of the joints of each block.
+    item: np.ndarray
+    first: np.ndarray  #: position in ``item`` of the first entry of each list, shape (lists,)
+    count: np.ndarray  #: number of entries of each list, shape (lists,)
 
     @classmethod
     def of(cls, owner: np.ndarray, item: np.ndarray, lists: int) -> "Lists":

@@ -106,11 +106,11 @@ class FacingEdges(sides.Facing):
 
     @property
     def breadth(self) -> np.ndarray:
-        """Return the breadth of each segment, which is its length, shape (n,)."""
+        """Return the length of each segment, shape (n,)."""
         return self.extent
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return the tangents and outlines of shared segments; see :meth:`.Facing.outlines`.
+        """Return the tangent and the outline of each shared segment, in the form of :meth:`.Facing.outlines`.
 
         An outline consists of the two ends of the segment.
         """
@@ -134,7 +134,7 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
     scene : Scene
         The scene, in the plane.
     shapes : Geometry
-        Its shapes.
+        Shapes of the blocks of the scene.
     pairs : ndarray, shape (pairs, 2)
         Pairs of blocks that are near each other.
     far : ndarray, shape (pairs,)
@@ -245,16 +245,14 @@ class PlaneCorners(sides.BlockCorners):
         self.edges = Items(block, np.minimum(self.point, self.tip), np.maximum(self.point, self.tip))
 
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
-        """Return two tables of contacts between corners and edges.
+        """Return two tables: corners of first blocks on edges of second blocks, and the reverse.
 
-        The first table contains the contacts at which a corner of a pair's first block is on an edge of the
-        second block. The second table contains the contacts at which a corner of the second block is on an
-        edge of the first block.
+        Each row of a table is a contact. The tables contain the contacts of all pairs of blocks.
         """
         return [self._on_edges(pairs, -1.0), self._on_edges(pairs[:, ::-1], 1.0)]
 
     def meetings(self, pairs: np.ndarray) -> Meetings:
-        """Return the meetings of two blocks: places at which their corners coincide within the tolerance."""
+        """Return the places at which corners of two blocks coincide within the tolerance."""
         tolerance = self.shapes.tolerance
         pair, i, j = near_items(self.shapes, pairs, tolerance, (self.corners, self.corners))
         near = np.hypot(*(self.point[j] - self.point[i]).T) <= tolerance
@@ -263,9 +261,10 @@ class PlaneCorners(sides.BlockCorners):
         return Meetings(pair, i, j, middle, middle)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts at coinciding corners of two blocks.
+        """Return the contacts where corners of two blocks coincide, mostly on a bisector of two sides.
 
-        A contact is on the bisector of sides that face each other, or on the sides of a notch.
+        Such a bisector lies between sides that face each other. A corner in a notch has two contacts instead,
+        one on each side of the notch.
         """
         of_first, of_second = (self._sectors(corner) for corner in (meetings.first, meetings.second))
         row, angle = contact_normals(of_first, of_second)

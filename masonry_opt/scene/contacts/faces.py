@@ -19,12 +19,14 @@ from masonry_opt.scene.space.shapes import Shapes
 #: the tolerance. With a larger value, more slivers of inexact drawings are ignored.
 NARROWEST = 10
 
-#: Cosine of the largest angle at which faces of two blocks face each other and can share a polygon. A smaller
-#: value also accepts faces at a larger angle.
+#: Two faces can face each other if the angle between the normal of one face and the reversed normal of the
+#: other face is less than the angle with this cosine. With a smaller value, faces at a larger angle can face
+#: each other too.
 _FACING = 0.94
 
-#: Two crossing edges form no contact if the difference of their vectors ``SolidCorners.inwards``, along the
-#: normal of both edges, is smaller than this value. The faces at both edges are then nearly in one plane.
+#: Two crossing edges form a contact only if their vectors ``SolidCorners.inwards`` differ by more than this
+#: value along the common normal of the edges. If they differ less, the faces at both edges are nearly in one
+#: plane.
 _FLAT = 1e-3
 
 #: Sine of the largest angle between two faces that counts as a rounding error.
@@ -45,9 +47,9 @@ class FacingFaces(sides.Facing):
 
     @property
     def inner_points(self) -> np.ndarray:
-        """Return three points in each polygon, shape (n, 3, 3).
+        """Return the centroid of each polygon, and the midpoints between it and two corners.
 
-        The points are the centroid, and the midpoints between the centroid and two corners.
+        The shape is (n, 3, 3).
         """
         rings = shapely.get_exterior_ring(self.polygon)
         count = shapely.get_num_points(rings) - 1
@@ -109,7 +111,7 @@ def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> 
     scene : Scene
         The scene, in space.
     shapes : Shapes
-        Its shapes.
+        Shapes of the blocks of the scene.
     pairs : ndarray, shape (pairs, 2)
         Pairs of blocks that are near each other.
     far : ndarray, shape (pairs,)
@@ -199,10 +201,10 @@ def _height(frame: Frames, plane: Frames, points: np.ndarray, number: np.ndarray
 
 
 def _without_tails(pieces: np.ndarray, number: np.ndarray, narrowest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return polygons without ends and bridges that are narrower than a given width.
+    """Remove parts of polygons that are narrower than a given width, and return the polygons.
 
-    A polygon may be divided into several polygons, or vanish. Each result has the number of its original
-    polygon.
+    Such parts are thin ends, and thin strips between wider parts. A polygon may be divided into several
+    polygons, or vanish. Each result has the number of its original polygon.
     """
     opened = without_slivers(pieces, narrowest)
     # Detect narrow ends by the perimeter, because narrow ends may have no area. Polygons without narrow ends
@@ -224,7 +226,7 @@ class SolidCorners(sides.BlockCorners):
     apart = NARROWEST
     outer: OuterFaces  #: outer faces of all blocks
     direction: np.ndarray  #: unit vector along each edge, shape (edges, 3)
-    #: Sum of the vectors ``first`` and ``last`` of each edge, shape (edges, 3).
+    #: Sum of two unit vectors, one into each face at the edge (``first`` and ``last``), shape (edges, 3).
     inwards: np.ndarray
     #: Two unit vectors perpendicular to each edge, shape (edges, 3): ``first`` points into one face at the
     #: edge, ``last`` into the second face. The block occupies the sector from ``first`` to ``last``, counted
@@ -270,7 +272,7 @@ class SolidCorners(sides.BlockCorners):
         return [edges, corners, _crossings(self, pairs)]
 
     def meetings(self, pairs: np.ndarray) -> Meetings:
-        """Return the meetings of two blocks: lines along which their edges coincide within the tolerance."""
+        """Return the lines along which edges of two blocks coincide within the tolerance."""
         tolerance = self.shapes.tolerance
         pair, i, j = near_items(self.shapes, pairs, tolerance, (self.edges, self.edges))
         origin, along, length = self.start[i], self.direction[i], lengths(self.end - self.start)[i]
@@ -284,18 +286,18 @@ class SolidCorners(sides.BlockCorners):
         return Meetings(pair, i, j, start, end).where(meets)
 
     def _has_both_faces(self, edge: np.ndarray) -> np.ndarray:
-        """Return a mask of the edges of which two faces are known.
+        """Return a mask of the edges at which neither face was left out as too narrow, shape (edges,).
 
-        An edge has one face if the other face is narrower than the tolerance, because narrow faces are left
-        out. The sector that the block occupies is then unknown.
+        Faces narrower than the tolerance are left out. At an edge of such a face, the sector that the block
+        occupies is unknown.
         """
         return (lengths(self.first[edge]) > 0) & (lengths(self.last[edge]) > 0)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts at coinciding edges of two blocks.
+        """Return the contacts where edges of two blocks coincide, mostly on a bisector of two faces.
 
-        A contact is on the bisector of two faces that face each other. In a notch, contacts are on the faces
-        of the notch.
+        Such a bisector lies between faces that face each other. An edge in a notch has two contacts instead,
+        one on each face of the notch.
         """
         i, j = meetings.first, meetings.second
         along = self.direction[i]
@@ -317,9 +319,10 @@ class SolidCorners(sides.BlockCorners):
         return Touches(meetings.pair, meetings.start, meetings.end, normal, along[row], accuracy[row])
 
     def _both_ways(self, edge: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-        """Return ``(first, last)`` of edges, and ``(first, last)`` of the edges in reversed direction.
+        """Return the vectors ``(first, last)`` of edges, as they are and for edges in reversed direction.
 
-        If the direction of an edge is reversed, ``first`` and ``last`` exchange their values.
+        If the direction of an edge is reversed, ``first`` and ``last`` are exchanged. See
+        :class:`SolidCorners` for the two vectors.
         """
         first, last = self.first[edge], self.last[edge]
         return (first, last), (last, first)

@@ -28,11 +28,11 @@ class Closing(NamedTuple):
     """Scene option that closes small gaps, and the smallest value with which it closes all of them."""
 
     option: ClosingOption = "tolerance"
-    tolerance: float = 0.0  #: smallest value of the option that is sufficient; 0 if there are no gaps
+    tolerance: float = 0.0  #: smallest value of the option that closes all small gaps; 0 if there are none
 
     @property
     def advice(self) -> str:
-        """Return the part of a message that advises setting the option."""
+        """Return the part of a message that advises setting the option that closes the gaps."""
         is_tolerance = self.option == "tolerance"
         return set_tolerance(self.tolerance) if is_tolerance else set_contact_tolerance(self.tolerance)
 
@@ -73,7 +73,7 @@ def near_misses(
 
 
 def closing(scene: Scene, shapes: Extents, pairs: np.ndarray, apart: Facing) -> Closing:
-    """Return the scene option that closes all given gaps, with its smallest sufficient value.
+    """Return the scene option that closes all given gaps, and the smallest value that closes them.
 
     Gaps that are wide relative to a block, and gaps of a scene with a contact tolerance, are closed by the
     contact tolerance. ``pairs`` lists the blocks of each pair.
@@ -97,7 +97,8 @@ def aligning_tolerance(facing: Facing) -> float:
     if not len(difference):
         return 0.0
     tolerance = _TOLERANCE_OVER_DIFFERENCE * float(np.median(difference))
-    # A joint is narrower than its faces, because errors of the size of the tolerance also move their edges.
+    # A joint may be narrower than its faces by the tolerance, because errors of this size also move the edges
+    # of the faces.
     narrowest = float(facing.shorter.min()) - tolerance
     in_space = facing.middle.shape[1] == 3
     return 0.0 if in_space and tolerance > LEAN * narrowest else tolerance

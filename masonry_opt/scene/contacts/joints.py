@@ -34,8 +34,8 @@ from masonry_opt.scene.rows import following, linked, ranges
 from masonry_opt.scene.scene import Scene
 
 #: Largest difference of coordinates that counts as a rounding error, relative to the spacing of
-#: floating-point numbers at the largest coordinate. With a larger value, small errors of a drawing remain
-#: unaligned.
+#: floating-point numbers at the largest coordinate. With a larger value, small errors of a drawing count as
+#: rounding errors and are not corrected.
 _COORDINATE_ROUNDING = 64.0
 
 #: Type of a dict of gaps, which maps the indices of two blocks to the largest width of the gap between them.
@@ -62,8 +62,10 @@ class Joints:
     tangent: np.ndarray
     #: Uncertainty of each normal's direction in the drawing, in radians, shape (joints,).
     accuracy: np.ndarray
-    turn: np.ndarray  #: angle in radians by which alignment rotated each normal, shape (joints,)
-    shift: np.ndarray  #: distance by which alignment moved each contact point, shape (points,)
+    #: Angle in radians by which each normal was rotated to correct errors of the drawing, shape (joints,).
+    turn: np.ndarray
+    #: Distance by which each contact point was moved to correct errors of the drawing, shape (points,).
+    shift: np.ndarray
     #: Length (in space: area) of each joint, shape (joints,). Contacts at a point, or in space along an edge,
     #: have the value zero.
     extent: np.ndarray
@@ -87,21 +89,21 @@ class Joints:
     strength: np.ndarray
     fixed_pairs: int  #: number of pairs of blocks that touch but have no joint because both are fixed
     gaps: Gaps  #: small gaps between blocks, with the largest width of each gap
-    closing: Closing  #: scene option, with its value, that turns all small gaps into joints
-    #: Gaps between blocks that have no joint only because the option ``tolerance`` of the scene is too large,
-    #: with the largest width of each gap.
+    closing: Closing  #: option that turns all small gaps into joints, with the smallest value that does so
+    #: Pairs of blocks that have no joint, because their facing sides are shorter than about ten times the
+    #: scene's option ``tolerance``, with the width of the gap between the sides (0 if they coincide).
     lost: Gaps
-    #: Gaps that are as wide as a mortar joint, but count as joints because of the scene's option
-    #: ``tolerance``, with the largest width of each gap.
+    #: Gaps that are probably undrawn mortar joints and that the scene's option ``tolerance`` closes, with the
+    #: largest width of each gap.
     bridged: Gaps
     #: Value of ``tolerance`` that aligns the sides of the gaps in ``bridged``; 0 if the sides are parallel.
     aligning: float
     #: Segments midway between two sides that a small gap separates, each given by its two ends, shape
     #: (segments, 2, 2) or (segments, 2, 3). In space the segments are the sides of polygons.
     facing: np.ndarray
-    #: Pairs of blocks (indices) that have no joint, because they touch without a contact normal: at two
-    #: corners, or in space at a corner and an edge. The list omits pairs in ``gaps`` and ``lost``, and pairs
-    #: whose blocks both have joints at the point of contact.
+    #: Pairs of blocks (indices) that touch but have no joint, because the contact has no normal: a corner
+    #: touches a corner, or in space an edge. Pairs in ``gaps`` and ``lost`` are omitted. Pairs are also
+    #: omitted if both blocks have a joint at this point, with any block.
     without_normal: list[tuple[int, int]]
     #: Points at which blocks touch without a contact normal, shape (points, 2) or (points, 3).
     meets: np.ndarray
@@ -122,7 +124,7 @@ class Joints:
 
     @property
     def parts(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the joints as the optimisation problem counts them, and the contact points of each joint.
+        """Return the joints of the optimisation problem, and the contact points of each of these joints.
 
         In the plane, the joints of the problem are the joints of the scene, with contact points at both ends.
         In space, each contact point is a joint of the problem.
@@ -216,7 +218,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     scene : Scene
         The scene.
     shapes : Extents
-        Its shapes, from :func:`shapes_of`.
+        Shapes of the blocks of the scene, from :func:`shapes_of`.
     floating : bool
         If True, movable blocks may touch nothing or reach no support, so that they can be drawn.
 

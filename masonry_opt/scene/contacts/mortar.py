@@ -21,8 +21,8 @@ from masonry_opt.scene.rows import linked
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tolerance_advice import set_tolerance
 
-#: Largest mean width of a mortar joint, relative to the median width of the gaps. With a larger value, the
-#: recommended option also closes narrow openings.
+#: A gap counts as a mortar joint if its mean width is at most this multiple of the median width of the gaps.
+#: With a larger value, messages advise values of options that also close narrow openings.
 _WIDEST_OF_MORTAR = 2.0
 
 #: A gap counts as a mortar joint if moving a corner by at most this fraction of the gap's width makes its
@@ -34,7 +34,7 @@ _PARALLEL_ERROR = 0.1
 _THINNEST = 2.0
 
 #: Fraction of ``contact_tolerance`` by which a gap may exceed it because of rounding errors. With a smaller
-#: value, warnings name gaps whose width is exactly ``contact_tolerance``.
+#: value, gaps that are exactly as wide as ``contact_tolerance`` would cause false warnings.
 _ROUNDING = 1e-6
 
 #: Gaps of a survey count as mortar joints if the median difference between the widths at their two ends is at
@@ -51,7 +51,7 @@ _SURVEY_FRACTION = 0.5
 class Bridge:
     """Value of ``contact_tolerance`` or ``tolerance`` that connects floating blocks to supports."""
 
-    closing: Closing  #: scene option that closes the gaps, with its smallest sufficient value
+    closing: Closing  #: scene option that closes the gaps, and the smallest value that closes them all
     gap: float  #: width of the widest gap that ``closing`` closes; 0 if the blocks touch
     widest: tuple[int, int]  #: indices of the two blocks at the widest gap
     joints: int  #: number of joints that ``closing`` adds
@@ -64,11 +64,15 @@ class Bridge:
     replaces_tolerance: bool
     lowers_tolerance: bool  #: True if ``closing`` is a value of ``tolerance`` below its present value
     #: Value of ``tolerance`` that aligns the sides of the gaps; 0 if they are parallel, or if the present
-    #: value is sufficient.
+    #: ``tolerance`` aligns them already.
     aligning: float
 
     def advice(self, scene: Scene) -> str:
-        """Return the part of a message that advises setting the option and describes its effect."""
+        """Return the part of a message that advises how to connect the floating blocks to supports.
+
+        The text advises a value of ``contact_tolerance`` or ``tolerance``, and describes the effect of this
+        value.
+        """
         if not self.gap:
             many = counted(self.joints, "joint")
             return (
@@ -122,7 +126,7 @@ def find_bridge(
     scene : Scene
         The scene.
     shapes : Extents
-        Its shapes.
+        Shapes of the blocks of the scene.
     joined : tuple of ndarray
         The two blocks of each joint, and of each tie and prop between blocks.
     supported : ndarray
@@ -148,7 +152,7 @@ def find_bridge(
     is_mortar = (facing.most <= needed) | (_mean_gap(facing) <= _WIDEST_OF_MORTAR * usual)
     gap = float(facing.most[is_mortar].max())
     connected = before - len(floating(gap))
-    # Find the sides again with the new ``contact_tolerance``, because parts of curved edges then become one
+    # Find the facing sides again: with the new ``contact_tolerance``, the parts of a curved edge become one
     # joint.
     pairs, facing = _gaps_to_close(scene, shapes, joined, contact_tolerance=gap)
     closed = facing.where(facing.most <= gap)
@@ -207,7 +211,7 @@ def _gaps_to_close(
 
 
 def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, near: Closing) -> Closing:
-    """Return the scene option that closes the given gaps, with its value.
+    """Return the scene option that closes the given gaps, and the value that closes them all.
 
     Several gaps with parallel sides count as mortar joints, which ``contact_tolerance`` closes. If the option
     ``tolerance`` closes both the given gaps and the small gaps of the scene (``near``), its value suffices
@@ -293,7 +297,7 @@ def bridged_by_tolerance(
     scene : Scene
         The scene.
     shapes : Extents
-        Its shapes.
+        Shapes of the blocks of the scene.
     pairs : ndarray
         Pairs of blocks, shape (pairs, 2).
     joined : Facing

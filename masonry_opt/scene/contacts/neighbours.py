@@ -75,7 +75,7 @@ def facing_sides(scene: Scene, shapes: Extents, pairs: np.ndarray, far: np.ndarr
     scene : Scene
         The scene.
     shapes : Extents
-        Its shapes.
+        Shapes of the blocks of the scene.
     pairs : ndarray, shape (pairs, 2)
         Pairs of blocks that are near each other.
     far : ndarray, shape (pairs,)

@@ -18,10 +18,9 @@ from masonry_opt.scene.tolerance_advice import set_both, set_contact_tolerance, 
 #: the larger block.
 _SHARE_INSIDE = 0.999
 
-#: Relative amount by which the distance of two overlapping sides may exceed the computed depth of their
-#: overlap. The depth of a wedge-shaped overlap is smaller than the error of its corner, in rare cases by
-#: 2e-5. With a larger value the advised tolerances are larger; with zero they may be too small to join the
-#: sides.
+#: An advised tolerance exceeds the computed depth of an overlap by at least this fraction. The computed depth
+#: of a wedge-shaped overlap is smaller than the distance of its two sides, in rare cases by 2e-5. With zero,
+#: an advised tolerance may be too small to join the sides.
 _DEPTH_ERROR = 1e-3
 
 
@@ -68,9 +67,10 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
 def _sides_to_join(
     scene: Scene, shapes: Extents, near: np.ndarray, overlapping: np.ndarray, depth: float
 ) -> tuple[Facing, bool]:
-    """Return the pairs of sides at gaps that are mortar or errors, and at overlaps up to a given depth.
+    """Return the pairs of sides that could become joints, and True if the gaps between them are mortar.
 
-    The second result is True if the gaps are mortar joints. Other gaps are errors of the drawing.
+    If the scene is drawn without its mortar, these are the sides of its mortar joints. Otherwise they are the
+    sides that a small error separates, and the sides of blocks that overlap by at most ``depth``.
 
     ``near`` lists the pairs of blocks that may face each other. ``overlapping`` lists the pairs of blocks
     that overlap.
@@ -102,7 +102,7 @@ def _advice_on_inexact(
     closes, aligning = float(sides.most.max(initial=depth)), aligning_tolerance(sides)
     if not aligning:
         return f"if coordinates are inexact, {set_contact_tolerance(closes)}"
-    meant = "if the blocks are drawn to overlap, 'contact_tolerance' alone is sufficient"
+    meant = "if the blocks are meant to overlap, set only 'contact_tolerance'"
     return f"if coordinates are inexact, {set_both(closes, aligning)}; {meant}"
 
 

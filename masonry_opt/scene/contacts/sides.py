@@ -47,7 +47,7 @@ class Items:
     high: np.ndarray  #: largest coordinates of each item's bounding box, shape (items, 2) or (items, 3)
 
     def beside(self, shapes: Extents, pairs: np.ndarray, far: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return the items of each pair's first block that are near the second block's bounding box.
+        """For each pair of blocks, return the first block's faces, edges or corners near the second block.
 
         Parameters
         ----------
@@ -201,7 +201,7 @@ class Touches(Rows):
     accuracy: np.ndarray
 
     def outlines(self, first: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return the tangents and outlines of contacts in the form of :meth:`Facing.outlines`.
+        """Return the tangent and the outline of each contact, in the form of :meth:`Facing.outlines`.
 
         Each contact has one ring, of one point or of two ends. Rows are numbered from ``first`` on.
         """
@@ -216,21 +216,22 @@ class Touches(Rows):
 
 @dataclass(frozen=True)
 class Meetings(Rows):
-    """Meetings of pairs of blocks: a corner of one block coincides with a corner of the other block.
+    """Places where a corner of one block coincides with a corner of another block.
 
     In space, an edge of one block coincides with an edge of the other block.
     """
 
-    pair: np.ndarray  #: index of the pair of blocks at each meeting, shape (meetings,)
-    #: Index of the first block's corner (in space: edge) at each meeting, shape (meetings,).
+    #: Index of the pair of blocks whose corners (in space: edges) coincide, shape (meetings,).
+    pair: np.ndarray
+    #: Index of the coinciding corner (in space: edge) of the first block, shape (meetings,).
     first: np.ndarray
-    #: Index of the second block's corner (in space: edge) at each meeting, shape (meetings,).
+    #: Index of the coinciding corner (in space: edge) of the second block, shape (meetings,).
     second: np.ndarray
-    #: In the plane, the point halfway between the two corners of each meeting, shape (meetings, 2). In space,
-    #: the start of the line that the two edges share, shape (meetings, 3).
+    #: In the plane, the point halfway between two coinciding corners, shape (meetings, 2). In space, the
+    #: start of the line along which two edges coincide, shape (meetings, 3).
     start: np.ndarray
-    #: In space, the end of the line that the two edges of each meeting share, shape (meetings, 3). In the
-    #: plane, the end equals ``start``.
+    #: In space, the end of the line along which two edges coincide, shape (meetings, 3). In the plane, the
+    #: end equals ``start``.
     end: np.ndarray
 
 
@@ -240,7 +241,9 @@ class BlockCorners(ABC):
     shapes: Extents
     point: np.ndarray  #: coordinates of the corners, shape (corners, 2) or (corners, 3)
     corners: Items  #: corners with the indices of their blocks
-    met: Items  #: corners (in space: edges) that another block's corner can touch without a contact normal
+    #: Corners (in space: edges) of all blocks. If the corner of another block touches one of them, the
+    #: contact may have no normal.
+    met: Items
     #: In the plane, the coordinates of each corner of ``met``, shape (items, 2). In space, the start of each
     #: edge of ``met``, shape (items, 3).
     start: np.ndarray
@@ -259,16 +262,17 @@ class BlockCorners(ABC):
 
     @abstractmethod
     def meetings(self, pairs: np.ndarray) -> "Meetings":
-        """Return the meetings of two blocks: places where their corners (in space: edges) coincide.
+        """Return the places where corners (in space: edges) of two blocks coincide.
 
         ``Meetings.pair`` is the index of the row in ``pairs``.
         """
 
     @abstractmethod
     def bisected(self, meetings: "Meetings") -> Touches:
-        """Return the contacts at coinciding corners (in space: coinciding edges).
+        """Return the contacts where corners (in space: edges) of two blocks coincide.
 
-        Their normals are computed in :mod:`~.bisectors`.
+        A contact lies on a bisector of sides that face each other, or on a side of a notch. The normals are
+        computed in :mod:`~.bisectors`.
         """
 
     def touches(self, pairs: np.ndarray, asked: np.ndarray, shared: Facing) -> Touches:
@@ -329,9 +333,9 @@ class BlockCorners(ABC):
     def _both_have_joints(
         self, pairs: np.ndarray, pair: np.ndarray, point: np.ndarray, found: Sequence[Facing | Touches]
     ) -> np.ndarray:
-        """Return a mask of the points at which each block of the pair has a joint, shape (points,).
+        """Return a mask of the points at which both blocks of the point's pair have a joint, shape (points,).
 
-        ``found`` has the joints. The two blocks may have joints with other blocks at the point.
+        The joint may connect the block to any other block. ``found`` has the joints.
         """
         both = np.ones(len(pair), dtype=bool)
         for block in pairs[pair].T:

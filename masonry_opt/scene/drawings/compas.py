@@ -240,7 +240,10 @@ def _seen_along(meshes: Sequence[Mesh], unit: np.ndarray, drawing: CompasDrawing
 
 
 def _end(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarray) -> shapely.Polygon:
-    """Return the outline of the two equal ends of a prism. Raises ValueError if the mesh is not a prism."""
+    """Return the outline of one end of a prism. Raises ValueError if the mesh is not a prism.
+
+    Both ends of a prism have the same outline.
+    """
     tolerance = tolerance or _RELATIVE_TOLERANCE * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
     along = mesh.points @ unit
     seen = mesh.points @ plane.T
@@ -325,7 +328,7 @@ def _table(value: Any) -> dict[str, Any]:
 
 
 def _drawn(data: Any) -> Iterator[_DrawnBlock]:
-    """Iterate over the blocks of an assembly, a model or a list.
+    """Yield the blocks of an assembly, a model or a list, in the form of ``_DrawnBlock``.
 
     The assembly, model or list may be inside another object.
     """
@@ -356,14 +359,14 @@ def _drawn(data: Any) -> Iterator[_DrawnBlock]:
 
 
 def _drawn_in_list(items: list[Any]) -> Iterator[_DrawnBlock]:
-    """Iterate over the blocks of a list and of its nested lists, with their numbers, from 0, as keys."""
+    """Yield the blocks of a list and of its nested lists; the key of a block is its number, from 0."""
     for number, item in enumerate(_flattened(items)):
         attributes = _table(_content(item)).get("attributes")
         yield number, item, _is_support(attributes), None
 
 
 def _drawn_in_model(model: dict[str, Any]) -> Iterator[_DrawnBlock]:
-    """Iterate over the elements of a block model, with their indices in the model as keys."""
+    """Yield the blocks of a block model; the key of a block is its number among all elements, from 0."""
     if model.get("transformation"):
         raise ValueError("the whole model has a transformation: apply the transformation before export")
     elements = model["elements"]
@@ -373,7 +376,7 @@ def _drawn_in_model(model: dict[str, Any]) -> Iterator[_DrawnBlock]:
 
 
 def _drawn_in_assembly(table: dict[str, Any]) -> Iterator[_DrawnBlock]:
-    """Iterate over the blocks of an assembly that stores its blocks outside its graph."""
+    """Yield the blocks of an assembly that stores its blocks outside its graph."""
     assembly = _table(table.get("assembly"))
     nodes = _table(assembly.get("node", assembly.get("vertex")))
     for key, block in _sorted(table["blocks"]):
@@ -381,7 +384,7 @@ def _drawn_in_assembly(table: dict[str, Any]) -> Iterator[_DrawnBlock]:
 
 
 def _flattened(items: list[Any]) -> Iterator[Any]:
-    """Iterate over the blocks of a list and of its nested lists, such as courses.
+    """Yield the blocks of a list and of its nested lists, such as courses.
 
     A list of points is a polygon.
     """

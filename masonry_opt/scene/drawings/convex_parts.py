@@ -24,8 +24,9 @@ from masonry_opt.scene.space.faces import place
 #: usually has a curved surface with too many contacts for an analysis.
 _MOST_PIECES = 1000
 
-#: Reduced tolerance for merging the triangles of a convex hull into sides, relative to the tolerance. With a
-#: larger value, triangles that are not in one plane may be merged.
+#: Fraction of the tolerance within which the triangles of a convex hull are merged into sides, if merging
+#: within a quarter of the tolerance makes the hull non-convex. With a larger value, triangles that are not in
+#: one plane may be merged.
 _COPLANAR_SHARE = 1e-3
 
 #: Smallest thickness of a part, relative to the tolerance. Thinner parts are omitted. With a value of 1 or
@@ -244,7 +245,7 @@ def _clipped(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> li
 
 
 def _part(cell: list[np.ndarray], surface: np.ndarray, tolerance: float) -> list[MeshSolid]:
-    """Return the convex polyhedron that fills a cell, as a list with one entry, or an empty list.
+    """Return a list with the convex polyhedron that fills a cell, or an empty list.
 
     The list is empty if the cell is outside the block or thinner than two tolerances. Raises ValueError if
     the cell is inside a surface that crosses itself.

@@ -257,7 +257,7 @@ def _copies_warning(copies: Sequence[tuple[Curve, Curve]]) -> str:
         pairs.append(f"and {len(copies) - _MOST_COPIES} more")
     many = counted(len(copies), "outline")
     is_or_are = "is" if len(copies) == 1 else "are"
-    return f"{many} {is_or_are} drawn twice, and each copy was left out: {'; '.join(pairs)}"
+    return f"{many} {is_or_are} drawn twice, and repetitions were left out: {'; '.join(pairs)}"
 
 
 def _smaller_side(shape: Outline) -> float:

@@ -66,7 +66,10 @@ class _Gltf:
         if data[:4] == _HEADER[0]:
             version = struct.unpack_from("<I", data, 4)[0]
             if version != _HEADER[1]:
-                raise ValueError(f"the file is glTF version {version}: export version {_HEADER[1]}")
+                raise ValueError(
+                    f"the file has glTF version {version}, but only version {_HEADER[1]} can be read: "
+                    "export the file in this version"
+                )
             length = struct.unpack_from("<I", data, 12)[0]
             text, binary = data[20 : 20 + length], data[28 + length :]
         try:
@@ -99,7 +102,7 @@ class _Gltf:
         return meshes
 
     def _nodes(self) -> Iterator[tuple[dict[str, Any], np.ndarray, str]]:
-        """Iterate over the nodes of the scene, with transformations and the names of all nodes above them."""
+        """Yield each node of the scene, its transformation, and the names of all nodes above it."""
         nodes = self.tree.get("nodes", [])
         scenes = self.tree.get("scenes", [])
         roots = scenes[self.tree.get("scene", 0)].get("nodes", []) if scenes else range(len(nodes))

@@ -23,8 +23,8 @@ from masonry_opt.scene.tables import as_path, broken, library, read_bytes
 #: File name endings of the mesh formats that can be read.
 MESHES = (".obj", ".ply", ".stl", ".glb", ".gltf")
 
-#: File name endings of formats that may contain stones but cannot be read. Further endings make the warning
-#: about such files more complete.
+#: File name endings of formats that may contain stones but cannot be read. A warning names files of a folder
+#: with these endings. Other unreadable files are skipped without a warning.
 _UNREAD_FORMATS = (
     *(".3dm", ".3ds", ".blend", ".dae", ".dxf", ".fbx", ".igs", ".iges", ".off", ".step", ".stp"),
     *(".usd", ".usda", ".usdc", ".usdz", ".wrl", ".x3d"),
@@ -41,8 +41,8 @@ _UPWARDS = {".glb": "y", ".gltf": "y"}
 #: needs about 100 bytes.
 _LARGEST_MESH = 200_000_000
 
-#: For each upward axis of a file, the axes x, y and z of the scene in the coordinates of the file, one axis
-#: per row.
+#: Axes x, y and z of the scene in the coordinates of a mesh file, one axis per row, for each axis of the file
+#: that may point upwards.
 _SCENE_AXES = {
     "x": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]),
     "y": np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]),
@@ -261,7 +261,10 @@ def _objects(data: bytes, name: str) -> list[Mesh]:
 
 
 def _triangles(data: bytes, kind: str, name: str) -> list[Mesh]:
-    """Return the meshes of a PLY or STL file. A single mesh has the given name."""
+    """Return the meshes of a PLY or STL file. If there is only one mesh, its name is ``name``.
+
+    In a file with several meshes, only meshes without a name have this name.
+    """
     trimesh = library(
         "trimesh", "reading PLY and STL files needs trimesh: install it with pip install '.[meshes]'"
     )

@@ -23,7 +23,7 @@ _NOISE = 4.0
 #: move farther.
 _LEAST_NORMAL_SPREAD = 0.02
 
-#: Cosine of the largest angle between faces that may be merged into one plane side. Faces at a larger angle
+#: Cosine of the largest angle between faces that may be merged into one flat side. Faces at a larger angle
 #: belong to different sides.
 _PARALLEL_COSINE = 0.9
 
@@ -53,7 +53,7 @@ class Mesh:
 
 @dataclass(frozen=True)
 class Side:
-    """A plane side of a block, which may have holes."""
+    """A flat side of a block, which may have holes."""
 
     #: Indices of the corners of the outer ring and of the holes. Seen from outside, the surface is to the
     #: left of each ring.
@@ -64,7 +64,7 @@ class Side:
     width: float  #: mean width: area of the side divided by half the total length of its rings
 
     def flat(self, points: np.ndarray) -> list[np.ndarray]:
-        """Return the corners of each ring in plane coordinates of the side, shape (corners, 2) each."""
+        """Return the corners of each ring in coordinates of the side's plane, shape (corners, 2) each."""
         return [(points[ring] - self.base) @ across(self.normal).T for ring in self.rings]
 
     def convex(self, points: np.ndarray, tolerance: float) -> bool:
@@ -75,7 +75,7 @@ class Side:
 
 @dataclass(frozen=True)
 class MeshSolid:
-    """A solid that is described by its corners and its plane sides."""
+    """A solid that is described by its corners and its flat sides."""
 
     points: np.ndarray  #: corners, shape (points, 3)
     sides: list[Side]
@@ -145,7 +145,7 @@ def area_vector(corners: np.ndarray) -> np.ndarray:
 
 
 def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
-    """Convert a mesh to a solid with plane sides.
+    """Convert a mesh to a solid with flat sides.
 
     Corners that are nearer to each other than the tolerance are joined, and faces are oriented outwards.
     Faces that are not flat are divided into triangles, and faces in one plane are merged. Raises ValueError
@@ -162,9 +162,9 @@ def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
 
 
 def flattened(mesh: Mesh, tolerance: float) -> MeshSolid | None:
-    """Return a mesh as a solid with exactly plane sides, or None if its sides are not nearly plane.
+    """Return a mesh as a solid with exactly flat sides, or None if its sides are not nearly flat.
 
-    The sides are nearly plane if the corners are at most four tolerances away from the planes of their sides.
+    The sides are nearly flat if the corners are at most four tolerances away from the planes of their sides.
     Each corner moves along the shortest line onto these planes.
     """
     noise = _NOISE * tolerance
@@ -380,7 +380,7 @@ def _volume(points: np.ndarray, faces: list[list[int]]) -> float:
 
 
 def _sides(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[Side]:
-    """Merge neighbouring faces of a surface that lie in one plane, and return the plane sides.
+    """Merge neighbouring faces of a surface that lie in one plane, and return the flat sides.
 
     Each side starts from the largest face that is not yet part of a side.
     """
@@ -393,7 +393,7 @@ def _sides(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list
     sides = []
     while remaining:
         seed = next(iter(remaining))
-        # If the merged faces are not flat within the tolerance, reduce the distance and merge fewer faces.
+        # If the merged faces are not flat within the tolerance, merge only faces nearer to the plane.
         for reach in (_TRIANGLE_REACH, 0.5, 0.0):
             members = surface.coplanar(seed, remaining, reach * tolerance, tolerance)
             side = _side(points, [faces[number] for number in members], tolerance)
@@ -453,7 +453,7 @@ def _neighbours(faces: list[list[int]]) -> list[list[int]]:
 
 
 def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side | None:
-    """Merge faces into one plane side, or return None if the faces cannot be merged.
+    """Merge faces into one flat side, or return None if the faces cannot be merged.
 
     Faces cannot be merged if they are not in one plane, if they have no outline, or if their outline touches
     itself.
@@ -488,7 +488,7 @@ def rings_of(following: dict[int, int]) -> list[list[int]]:
 
 
 def _ringed(points: np.ndarray, rings: list[list[int]]) -> Side:
-    """Return the plane side that is bounded by rings of corners. The largest ring is the outer ring."""
+    """Return the flat side that is bounded by rings of corners. The largest ring surrounds all others."""
     vectors = np.array([area_vector(points[ring]) for ring in rings])
     sizes = np.linalg.norm(vectors, axis=1)
     outer = int(sizes.argmax())

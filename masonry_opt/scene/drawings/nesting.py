@@ -36,8 +36,8 @@ _LARGEST_OPENING = 0.5
 #: of the block's width. With a larger value, thin pipes are refused.
 _THINNEST_RING = 0.02
 
-#: Length of the side that a hole shares with the outline of its block, relative to the tolerance, from which
-#: the side is not only a corner.
+#: A hole shares a side with the outline of its block if the length that they share exceeds this multiple of
+#: the tolerance. A shorter shared length may be only a corner.
 _SHORTEST_SIDE = 10.0
 
 
@@ -46,7 +46,7 @@ class OutlineTolerance(NamedTuple):
 
     option: str  #: option that sets the length: "tolerance" or "outline_tolerance"
     length: float  #: length below which details of outlines are ignored
-    rounding: float  #: rounding error of the drawing: the value of ``length`` if no option is set
+    rounding: float  #: rounding error of the drawing, at most ``length``
 
 
 class Nesting(NamedTuple):
@@ -78,8 +78,8 @@ def outlines_with_holes(
         for curve, collapses in zip(outlines, is_collapsed, strict=True)
     ]
     if any(is_collapsed):
-        # Stop if outlines have collapsed: without the collapsed outlines, other outlines would count as
-        # blocks instead of holes.
+        # Stop if outlines have lost their area: without these outlines, other outlines would count as blocks
+        # instead of holes.
         _add_collapsed(list(compress(outlines, is_collapsed)), outlines, tolerance, defects)
         return Nesting([], [])
     is_shape = [polygon is not None for _, polygon in drawn]
@@ -170,12 +170,12 @@ def _has_area(curve: Curve, tolerance: float) -> bool:
 
 
 def _is_collapsed(curve: Curve, tolerance: OutlineTolerance) -> bool:
-    """Return True if a closed curve encloses an area as drawn, but not once small details are removed."""
+    """Return True if a closed curve encloses an area as drawn, but not after small details are removed."""
     return not _has_area(curve, tolerance.length) and _has_area(curve, tolerance.rounding)
 
 
 def _largest_tolerance(curve: Curve, tolerance: OutlineTolerance) -> float:
-    """Find by bisection the largest tolerance with which a collapsed curve still encloses an area."""
+    """Return the largest tolerance at which a closed curve still encloses an area, found by bisection."""
     low, high = tolerance.rounding, tolerance.length
     while high > _LIMIT_PRECISION * low:
         middle = (low * high) ** 0.5
@@ -278,7 +278,7 @@ def add_smaller_copies(found: Sequence[Outline], tolerance: float, defects: Defe
     """
     for shape in found:
         block = shapely.Polygon(shape.polygon.exterior)
-        # Cells of a net have interiors, but no curves of holes.
+        # Skip the cells of a net, which have interior rings but no curves in ``holes``.
         for curve, ring in zip(shape.holes, shape.polygon.interiors, strict=False):
             hole = shapely.Polygon(ring)
             near_outline = block.exterior.buffer(tolerance)

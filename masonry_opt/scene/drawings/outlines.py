@@ -269,7 +269,7 @@ def _points(entity: Any, sagitta: float) -> list[Any]:
 
 
 def texts(entities: list[Any]) -> Iterator[tuple[str, float, float]]:
-    """Iterate over the texts among entities, with the coordinates x and y of their insertion points."""
+    """Yield each text among entities, with the coordinates x and y of its insertion point."""
     for entity in entities:
         match entity.dxftype():
             case "TEXT":
@@ -357,7 +357,8 @@ def _loops(
         end: int | None = start
         while end is not None:
             end = following.pop(end, None)
-    # Each ring is a closed loop: the indices of the ends at which the loop enters its curves, in order.
+    # Each ring describes a closed loop of curves. For each curve in order along the loop, the ring has the
+    # index of the end at which the curve begins.
     loops = []
     for ring in rings_of(following):
         if ring[0] % 2 == 0:  # skip the second copy of each loop, which runs in the opposite direction

@@ -79,7 +79,7 @@ def block_name(text: str) -> str:
 
 @contextmanager
 def naming(what: str) -> Iterator[None]:
-    """Convert a ValueError to a CaseError, each line of which begins with ``what``, such as a block's name.
+    """Convert a ValueError to a CaseError, and begin each line of its message with the name ``what``.
 
     ``what`` replaces the words "the block" at the beginning of a line, as in "block 'A' is not closed".
     """

@@ -67,8 +67,8 @@ class PlanWall(Record):
 class WallCrossing(NamedTuple):
     """Place where a straight piece of a wall crosses another wall, or ends at another wall."""
 
-    start: float  #: position, along this wall, of the other wall's nearer face
-    end: float  #: position, along this wall, of the other wall's farther face
+    start: float  #: position, along this wall, of the face at which the other wall begins
+    end: float  #: position, along this wall, of the face at which the other wall ends
     leaves: int  #: number of leaves of the other wall
     courses: int  #: number of courses of the other wall
     #: One flag for even courses (counted from 0) and one for odd courses: True if this wall passes through
@@ -124,7 +124,7 @@ class WallStretch(NamedTuple):
         return (self.faces, along) if self.along else (along, self.faces)
 
     def bays(self) -> Iterator[tuple[float, float, WallCrossing | None]]:
-        """Iterate over the bays of the stretch: start and end of each piece between two crossings.
+        """Yield the start and end of each piece of this wall stretch between two crossing walls.
 
         Each piece comes with the crossing before it, or None for the first piece.
         """
@@ -202,7 +202,7 @@ class Plan(SolidGenerator):
         yield from mistakes or self._slivers(stretches)
 
     def _wrong_axes(self) -> Iterator[str]:
-        """Generate an error message for each repeated name of walls, and for each mistake in an axis."""
+        """Generate an error message for each name that several walls have, and for each mistake in axes."""
         for name in repeated(wall.name for wall in self.walls):
             yield f"two walls are named '{name}': rename one of them"
         for wall in self.walls:
@@ -290,7 +290,7 @@ class Plan(SolidGenerator):
         return stretches
 
     def _holes(self, wall: PlanWall, origin: float, sign: float) -> Iterator[_Hole]:
-        """Iterate over the openings of a wall, with their positions along one of its straight pieces.
+        """Yield the openings of a wall, with their positions along one of the wall's straight pieces.
 
         Distances along the wall's axis begin at ``origin``. They increase along the piece if the sign is 1,
         and decrease if the sign is −1.
@@ -365,8 +365,8 @@ class Plan(SolidGenerator):
         length = self.thickness if headers else self.block[0]
         joints: list[float] = []
         for start, end, left in stretch.bays():
-            # After a crossing in a toothed bond, the courses in which this wall passes through the other wall
-            # begin with half a block. Elsewhere, every second course does.
+            # After a crossing in a toothed bond, a course begins with half a block if this wall passes
+            # through the other wall in this course. Elsewhere, every second course begins with half a block.
             half = left.passes[course % 2] if left and self.bond == "toothed" else course % 2
             joints += every(length, start + length / 2 * (headers or half), end - CLOSER * length)
         middles = [middle for crossing in stretch.crossings for middle in crossing.middles]

@@ -57,9 +57,9 @@ class Barrel(ArchRing, SolidGenerator):
         ``abutment 2``.
         """
         built = []
-        # In a running bond, rows with odd numbers are offset by half a stone. A skewback and the voussoir
-        # next to it therefore have an even and an odd number. The numbers of abutments have no effect,
-        # because abutments are not cut into stones.
+        # In a running bond, rows with odd numbers are offset by half a stone. Of a skewback and the voussoir
+        # next to it, one therefore has an odd number. The numbers of abutments have no effect, because
+        # abutments are not cut into stones.
         rows = [*range(self.voussoirs), 1, self.voussoirs, 0, 0]
         for stone, row in zip(self._stones(), rows, strict=False):
             if stone.area is None:
@@ -135,7 +135,7 @@ class Groin(SolidGenerator):
         return int(4 * self.voussoirs * (2 + min(self.bay / 2 / self.stone, 1e9)))
 
     def blocks(self) -> list[Solid]:
-        """Return the stones and then the abutments; stones are sorted by corner and then by course.
+        """Return the stones, sorted by corner of the vault's plan and then by course, and then the abutments.
 
         For corner 1, names are ``1 g1``, ... on the groin, ``1 y1-1``, ... along y and ``1 x1-1``, ... along
         x. Abutments are named ``abutment 1`` to ``abutment 4``.

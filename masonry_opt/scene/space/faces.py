@@ -71,7 +71,7 @@ class Surfaces:
 
     @classmethod
     def of(cls, scene: Scene) -> Self:
-        """Return the surfaces of a scene, with faces oriented consistently in each part.
+        """Return the surfaces of a scene. All faces of one convex part are oriented in the same sense.
 
         Raises CaseError if a surface is not closed, or if no consistent orientation exists.
         """
@@ -95,7 +95,7 @@ class Surfaces:
         return surfaces._oriented()
 
     def _oriented(self) -> Self:
-        """Return the surfaces with faces oriented consistently in each part.
+        """Return the surfaces, with all faces of one convex part oriented in the same sense.
 
         See :meth:`of` for errors.
         """
@@ -318,7 +318,9 @@ def _leading_faces(
 def _height_of_part(
     surfaces: Surfaces, face: np.ndarray, leader: np.ndarray, geometry: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
-    """Return how far each face's part extends beyond the plane that the face may share, shape (faces,).
+    """For each face, return how far its part of the block extends beyond the plane of the face's leader.
+
+    The leader of a face is another face, whose plane the face may share. The shape is (faces,).
 
     A narrow face may lie in a plane that its part crosses elsewhere. With this plane as the plane of the
     face, the part would not be convex.

@@ -93,7 +93,7 @@ class ConvexParts:
 def overlapping(
     parts: ConvexParts, one: np.ndarray, other: np.ndarray, tolerance: float
 ) -> Iterator[tuple[int, Common]]:
-    """Iterate over the pairs of parts that overlap by more than the tolerance, with their overlaps.
+    """Yield the pairs of parts that overlap by more than the tolerance, with their overlaps.
 
     A pair is given by its index in ``one`` and ``other``. The indices are in ascending order.
     """
@@ -213,7 +213,7 @@ class Shapes(Extents):
         return [self.parts.points[self.parts.of_point == part] for part in parts]
 
     def thickness(self) -> np.ndarray:
-        """Return the thickness of each block, which is its least width, shape (blocks,).
+        """Return the thickness (least width) of each block, shape (blocks,).
 
         The least width of a block with several parts is the least width of its thickest part.
         """
@@ -231,7 +231,10 @@ class Shapes(Extents):
         return thickness
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Iterate over overlapping pairs of parts: index of the pair of blocks, and region of the overlap."""
+        """Yield, for each overlapping pair of convex parts, their pair of blocks and the region of overlap.
+
+        The pair of blocks is given by its index.
+        """
         count = np.bincount(self.parts.block, minlength=len(self.size))
         first = np.cumsum(count) - count
         i, j = pairs.T

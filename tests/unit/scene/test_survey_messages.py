@@ -90,7 +90,7 @@ def test_a_survey_without_tolerances_is_advised_to_set_both():
 @pytest.mark.parametrize(
     ("error", "meant"),
     [
-        (0.0005, "if the blocks are drawn to overlap, 'contact_tolerance' alone is sufficient"),
+        (0.0005, "if the blocks are meant to overlap, set only 'contact_tolerance'"),
         (ERROR, "if the drawing is a survey, set 'contact_tolerance'"),
     ],
 )

@@ -44,7 +44,9 @@ def test_copies_are_left_out_and_named(tmp_path, start, step):
     stones = [brick(0, y) for y in (0, 1)]
     copies = [turned(stone, start, step) for stone in (*stones, stones[1])]
     path = drawn(tmp_path / "a.dxf", FLOOR, *stones, *copies)
-    with pytest.warns(DrawingWarning, match="3 outlines are drawn twice, and each copy was left out") as told:
+    with pytest.warns(
+        DrawingWarning, match="3 outlines are drawn twice, and repetitions were left out"
+    ) as told:
         scene = mo.read_dxf(path, **GIVEN)
     (warning,) = told
     assert str(warning.message).count("on layer 'stones' repeats LWPOLYLINE") == 3
@@ -271,7 +273,7 @@ def test_the_command_lists_layers_and_prints_warnings(tmp_path, monkeypatch, cap
         "layers not read: off (off), ice (frozen), cracks (--without-layer), notes (no outlines)"
     )
     assert "warning: " in err
-    assert "1 outline is drawn twice, and each copy was left out" in err
+    assert "1 outline is drawn twice, and repetitions were left out" in err
 
 
 def test_the_command_names_the_block_and_the_layer_of_each_hole(tmp_path, command):

@@ -190,7 +190,7 @@ def changed(**keys):
 
 BROKEN = {
     "cut off": (GOOD[:-100], "is not valid glTF: it is cut off, so corners are missing"),
-    "version 1": (GOOD[:4] + b"\1" + GOOD[5:], "is glTF version 1: export version 2"),
+    "version 1": (GOOD[:4] + b"\1" + GOOD[5:], "has glTF version 1, but only version 2 can be read"),
     "no JSON": (b"solid", "is not valid glTF: "),
     "a list": (b"[]", "is not valid glTF: the JSON part is not an object"),
     "no mesh": (changed(nodes=[{"name": "camera"}]), "has no complete faces"),
