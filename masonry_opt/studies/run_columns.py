@@ -100,10 +100,10 @@ def columns(result: Result) -> dict[str, Any]:
 
 
 def _spread_values(solution: Solution) -> list[float]:
-    """Return the limits of the ranges of the incremental load factor that the option ``spread`` computed.
+    """Return the lower and upper ends of the two ranges that the option ``spread`` computed.
 
-    There are two ranges, one with random stiffness and one with random self-stress. The list is empty without
-    the option.
+    Both are ranges of the incremental load factor, one with random stiffness and one with random self-stress.
+    The list is empty without the option.
     """
     values: list[float] = []
     for reason in solution.reasons:

@@ -70,7 +70,11 @@ class TaskEnd:
 
     @property
     def found(self) -> Any:
-        """Value of the task. Raises RuntimeError if the task crashed, MasonryError for other failures."""
+        """Value that the task returned.
+
+        Raises RuntimeError if the task raised an error other than a MasonryError. Raises MasonryError if the
+        task has no value for another reason: see ``how``.
+        """
         if self.how != FINISHED:
             kind = RuntimeError if self.how == CRASHED else MasonryError
             raise kind(f"{self.how}: {self.reason}")

@@ -194,7 +194,7 @@ class StudyAnswer(ABC):
     @property
     @abstractmethod
     def told(self) -> pd.DataFrame:
-        """Table that a notebook displays with the answer."""
+        """Table that a notebook displays between the printed text and the picture of the answer."""
 
     def plot(self) -> Any:
         """Return a picture of the answer. Raises OptionError if the study has no picture."""
@@ -269,7 +269,10 @@ def in_words(
 def table(
     columns: Iterable[str], rows: Iterable[Iterable[str]], numbers: Iterable[str] = ()
 ) -> dict[str, Any]:
-    """Return a table in the form that page templates need. Columns in ``numbers`` are right-aligned."""
+    """Return a dictionary with the headings and rows of a table, for the templates of pages.
+
+    The columns in ``numbers`` are right-aligned.
+    """
     return {"columns": [*columns], "rows": [[*row] for row in rows], "numbers": [*numbers]}
 
 

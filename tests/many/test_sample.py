@@ -90,7 +90,7 @@ def test_quantiles_that_no_load_factor_has_are_stated_as_shares_of_runs():
     printed = str(sampled([*[-np.inf] * 2, *range(1, 17), *[np.inf] * 2])).splitlines()
     assert "at least 5% of the runs are unstable under their dead load" in printed
     assert "at least 5% of the runs carry any load" in printed
-    assert any(line.startswith("50%    of λ are below 8.00000 (") for line in printed)
+    assert any(line.startswith("50%    of the load factors are below 8.00000 (") for line in printed)
     assert not any("below none" in line or "below any" in line for line in printed)
 
 

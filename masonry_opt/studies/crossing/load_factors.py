@@ -65,7 +65,11 @@ class CrossingLoadFactors:
 
     @property
     def least(self) -> PassageTrials | None:
-        """Answers for the passage with the least λ; None if the scene may be unstable under its dead load."""
+        """Answers at all positions of the passage in which λ is least.
+
+        A passage is one group of axles that travels in one direction, in one load case. The value is None if
+        the scene may be unstable under its dead load.
+        """
         return min(self.passages, key=lambda trials: trials.least, default=None)
 
     @property

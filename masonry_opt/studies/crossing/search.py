@@ -77,7 +77,7 @@ class Passage:
 
     @property
     def case_factor(self) -> float:
-        """Factor of the axles in their load case; 1 if the scene has no load cases."""
+        """Factor by which the load case multiplies the axle loads; 1 if the scene has no load cases."""
         return self.assembly.scene.factor_of_axles
 
     @property
@@ -373,7 +373,9 @@ def _needed(solved: PassageTrials, start: float, end: float) -> float:
     positions = [start + share * (end - start) for share in (0.0, 0.25, 0.5, 1.0)]
     first, quarter, middle, last = map(solved.passage.live, positions)
     mean = (first + last) / 2
-    corner = 2 * middle - mean  # intersection of the tangents at both ends, if the loads follow a parabola
+    # If the live load is a quadratic function of the position, its tangents at ``start`` and ``end``
+    # intersect at the load ``corner``.
+    corner = 2 * middle - mean
     deviation = quarter - (9 * first + 6 * corner + last) / 16
     rounding = _LOAD_TOLERANCE * np.abs(middle).max()
     load_factors = [solved.at(start), solved.at(end)]

@@ -11,8 +11,9 @@ from masonry_opt.studies.crossing.assessment import assessment_text, capacity_te
 from masonry_opt.studies.crossing.load_factors import CrossingLoadFactors
 from masonry_opt.studies.crossing.search import Passage
 
-#: Relative tolerance of the least load factor of a crossing: the search ends when the proven lower bound is
-#: this close. Load factors that differ by less count as equal.
+#: Relative tolerance of the least load factor of a crossing. The associative search ends when its proven
+#: lower bound is less than this fraction below the least λ found. Load factors that differ by less than this
+#: fraction count as equal.
 WITHIN = 1e-3
 #: Printed reason why a Coulomb load factor is less than the associative load factor.
 _BY_FRICTION = "because sliding joints do not open with Coulomb friction"
@@ -114,15 +115,22 @@ def _certainty(answer: CrossingLoadFactors) -> str:
 
 
 def _crushing(answer: CrossingLoadFactors) -> str:
-    """Return a text on the crushing law and, for chords, on the associative λ by the parabola, if known."""
+    """Return a text that says if joints crush by the parabola, or by chords inside the parabola.
+
+    For chords, the text also states the associative λ with the parabola, or why this λ is unknown. The text
+    is empty if no joint has a limited strength.
+    """
     if answer.by_parabola is None:
         law = crushing(answer.worst)
-        missing = f"; no associative λ by the parabola here: {answer.no_parabola}"
+        missing = f"; no associative λ with the parabola is known at this position: {answer.no_parabola}"
         return law + missing if answer.no_parabola else law
     known = f"λ and the associative λ are limited by {BY_CHORDS}"
     chords = answer.worst.associative
-    more = "" if not chords else f", {answer.by_parabola / chords - 1:.2%} more than by chords"
-    return f"{known}; by the parabola, the associative λ is {numeral(answer.by_parabola, '.6f')} here{more}"
+    more = "" if not chords else f", {answer.by_parabola / chords - 1:.2%} more than with chords"
+    return (
+        f"{known}; with the parabola itself, the associative λ at this position is "
+        f"{numeral(answer.by_parabola, '.6f')}{more}"
+    )
 
 
 def _where(answer: CrossingLoadFactors) -> str:

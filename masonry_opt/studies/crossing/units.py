@@ -11,18 +11,19 @@ from masonry_opt.solution.force_units import median_unit_weight
 from masonry_opt.solution.typical_units import PER_KILONEWTON, typical_unit
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
-#: Required unit of the unit weights if a scene uses a common set of axles, because these sets are in kN and
-#: m.
+#: Required unit of the unit weights if a scene uses a predefined set of axles, because the predefined sets
+#: are in kN and m.
 _UNIT_OF_SETS = "kN/m³"
-#: Least plausible load, in kN, of the heaviest axle of a vehicle. With a smaller value, warnings miss axles
-#: in kN beside weights in N or kg.
+#: Least plausible load, in kN, of the heaviest axle of a vehicle. A smaller load causes a warning. If this
+#: value were smaller, axles in kN would cause no warning in a scene with weights in N or kg.
 _LIGHTEST_AXLE = 3.0
-#: Greatest plausible load of the heaviest axle, in kN. Axles of standards have up to 800 kN, including
-#: factors. With a larger value, warnings miss axles in kg or N beside weights in kN.
+#: Greatest plausible load, in kN, of the heaviest axle of a vehicle. A greater load causes a warning. Axles
+#: of standards have up to 800 kN, including factors. If this value were larger, axles in kg or N would cause
+#: no warning in a scene with weights in kN.
 _HEAVIEST_AXLE = 1500.0
-#: The loads of a group of axles are relative, without a unit, if the largest is below this value: for example
-#: 1 for each axle. The ``factor`` of the group is not included. A larger value would miss light axles in
-#: tonnes or kN.
+#: The loads of a group of axles are taken as relative loads without a unit, such as 1 for each axle, if the
+#: largest load is below this value. The ``factor`` of the group is not included. With a larger value, light
+#: axles in tonnes or kN would be mistaken for relative loads.
 _LARGEST_RELATIVE_LOAD = 10.0
 
 
@@ -32,7 +33,10 @@ def _rounded(value: float) -> str:
 
 
 def _are_unusual(group: Axles, unit: str) -> bool:
-    """Return True if the axles are too light or too heavy for the unit of the unit weights.
+    """Return True if the heaviest axle is implausibly light or heavy for a vehicle.
+
+    The axle loads are assumed to be in the force unit of ``unit``, such as "kN/m³": the unit that the unit
+    weights seem to have.
 
     Relative loads have no unit and are never unusual: see ``_LARGEST_RELATIVE_LOAD``.
     """

@@ -41,11 +41,12 @@ _HEADINGS = {
     "a_0": "a_0 (g)",
     "a_star_0": "a_star_0 (g)",
 }
-_MOST_LETTERS = 24  #: Largest number of letters in a line of the name next to a bar.
-_MOST_NAME_LINES = 2  #: Largest number of lines of the name next to a bar; longer names are shortened.
+#: Each bar is labelled with the name of its load case, in lines of at most this number of letters.
+_MOST_LETTERS = 24
+_MOST_NAME_LINES = 2  #: Largest number of lines in the label of a bar; longer names are shortened.
 #: Columns of the table of load cases. Each name is an attribute of a result.
 LOAD_CASE_COLUMNS = ("load_factor", "status", "incremental", "associative", "exact")
-#: Columns of the table of earthquakes from all sides that describe when a mechanism is activated.
+#: Columns on the activation of a mechanism, in the table of results for earthquakes from all sides.
 _ACTIVATION_COLUMNS = ("a_0", "mass_fraction", "a_star_0")
 #: The incremental and the associative load factor are drawn only if they differ from λ by more than this
 #: value in at least one direction.
@@ -164,7 +165,10 @@ class Cases(StudyAnswer):
         return printable(f"{drawn.case}: {counted(len(self.results), self.what)}\n{governs}")
 
     def _with_table(self, results: Iterable[str]) -> str:
-        """Return the printed text: the heading, the table, and texts of results, separated by blank lines."""
+        """Return the printed text: the heading, the table, and the passed texts of single results.
+
+        Blank lines separate these parts.
+        """
         headings = dict(_HEADINGS)
         if self.to_draw.assembly.scene.dimension == 3:
             headings["direction"] = "direction (°)"  # in the plane, the directions are "left" and "right"
@@ -209,7 +213,10 @@ class Cases(StudyAnswer):
         return picture
 
     def save(self, path: str | Path, force: bool = False) -> None:
-        """Write the picture of ``plot`` to a .png, .svg or .pdf file. Raises errors like ``Result.save``."""
+        """Write the picture that ``plot`` returns to a .png, .svg or .pdf file.
+
+        Raises the same errors as ``Result.save``.
+        """
         self.plot().save(path, force)
 
 
@@ -297,7 +304,11 @@ class Directions(Cases):
                 continue
             look = {"marker": ".", "linewidth": 1.4} if is_own else {"linewidth": 0.9}
             sense = "against" if ratio < 0 else "along"
-            vertical = f"; vertical force {abs(ratio):g} × horizontal force, {sense} gravity" if ratio else ""
+            vertical = (
+                f"; the vertical force is {abs(ratio):g} times the horizontal force and acts {sense} gravity"
+                if ratio
+                else ""
+            )
             closed = pd.concat([rows, rows.head(1)])
             angle = np.radians(closed["direction"].astype(float))
             axes.plot(angle, closed[column], color=colour, label=f"{label}{vertical}", **look)

@@ -313,7 +313,7 @@ def sensitivity(title: str, correlations: pd.DataFrame, sure: str, own: str) -> 
         left_out = ": no parameter has an influence"
     chart = (limits + marks).properties(height=28 * max(len(known.head(_MOST_CORRELATIONS)), 2))
     notes = (
-        f"the intervals of one load factor are valid simultaneously, with {sure}; a hollow mark means that "
-        "the correlation may be zero"
+        f"with {sure}, the intervals of all correlations with the same load factor are valid simultaneously; "
+        "a hollow mark means that the correlation may be zero"
     )
     return NamedChart("sensitivity", f"Sensitivity, {title}{left_out}", chart, notes)

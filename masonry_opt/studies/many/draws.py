@@ -48,7 +48,9 @@ class Distribution(NamedTuple):
 
 
 def distribution(name: str, given: Any) -> Distribution:
-    """Convert a distribution from one of the forms that :func:`~.sample.sample` accepts.
+    """Convert a user's distribution to a frozen distribution of SciPy, with its printed text.
+
+    ``given`` has one of the forms that :func:`~.sample.sample` accepts.
 
     A standard deviation that exceeds a nonzero mean must be written as a fraction of the mean. Raises
     OptionError, with the name of the number, if the form is unknown or a value is out of range.

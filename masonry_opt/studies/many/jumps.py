@@ -43,7 +43,7 @@ def jump_between(
 
 
 def _slope_beyond(end: Trial, other: Trial, known: list[Trial]) -> list[float]:
-    """Return the slope next to an end of the interval, on the side away from the other end.
+    """Return a list with the absolute slope of the load factor just outside the interval, next to ``end``.
 
     The list is empty if the slope is unknown.
     """

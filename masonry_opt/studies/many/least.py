@@ -114,7 +114,7 @@ class Threshold(StudyAnswer):
 
     @property
     def _measure(self) -> str:
-        """Printed name of a trial's number: "margin" under the dead load alone, otherwise "load factor"."""
+        """Printed name of ``Trial.number``: "margin" under the dead load alone, otherwise "load factor"."""
         return "margin" if self.load is None else "load factor"
 
     def facts(self) -> dict[str, str]:
@@ -126,7 +126,10 @@ class Threshold(StudyAnswer):
         )
         value = f"{self._rounded(self.holds)}, at which {meets}"
         if self.value != self.holds.value:
-            value += f" (threshold, interpolated between both ends: {numeral(self.value, '.9g')})"
+            value += (
+                " (threshold, interpolated between this value and the failing value: "
+                f"{numeral(self.value, '.9g')})"
+            )
         facts = {
             f"{self._kind} value": value,
             "holds": self._end(self.holds),
@@ -147,7 +150,7 @@ class Threshold(StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of the results at both ends of the interval, and about several thresholds."""
+        """Warnings of the results at both ends of the interval, and a warning about further thresholds."""
         records = distinct_warnings([self.holds.answer, self.fails.answer])
         if not self.contradictions:
             return records
@@ -177,7 +180,7 @@ class Threshold(StudyAnswer):
         return rounded_outwards(end.value, digits, upwards=end.holds == self.least)
 
     def _end(self, end: Trial) -> str:
-        """Return a text that describes one end of the interval.
+        """Return a text that describes one end of the interval that contains the threshold.
 
         It states the value, the load factor (under dead load alone: the margin), and the largest residual.
         The numbers have enough digits to distinguish both ends, and the failing end from the load.
@@ -194,7 +197,10 @@ class Threshold(StudyAnswer):
         return f"at {value}: {self._measure} {number}{residual}{place}"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the answer as plain values, without the results. Infinite numbers and NaN become None."""
+        """Return the answer as a dictionary of plain values. Infinite numbers and NaN become None.
+
+        The dictionary has the value and the load factor (or margin) of each trial, but not its result.
+        """
         names = ("load", "value", "interval", "jump", "contradictions", "evaluations")
         result = {"kind": self._kind} | {name: getattr(self, name) for name in names}
         result["warnings"] = self.warning_records
@@ -296,7 +302,7 @@ def most(  # noqa: PLR0913 - options of the public API are keywords
 
 
 class _Search:
-    """Search for one threshold, with a record of all trials."""
+    """Search for the threshold of a parameter, with a record of all solved scenes (trials)."""
 
     def __init__(
         self, is_least: bool, make: Make, load: float | None, progress: Tried, method: str, options: Any
@@ -306,7 +312,8 @@ class _Search:
             prepare(method, function=least, **options)
             named = ", ".join(options) or f"method '{method}'"
             raise OptionError(
-                f"{named}: add 'load' (--load), such as 1, because no method is used without 'load'"
+                f"{named}: add 'load' (--load), such as 1; without 'load', the search tests stability under "
+                "dead load only, by a fixed method without options"
             )
         self.session = prepare(method, function=least, keeps=True, **({"incremental": False} | options))
         if not callable(make):
@@ -322,7 +329,7 @@ class _Search:
         self.trials: dict[float, Trial] = {}  #: by value
 
     def threshold(self, lower: float, upper: float, tolerance: float, samples: int) -> Threshold:
-        """Return the threshold between two values of the scene's parameter; see :func:`least`."""
+        """Return the threshold of the parameter between ``lower`` and ``upper``; see :func:`least`."""
         lower, upper = _number("lower", lower), _number("upper", upper)
         if not lower < upper:
             raise OptionError(f"lower must be less than upper (found {lower:g} and {upper:g})")
@@ -331,8 +338,8 @@ class _Search:
         values = np.linspace(lower, upper, whole("samples", samples, 0) + 2)
         for value in dict.fromkeys((lower, upper, *values[1:-1].tolist())):
             self.at(value)
-        # Sort the trials by value. The first trial is at the end of the range at which the scene should meet
-        # the requirement.
+        # Sort the trials by value, in descending order for ``least``, and in ascending order for ``most``.
+        # The scene should then meet the requirement in the first trial, and fail in the last.
         row = sorted(self.trials.values(), key=lambda trial: trial.value, reverse=self.least)
         if not row[0].holds or row[-1].holds:
             warnings = distinct_warnings([row[0].answer, row[-1].answer])
@@ -368,10 +375,10 @@ class _Search:
         return trial
 
     def _solved(self, scene: Scene) -> tuple[float, Certificate | None, SceneAnswer]:
-        """Solve the scene, and return the number of the trial (see :class:`Trial`), certificate and answer.
+        """Solve the scene, and return its load factor (or margin), the certificate and the answer.
 
         Axles move over the scene, unless only its dead load is examined. If the method finds no load factor,
-        the number is -inf if the scene is unstable, inf if it carries any load, and the associative load
+        the first value is -inf if the scene is unstable, inf if it carries any load, and the associative load
         factor if that is below the load. NoLoadFactorError is raised otherwise, and if the time limit ended
         the crossing before a load factor below the load was found.
         """
@@ -389,8 +396,8 @@ class _Search:
         elif result.solution.carries_any_load:
             number = UNLIMITED
         elif result.associative is not None and result.associative < self.load:
-            # The associative load factor is an upper bound of all Coulomb load factors. It is below the load,
-            # so the load is not carried.
+            # The associative load factor is an upper bound of all Coulomb load factors. Here it is less than
+            # the required load factor ``load``, so the scene does not carry the load.
             number = result.associative
         else:
             raise NoLoadFactorError(
@@ -410,11 +417,11 @@ class _Search:
         size = max(1.0, abs(self.required))
 
         def excess(value: float) -> float:
-            """Return the excess of a trial's number over the required number; it is finite and not zero."""
+            """Return λ (or the margin) minus the required number, limited to finite, nonzero numbers."""
             trial = self.trials.get(value) or self.at(value)
             ends[trial.holds] = trial
-            # Brent's method needs a finite excess. At an excess of zero the method would stop, and only one
-            # end of the interval would then be known.
+            # Brent's method needs finite numbers. It would stop at a difference of zero, and only one end of
+            # the interval would then be known.
             distance = float(np.clip(abs(trial.number - self.required), LOWER * size, size))
             return distance if trial.holds else -distance
 
@@ -483,7 +490,10 @@ def _has_live_load(scene: Scene) -> bool:
 
 
 def _number(name: str, value: object) -> float:
-    """Return a finite number. Raises OptionError, with the name of the argument, for any other value."""
+    """Check that an argument is a finite number, and return it as a float.
+
+    Raises OptionError, with the name of the argument, for any other value.
+    """
     if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not math.isfinite(value):
         raise OptionError(f"{name} must be a number (found {value!r})")
     return float(value)

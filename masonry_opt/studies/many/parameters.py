@@ -43,16 +43,17 @@ class Parameters:
         unchanged = isinstance(case, CaseFile) and case.scene().with_load_case(scene.load_case) == scene
         self.scene = scene
         self._source: Any = case if case and unchanged else scene
-        self.names = self._paths()  #: Path to each number, by the short name that messages show.
-        #: Path to each number, by its short name and by its full name. The two names differ in tables with a
-        #: single entry.
+        #: Keys and indices that lead to each number of the scene, by the short name that messages show.
+        self.names = self._paths()
+        #: Keys and indices that lead to each number, by its short name and by its full name. The names differ
+        #: if a table has a single entry: ``tie.strength`` is short for ``tie.rod.strength``.
         self._known = self._paths(in_full=True) | self.names
         self._last: tuple[dict[str, float], Scene] = ({}, scene)
 
     def _paths(self, in_full: bool = False) -> dict[str, _Path]:
-        """Return a map from the name of each parameter to the path of its number.
+        """Return the keys and indices that lead to the number of each parameter, by the parameter's name.
 
-        The map of a scene in space contains neither thickness nor joint strength.
+        A scene in space has neither the thickness nor joint strengths as parameters.
         """
         paths = dict(_numbers(self._source, in_full=in_full))
         if self.scene.dimension == 2:

@@ -131,7 +131,7 @@ def _largest_fall(
 
 
 def _named(point: Point) -> str:
-    """Return a text with the first values of a run, and the number of its other values."""
+    """Return a text with the first parameter values of a run, and the number of its other values."""
     values = [f"{name} = {numeral(value, 'g')}" for name, value in point.items()]
     more = (
         f" and {counted(len(values) - _MOST_LISTED_VALUES, 'more value')}"

@@ -276,7 +276,7 @@ def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, fl
     if not output.force:
         _refuse_losing(folder / _RUNS_FILE, points)
     refuse_outputs(folder, (_RUNS_FILE, *output.beside), output.force)
-    # Create a new journal last, after all other checks.
+    # Create a new journal only after all checks: if a check raises an error, no new journal remains.
     return journal or Journal(folder, head)
 
 

@@ -118,7 +118,7 @@ class Sample(StudyAnswer):
         return self.table[self.table["status"] != REFUSED]
 
     def _of_runs(self, column: str) -> np.ndarray:
-        """Return a column of load factors. Runs without a load factor have the value −inf, inf or NaN."""
+        """Return a column of load factors; see ``load_factors`` for the values −inf, inf and NaN."""
         rows = self._counting
         values = rows[column].to_numpy(dtype=float, copy=True)
         # If the time limit ended a crossing, λ is only an upper bound, so the run is undecided.
@@ -174,14 +174,14 @@ class Sample(StudyAnswer):
 
     @property
     def counted(self) -> str:
-        """Text that counts all runs and, for each reason, the runs without a load factor."""
+        """Text with the number of all runs and, for each reason, the number of runs without a load factor."""
         has_incremental = self._counting["incremental"].notna().any()
         missing = has_incremental & np.isfinite(self.load_factors) & np.isnan(self.incremental)
         without = {
             "fell under dead load alone": self.falling,
             "carried any load": self.unlimited,
             "undecided (the confidence limits include collapse and no collapse)": self.undecided,
-            "without an incremental λ (the confidence limits include both outcomes)": missing.sum(),
+            "without an incremental λ (confidence limits include collapse and no collapse)": missing.sum(),
             "refused, left out": self.refused,
         }
         shares = [f"{count} ({count / self.runs:.1%}) {kind}" for kind, count in without.items() if count]
@@ -227,7 +227,8 @@ class Sample(StudyAnswer):
 
         Parameters
         ----------
-        loads: Load factors. Default: those of all runs, and two values 5 % beyond the ends of their range.
+        loads: Load factors. Default: those of all runs, and two values that extend their range by 5 % at each
+            end.
         confidence: Confidence of the limits.
         """
         _refuse_shares(confidence=[confidence])
@@ -247,7 +248,11 @@ class Sample(StudyAnswer):
         return self._of_both("load", loads, "probability", statistic)
 
     def _loads_of_runs(self) -> list[float]:
-        """Return all finite load factors of the runs, and two values: 5 % below and 5 % above their range."""
+        """Return all finite load factors of the runs, with an added value at each end.
+
+        The two added values extend the range of the load factors by 5 % of its width at each end, but not
+        below zero.
+        """
         loads = np.unique(np.r_[self.load_factors, self.incremental])
         loads = loads[np.isfinite(loads)]
         least, greatest = ends(loads)
@@ -294,7 +299,10 @@ class Sample(StudyAnswer):
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of the runs, about runs without an answer, and about strengths whose increase lowers λ."""
+        """Warnings of the single runs, and warnings about all runs together.
+
+        The latter warn of runs without an answer, and of strengths whose increase lowers λ.
+        """
         records = [*self.table.attrs.get("warning_records", ()), *self._without_answer()]
         if METHODS[self._method].seeks_lowest:
             records += self._falls()
@@ -368,8 +376,8 @@ class Sample(StudyAnswer):
             share = ((upper - lower) / self.table["incremental"]).median()
             within = f"{numeral(lower.min(), '.5f')} to {numeral(upper.max(), '.5f')}"
             facts["spread"] = (
-                f"the incremental λ of a run varies by {share:.1%} (median) with the stiffness of contacts "
-                f"and self-stress; range over all runs: {within}"
+                "if contact stiffness or self-stress varies, the incremental λ of a run varies by "
+                f"{share:.1%} (median); range over all runs: {within}"
             )
         return facts
 

@@ -17,14 +17,17 @@ def quantile_text(row: Mapping[Any, Any], confidence: float) -> str:
     probability, value = row["probability"], row["value"]
     remark = f"({confidence:.0%} confidence)"
     if not math.isinf(value):
-        return f"{probability:<6.0%} of λ are below {statistic_text(row, 'value', '.5f')} {remark}"
+        return (
+            f"{probability:<6.0%} of the load factors are below "
+            f"{statistic_text(row, 'value', '.5f')} {remark}"
+        )
     share = probability if value < 0 else 1 - probability
     does = "are unstable under their dead load" if value < 0 else "carry any load"
     line = f"at least {share:.0%} of the runs {does}"
     if not math.isfinite(row[INCREMENTAL_COLUMN + "value"]):
         return line
     incremental = _with_limits(row, INCREMENTAL_COLUMN, "value", ".5f")
-    return f"{line}; {probability:.0%} of the incremental λ are below {incremental} {remark}"
+    return f"{line}; {probability:.0%} of the incremental load factors are below {incremental} {remark}"
 
 
 def statistic_text(row: Mapping[Any, Any], name: str, spec: str) -> str:

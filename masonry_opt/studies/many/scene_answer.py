@@ -96,7 +96,7 @@ class SceneAnswer(NamedTuple):
 
 
 def place_text(axles: object, position: float, direction: object, load_case: object) -> str:
-    """Return a text with a position of axles, and with the load case if there is one.
+    """Return the position of axles as text, with the name of the load case if there is one.
 
     The load case is a name, None, or NaN in a table of runs of which some were refused.
     """

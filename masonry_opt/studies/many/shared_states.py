@@ -28,8 +28,9 @@ from masonry_opt.solution.thresholds import same
 #: each needs more than 150 kB in the journal and in memory.
 RECORDED_UP_TO = 3000
 
-#: The quick test of states of other runs multiplies the limits of residuals by this factor. A smaller factor
-#: may reject valid states. A larger factor causes more certificates of invalid states.
+#: The quick test of states of other runs multiplies the limits of residuals by this factor. With a smaller
+#: factor, the test may exclude valid states. With a larger factor, more invalid states pass the test, and
+#: computing their certificates takes time.
 MARGIN = 10.0
 
 Row = Mapping[str, Any]  #: Row of a run by column name, including the columns of :func:`recorded_state`.
@@ -130,7 +131,11 @@ class Screen:
 
     @classmethod
     def of(cls, problem: Problem, states: Sequence[FoundState]) -> Self:
-        """Return the quick test for a group of states whose problems have equal matrices and loads."""
+        """Prepare the test that excludes states which cannot be states of similar problems.
+
+        Similar problems have equal matrices and loads, but other limits. ``problem`` is one of them, and the
+        states were found for others.
+        """
         power = np.array([abs(problem.live @ state.d) for state in states])
         slips = np.array([problem.slip_speed(state.d) for state in states])
         return cls(

@@ -71,15 +71,17 @@ def standing(scene: Scene, last: Assembly | None = None) -> DeadLoadMargin:
     solution = replace(solution, status=Status.STABLE, found=found)
     if found.d is not None:
         solution = solution.ended(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, found.d))
-    # The result is for the dead load alone, so live load, tilt and reference values are removed from the
-    # scene.
+    # The result is for the dead load alone, so the live load, the tilt and the reference load factors are
+    # removed.
     unloaded = replace(problem, live=np.zeros_like(problem.live))
     dead = replace(assembly, problem=unloaded, scene=scene.replace(tilt=None, reference={}))
     return DeadLoadMargin(margin, certificate, make_result(dead, solution, effort, "static", solver))
 
 
 def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None:
-    """Return the solution whose λ is the margin, with a live load that reduces every normal force.
+    """Return the solution whose λ is the margin of stability under the dead load.
+
+    The live load of ``pressed`` reduces every normal force by a median block weight: see :func:`standing`.
 
     The static program, eq. (9) of the paper, is solved. None is returned if there is no acceptable answer, or
     if the strength of joints is limited, because a larger normal force may then crush them.

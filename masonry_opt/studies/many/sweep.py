@@ -153,7 +153,7 @@ def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
         except (TypeError, ValueError):
             raise OptionError(f"'{name}' in 'vary' needs a list of numbers (found {values!r})") from None
         if not axis or any(map(math.isnan, axis)):
-            raise OptionError(f"'{name}' in 'vary' needs at least one number, and no NaN")
+            raise OptionError(f"'{name}' in 'vary' needs a list of at least one number; NaN is not allowed")
         if len(set(axis)) < len(axis):
             raise OptionError(f"'{name}' in 'vary' has a value twice: remove the repeated value")
         axes.append(axis)
@@ -169,7 +169,9 @@ def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Callable[[Ma
     try:
         inspect.signature(function).bind(**dict.fromkeys(names))
     except TypeError as error:
-        raise OptionError(f"the function of the scene must accept the varied names: {error}") from None
+        raise OptionError(
+            f"the function that makes the scene must accept the varied parameters as arguments: {error}"
+        ) from None
 
     def make(values: Mapping[str, float]) -> Scene:
         """Return the scene for a dictionary of values."""
@@ -205,7 +207,9 @@ def summary_text(frame: pd.DataFrame, names: Sequence[str]) -> str:
         lines.append(f"smallest at {_where(frame[at_least(frame)], names)}")
     shared = int((frame["state_from"] != "").sum())
     if shared:
-        lines.append(f"runs with the lower state of another run as answer: {shared} (see column state_from)")
+        lines.append(
+            f"runs whose answer is a lower state that another run found: {shared} (see column state_from)"
+        )
     failed = frame[frame["load_factor"].isna()]
     for status, count in failed["status"].value_counts().items():
         rows = failed[failed["status"] == status]

@@ -22,7 +22,7 @@ def distinguishing_digits(number: float, others: Sequence[float], least: int) ->
 
 
 def rounded_outwards(value: float, digits: int, upwards: bool) -> str:
-    """Return a value as text, rounded up (or down) to a number of significant digits."""
+    """Return a value as text, rounded to ``digits`` significant digits: up if ``upwards``, else down."""
     if digits >= _EXACT_DIGITS:
         return numeral(value, f".{digits}g")
     exact = Context(prec=_EXACT_DIGITS).create_decimal(Decimal(value))

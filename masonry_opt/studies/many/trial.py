@@ -20,20 +20,26 @@ class Trial:
     value: float
     holds: bool  #: True if the scene carries the required load or, without a required load, is stable
     number: float  #: load factor, or margin under dead load alone; ±inf: see ``FALLS``, ``UNLIMITED``
-    answer: SceneAnswer = field(repr=False)  #: result; if axles move over the scene, also the crossing
-    certificate: Certificate | None = field(repr=False)  #: residuals of ``number`` if it is finite
+    #: result of the scene; if axles move over the scene, the answer also contains the crossing
+    answer: SceneAnswer = field(repr=False)
+    #: residuals of the solution that has the load factor or margin ``number``; None without such a solution
+    certificate: Certificate | None = field(repr=False)
 
     __repr__ = brief
 
     @property
     def result(self) -> Result:
-        """Result of the scene, with its state and mechanism: see :class:`~.standing.DeadLoadMargin`.
+        """Result of the scene, with its state or mechanism.
 
-        If axles move over the scene, it is the result at their worst position.
+        Under dead load alone, it is the result of :class:`~.standing.DeadLoadMargin`. If axles move over the
+        scene, it is the result at their worst position.
         """
         return self.answer.result
 
     @property
     def name(self) -> str:
-        """Name of the load factor ``number``; "associative" if the method found no load factor."""
+        """Name of the kind of load factor in ``number``, such as "lowest found".
+
+        If the method found no load factor, a finite ``number`` is the associative load factor.
+        """
         return self.answer.load_factor_name or ASSOCIATIVE

@@ -80,7 +80,7 @@ _LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")
 
 @dataclass(frozen=True, kw_only=True)
 class ReportPart:
-    """Values for one part of a report, which presents one answer."""
+    """Values for one part of a report. Each part presents one answer."""
 
     heading: str  #: heading of the part in the report
     says: str  #: the answer in one line
