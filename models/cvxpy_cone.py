@@ -34,7 +34,7 @@ class Senses(NamedTuple):
 
 
 class ConeStatics(CvxpyStatics):
-    """Contact forces q in equilibrium, eq. (1), and inside the friction cones.
+    """CVXPY variables for contact forces q; the constraints are equilibrium, eq. (1), and friction cones.
 
     At each contact point
 
@@ -115,12 +115,13 @@ class ConeMechanism(CvxpyMechanism):
 
 
 class ConeForces:
-    """Program for forces that minimise λ plus a multiple of the complementarity error with a mechanism.
+    """Program that computes joint forces: it minimises λ plus a multiple of the complementarity error.
 
         min  λ Σ|f_L| + weight (γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l))    within statics, γ = |w|
 
-    The objective omits the constants γ·c and v·l. The cost of the forces is a parameter, so the program can
-    be solved again for other rates or weights.
+    The complementarity error is that of the forces and a given mechanism, whose rates γ, w, u and v are
+    constants. The objective omits the constants γ·c and v·l. The cost of the forces is a parameter, so the
+    program can be solved again for other rates or weights.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -162,7 +163,10 @@ class ConeMotion:
         self.program = cp.Problem(cp.Minimize(energy), [*mechanism.rows, mechanism.live_work])
 
     def set(self, q: np.ndarray) -> None:
-        """Set the objective for given forces q of c contact points and t limited forces, shape (3c + t,)."""
+        """Set the costs in the objective to those of given joint forces q, shape (3c + t,).
+
+        Here c is the number of contact points, and t the number of limited forces, such as tie forces.
+        """
         problem = self._problem
         normal, *shears = (q[columns] for columns in problem.columns_of_sliding)
         limit = np.maximum(problem.cohesion + problem.friction * normal, np.hypot(*shears))

@@ -83,7 +83,9 @@ class CvxpyDrivenMotion:
 
 
 class CvxpyAtYield:
-    """Program for forces at yield on all faces with nonzero rates, with λ as near as possible to a value.
+    """Program for joint forces that are at yield on all faces with nonzero rates.
+
+    The program minimises the distance of λ from the value ``near``:
 
         min  |λ − near|    s.t.    B q + λ f_L + f_D = 0,    z = 0 on the faces at yield,    z ≥ 0 elsewhere
 

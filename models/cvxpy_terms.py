@@ -21,11 +21,12 @@ class CvxpyShearParameters:
 
 
 class CvxpyStatics:
-    """Joint forces q in equilibrium, eq. (1), and the slack z of each yield condition, eq. (4).
+    """CVXPY variables for the load factor λ and the joint forces q, with the equilibrium constraint, eq. (1).
 
         B q + λ f_L + f_D = 0,    z = C(slope) q + c
 
-    Shear limits are parameters or numbers. λ is a variable unless ``load_factor`` is passed.
+    ``slacks`` contains the slack z of each yield condition, eq. (4), as an expression. Shear limits are
+    parameters or numbers. λ is a variable unless ``load_factor`` is passed.
     """
 
     def __init__(
@@ -65,9 +66,11 @@ class CvxpyStatics:
 
 
 class CvxpyMechanism:
-    """Block velocities d and rates p ≥ 0 of the yield conditions, by eqs (2), (5) and (6).
+    """CVXPY variables for the block velocities d and the rates p ≥ 0 of the yield conditions.
 
-        Bᵀ d = D(slope) p
+    The constraints are compatibility, eqs (2), (5) and (6), and the normalised work of the live load.
+
+        Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|
 
     The slope is the opening per unit slip, as a parameter or as numbers.
     """

@@ -46,7 +46,7 @@ class PyomoMcp:
 
 
 def with_slack_variables(model: PyomoMcp, transformation: str) -> Any:
-    """Add slack variables z = C(μ) q + c ≥ 0 to the complementarity conditions, and return them.
+    """Add slack variables z = C(μ) q + c ≥ 0 to the complementarity conditions, and return z.
 
     The program is changed in place. ``transformation`` is the name of a Pyomo transformation.
     """

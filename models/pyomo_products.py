@@ -99,12 +99,14 @@ class PyomoProducts:
         slacks = list(factors.other_slacks.values())
         equilibrium = list(factors.equilibrium())
         motions = [*factors.compatibility(), factors.live_work()]
-        # A row z₁ p₁ = 0 is needed, because z₁ is a linear form of the unknowns. The other complementary
-        # products consist of two unknowns. They are zero, and have no variables.
+        # The products z₁ p₁ need rows z₁ p₁ = 0, because z₁ is a linear form of the unknowns. The factors of
+        # all other complementary products are single unknowns. These products are known to be zero, and have
+        # no variables.
         complementary = [(form, {rate: 1.0}) for rate, form in factors.other_slacks.items()]
         model.statics = self._constraint(product(equilibrium, [motion, *all_velocities]))
-        # Multiply equilibrium rows by the rate p₀ of each joint (``rate % 4 == 2``). Products with the other
-        # three rates are declared only if compatibility does not imply them.
+        # Multiply each equilibrium row by the rates u₂, u₃, p₀ and p₁ of each joint. The index of p₀
+        # satisfies ``rate % 4 == 2``. Omit the products with the other three rates if compatibility implies
+        # them.
         with_rates = (
             (form, {rate: 1.0})
             for form, rate in product(equilibrium, factors.rates)
@@ -120,8 +122,8 @@ class PyomoProducts:
             load_factors.append({factors.load_factor: 1.0, one: -lowest})
         model.within = self._constraint(product([*slacks, *margins], [motion]), least=0.0)
         model.slack_rate = self._constraint(product([*slacks, *margins, *load_factors], all_rates), least=0.0)
-        # Omit the row of a product that has a variable, because the lower bound 0 of the variable implies the
-        # row.
+        # Each row requires a product to be at least 0. Omit the row if the product is known to be zero, or
+        # has a variable with the lower bound 0.
         opening = list(factors.openings())
         with_variable = factors.at_rest.union(self.product)
         open_beyond = (
@@ -133,18 +135,21 @@ class PyomoProducts:
         model.opening = self._constraint(open_beyond, least=0.0)
 
     def _follows(self, statics: Form, rate: int) -> bool:
-        """Return True if compatibility implies an equilibrium row times three of the rates of a joint.
+        """Return True if compatibility implies the product of an equilibrium row and a rate of a joint.
 
-        ``statics`` is the linear form of the row, and ``rate`` is one of the four rates of the joint. The row
-        times three of the rates is implied if the relaxation has variables for the products of all forces in
-        the row with the velocities of the joint's blocks.
+        ``statics`` is the linear form of the row, and ``rate`` is the index of u₂, u₃ or p₁. The product is
+        implied if the relaxation has variables for the products of all forces in the row with the velocities
+        of the joint's blocks.
         """
         moves = self.factors.motion_of(rate // 4)
         forces = [i for i in statics if i < self.factors.load_factor]
         return all(pair in self.product for pair in product(forces, moves))
 
     def _constraint(self, pairs: Iterable[tuple[Form, Form]], least: float | None = None) -> pyo.Constraint:
-        """Return a constraint on products of two linear forms: each is 0, or at least ``least`` if passed."""
+        """Return a constraint on the product of each pair of linear forms.
+
+        Each product is equal to 0 if ``least`` is None, and otherwise at least ``least``.
+        """
         rows = [
             body == -constant if least is None else body >= least - constant
             for body, constant in self._expanded(pairs)
@@ -152,9 +157,10 @@ class PyomoProducts:
         return pyo.Constraint(range(len(rows)), rule=lambda _, row: rows[row])
 
     def _expanded(self, pairs: Iterable[tuple[Form, Form]]) -> Iterator[tuple[Any, float]]:
-        """Compute the product of each pair of linear forms, as a linear expression and a constant.
+        """Expand the product of each pair of linear forms into a sum of products of unknowns.
 
-        Pairs with a product that has no variable are omitted.
+        Variables replace the products of unknowns, so the sum is a linear expression and a constant.
+        Pairs with a product that has no variable and is not known to be zero are omitted.
         """
         at_rest = self.factors.at_rest
         constants = (self.factors.one, self.factors.unit)
