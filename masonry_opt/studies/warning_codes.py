@@ -34,15 +34,16 @@ class StudyCode(StrEnum):
     #: ``seconds``.
     CROSSING_STOPPED = "crossing stopped"
     #: The loads of axles and the weights seem to be in different units. The record has the ``name`` of the
-    #: axles and the values that show the difference: the heaviest axle, ``load``, the median unit weight,
-    #: ``unit_weight``, or the largest dimension of the movable blocks, ``extent``.
+    #: axles, and one or two values that show the difference. Such a value is the largest axle load
+    #: (``load``), the median unit weight (``unit_weight``), or the largest dimension of the movable blocks
+    #: (``extent``).
     AXLES_DIFFER = "axles differ"
-    #: Some load cases have no axles, so the crossing skipped them. The record has the names ``cases`` of
+    #: Some load cases have no axles, so the crossing skipped them. The record has ``cases``, the names of
     #: these load cases.
     CASES_WITHOUT_AXLES = "cases without axles"
-    #: The reaction at the end of the load history is closer to the reaction at rest than the reaction of the
-    #: answer is. The record has the ``end`` ("least" or "greatest"), the ``reaction`` of the answer, and
-    #: ``incremental``, the reaction at the end of the load history.
+    #: The load history ends at a reaction between the reaction of the answer and the reaction at rest. The
+    #: record has the ``end`` ("least" or "greatest"), the ``reaction`` of the answer, and ``incremental``,
+    #: the reaction at the end of the load history.
     HISTORY_ENDS_NEARER = "history ends nearer"
     #: The search for the least (greatest) reaction found an exact state above (below) the reaction at rest.
     #: The record has the ``end`` ("least" or "greatest"), the ``reaction`` of the state, and the reaction

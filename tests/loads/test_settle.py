@@ -106,7 +106,7 @@ def test_what_is_known_of_each_reaction():
     for end in ("least", "greatest"):
         assert NOT_PROVEN in known[end, "coulomb"]
         assert "equilibrium is lost" in known[end, "incremental"]
-        furthest = "no state on this side of the reaction at rest has a reaction beyond this value"
+        furthest = "no state in this direction has a reaction farther from the reaction at rest than this one"
         assert known[end, "associative"] == furthest
         first, *others = found.facts()[end].splitlines()
         assert "(found, not proven)" in first
@@ -115,7 +115,7 @@ def test_what_is_known_of_each_reaction():
     assert found.facts()["at rest"].endswith("with elastic contacts")
     proven = with_solution(found.least, is_only_state=True)
     certainty = proven.rows()[0]["certainty"]
-    assert certainty.endswith("proven: no exact state has a reaction closer to the reaction at rest")
+    assert certainty.endswith("proven: no other exact state has a reaction closer to the reaction at rest")
     assert "(proven)" in replace(found, least=proven).facts()["least"]
     by_statics = mo.settle(beam(), "R", RIGHT, method="static").facts()["least"]
     assert by_statics.splitlines()[0].startswith("-3 (associative)")

@@ -62,7 +62,7 @@ class Bound:
     with_associative: Result with associative flow; ``result`` itself if the chosen method is associative.
     start: Reaction at λ = 0.
     per_load_factor: Change of the reaction per unit of λ.
-    movement: Movement of the supports, in the unit of length, at which openings are reported too; or None.
+    movement: Size of a support movement, in the unit of length, for which openings are reported too; or None.
     """
 
     result: Result
@@ -77,8 +77,8 @@ class Bound:
     def answered_by(self) -> str | None:
         """Key in ``results`` of the result that determines ``reaction``; None if there is no reaction.
 
-        It is the kind of the chosen method if this method finds an exact state on this side of the reaction
-        at rest. Otherwise it is "incremental", for the incremental analysis.
+        It is the kind of the chosen method if this method finds an exact state in the direction of movement.
+        Otherwise it is "incremental", for the incremental analysis.
         """
         if self.result.load_factor is not None:
             return next(iter(self.results))
@@ -86,7 +86,7 @@ class Bound:
 
     @property
     def reaction(self) -> float | None:
-        """Reaction by the chosen method, or by the incremental analysis if the method has no load factor.
+        """Reaction by the chosen method, or by the incremental analysis if the method found no load factor.
 
         The property ``answered_by`` names the method.
         """
@@ -95,7 +95,7 @@ class Bound:
 
     @property
     def incremental(self) -> float | None:
-        """Reaction at which equilibrium is lost if the supports move out of their position at rest.
+        """Reaction at which equilibrium is lost as the supports move from their initial position.
 
         The value is None for an associative method, or if no preload was found.
         """
@@ -103,15 +103,18 @@ class Bound:
 
     @property
     def associative(self) -> float | None:
-        """Reaction with associative flow.
+        """Reaction of the supports at collapse with associative flow.
 
-        On this side of the reaction at rest, no state has a reaction beyond this value.
+        In this direction of movement, no state has a reaction farther from the reaction at rest.
         """
         return self._reaction(self.with_associative.load_factor)
 
     @property
     def across_rest(self) -> float | None:
-        """Reaction of an exact state on the other side of the reaction at rest; None if none was found."""
+        """Reaction of an exact state on the wrong side of the reaction at rest; None if none was found.
+
+        The wrong side is above the reaction at rest for the least reaction, and below for the greatest.
+        """
         load_factor = self.result.solution.below_zero
         return self._reaction(load_factor) if load_factor < -ZERO else None
 
@@ -155,18 +158,15 @@ class Bound:
 
     @property
     def largest_movement(self) -> float:
-        """Largest movement of the supports for which the calculated openings of joints are accurate.
-
-        Openings are calculated for small rotations of the blocks.
-        """
+        """Largest support movement for which the openings, computed for small rotations, are accurate."""
         return largest_movement(self._with_mechanism)
 
     def rows(self) -> list[dict[str, Any]]:
         """Return a table row for each result: reaction, status, certainty and moving blocks."""
         rows = []
         for kind, result in self.results.items():
-            # The load factor of an incremental result is from the end of the load history. The incremental
-            # reaction may be an earlier peak.
+            # The load factor of an incremental result is the one at the end of the load history. The reaction
+            # may be from an earlier peak, so it is taken from ``incremental``.
             reaction = self.incremental if kind == "incremental" else self._reaction(result.load_factor)
             values = (kind, reaction, str(result.status), self._certainty(kind, result), _moving(result))
             rows.append(dict(zip(_REACTION_COLUMNS, values, strict=True)))
@@ -174,16 +174,16 @@ class Bound:
 
     @property
     def is_proven(self) -> bool:
-        """True if it is proven that no exact state is between this reaction and the reaction at rest."""
+        """True if it is proven that no exact state has a reaction between this reaction and that at rest."""
         return bool(known_least(self.result))
 
     @property
     def history_ends_nearer(self) -> bool:
-        """True if the load history ends between this reaction and the reaction at rest."""
+        """True if the load history ends at a reaction between ``reaction`` and the reaction at rest."""
         return self.answered_by == "coulomb" and load_history_ends_lower(self.result)
 
     def _certainty(self, kind: str, result: Result) -> str:
-        """Return a text on the certainty of a result's reaction, or "" if there is no reaction.
+        """Return a text that says how far the reaction of a result is proven; "" without a reaction.
 
         The live load pushes the support away from its reaction at rest. A state with a lower load factor is
         therefore closer to the reaction at rest.
@@ -192,15 +192,16 @@ class Bound:
             return (
                 ""
                 if self.incremental is None
-                else "equilibrium is lost at this reaction if the support moves out of its position at rest"
+                else "equilibrium is lost at this reaction as the support moves from its initial position"
             )
         if result.load_factor is None:
             return ""
         if kind == "associative":
-            return "no state on this side of the reaction at rest has a reaction beyond this value"
+            return "no state in this direction has a reaction farther from the reaction at rest than this one"
         if self.is_proven:
             return (
-                f"{state_found(result)}; proven: no exact state has a reaction closer to the reaction at rest"
+                f"{state_found(result)}; proven: no other exact state has a reaction closer to the reaction "
+                "at rest"
             )
         return (
             f"{state_found(result)}; this reaction is not proven to be the limit: other exact states may "
@@ -218,8 +219,6 @@ class Bound:
 @dataclass(frozen=True, kw_only=True)
 class Settlement(StudyAnswer):
     """Answer of ``settle``: the least and the greatest reaction of supports with which a scene is stable.
-
-    The supports can move in one direction.
 
     Attributes
     ----------
@@ -249,18 +248,18 @@ class Settlement(StudyAnswer):
 
     @property
     def ends(self) -> dict[str, Bound]:
-        """Results by the keys "least" and "greatest"; empty if the scene is unstable with every reaction."""
+        """Both reactions, by the keys "least" and "greatest"; empty if no reaction makes the scene stable."""
         ends = {"least": self.least, "greatest": self.greatest}
         return {name: end for name, end in ends.items() if end is not None}
 
     @property
     def movement(self) -> float | None:
-        """Movement of the supports at which openings are reported, in the unit of length; None if not set."""
+        """Size of the support movement for which openings are reported, in the unit of length, or None."""
         return self.least.movement if self.least else None
 
     @property
     def status(self) -> Status:
-        """STABLE if the scene is stable with some reaction; otherwise the status of the result ``fallen``."""
+        """STABLE if at least one reaction makes the scene stable; otherwise the status of the collapse."""
         return self.fallen.status if self.fallen else Status.STABLE
 
     @property
@@ -314,7 +313,7 @@ class Settlement(StudyAnswer):
         """Generate warnings about states that put the least or the greatest reaction in doubt.
 
         The reaction of such a state is closer to the reaction at rest than the reaction of the answer, or on
-        the other side of the reaction at rest.
+        the wrong side of the reaction at rest: see ``Bound.across_rest``.
         """
         reaction, incremental = end.reaction, end.reaction_at_end
         if end.history_ends_nearer and reaction is not None and incremental is not None:
@@ -328,8 +327,9 @@ class Settlement(StudyAnswer):
         if end.across_rest is not None:
             sentence = (
                 f"{name} reaction: an exact collapse state has the reaction "
-                f"{numeral(end.across_rest, '.6g')}, on the other side of the reaction at rest; with the "
-                "joint forces of this state, the scene would fall by itself"
+                f"{numeral(end.across_rest, '.6g')}, on the wrong side of the reaction at rest (above it for "
+                "the least reaction, below it for the greatest); with the joint forces of this state, the "
+                "scene would fall by itself"
             )
             values = {"end": name, "reaction": end.across_rest, "at_rest": self.at_rest}
             yield study_warning(StudyCode.STATE_ACROSS_REST, sentence, **values)
@@ -351,7 +351,7 @@ class Settlement(StudyAnswer):
         if len(self.openings):
             facts["openings"] = in_words(self.openings, self.movement)
         if any(end.result.crushing == "chords" for end in self.ends.values()):
-            wider = "the exact parabola would give a wider range of reactions with associative flow"
+            wider = "the range of associative reactions would be wider with the parabola than with chords"
             facts["crushing"] = f"limited by {BY_CHORDS}; {wider}"
         return facts
 
@@ -384,7 +384,7 @@ class Settlement(StudyAnswer):
         if end not in ("least", "greatest"):
             raise OptionError(f"'end' must be 'least' or 'greatest' (found '{end}')")
         if self.fallen:
-            return _drawn(self.fallen, "collapse mechanism: unstable with every reaction", names, view, None)
+            return _drawn(self.fallen, "collapse mechanism that no reaction prevents", names, view, None)
         rows = {row["kind"]: row for row in self.ends[end].rows()}
         kind = kind or self.ends[end].answered_by or next(iter(rows))
         if kind not in rows:
@@ -402,7 +402,7 @@ class Settlement(StudyAnswer):
         force: bool = False,
         view: ViewAngles | None = None,
     ) -> None:
-        """Write one picture to a .png, .svg or .pdf file, or a page with both reactions to an .html file.
+        """Write one picture to a .png, .svg or .pdf file, or a page with all pictures to an .html file.
 
         See ``plot`` for the parameters ``end``, ``kind`` and ``view``. The file is written completely or not
         at all. Raises OptionError if the name has another ending, if the file cannot be written or replaced
@@ -435,7 +435,7 @@ class Settlement(StudyAnswer):
 
 
 def _bound_as_dict(end: Bound) -> dict[str, Any]:
-    """Return the least or the greatest reaction with its openings and results, as plain values."""
+    """Return a dictionary of one reaction, with the joint openings and the results of all analyses."""
     names = ("reaction", "answered_by", "incremental", "associative", "across_rest", "unlimited")
     values: dict[str, Any] = {name: getattr(end, name) for name in names}
     values["openings"] = records(end.openings)
@@ -493,7 +493,7 @@ def _reaction_text(end: Bound) -> str:
         return "unlimited" if end.unlimited else f"not found ({end.result.status})"
     value = numeral(end.reaction, ".6g")
     if end.answered_by == "incremental":
-        return f"{value} by the incremental analysis (no exact collapse state was found on this side of rest)"
+        return f"{value} by the incremental analysis (no exact collapse state was found in this direction)"
     name = ASSOCIATIVE
     if end.answered_by == "coulomb":
         name = "proven" if end.is_proven else "found, not proven"

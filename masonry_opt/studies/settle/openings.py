@@ -61,8 +61,8 @@ def joint_openings(result: Result) -> pd.DataFrame:
 
 def movement_of_supports(result: Result) -> float:
     """Return the velocity with which the supports move in a mechanism."""
-    # The live load acts only on the supports, so its power divided by its size is the velocity of the
-    # supports.
+    # The live load acts only on the supports, along their movement. Its power divided by the sum of its force
+    # magnitudes is the velocity of the supports.
     problem, d = result.assembly.problem, result.solution.d
     assert d is not None
     return float(problem.live @ d) / float(problem.force_sizes(problem.live).sum())
