@@ -212,7 +212,7 @@ def test_chords_are_not_an_upper_bound_for_the_parabola(by_chords, by_parabola):
     assert "28 chords inside the crushing parabola, at most 0.65 % below it" in chords.facts()["crushing"]
     assert "upper bound by classical limit analysis for the chords" in chords.facts()["associative"]
     assert chords.by_parabola == pytest.approx(parabola.load_factor, rel=1e-6)
-    assert "the associative λ is 3.218417 here, 0.6" in chords.facts()["crushing"]
+    assert "the associative λ at this position is 3.218417, 0.6" in chords.facts()["crushing"]
     assert "failed" in replace(chords, required_factor=3.22).facts()["required"]
     assert "not decided" in replace(chords, required_factor=3.21).facts()["required"]
     assert "passed, 3.1" in replace(chords, required_factor=3.1).facts()["required"]
