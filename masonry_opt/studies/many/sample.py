@@ -268,7 +268,8 @@ class Sample(StudyAnswer):
         omitted.
 
         The interval uses Fisher's transform, with the variance (1 + r²/2) / (n − 3) of Bonett and Wright
-        (2000). All intervals of a load factor hold together with this confidence (Bonferroni correction).
+        (2000). The intervals of all correlations with the same load factor are valid simultaneously, with
+        this confidence (Bonferroni correction).
 
         Raises OptionError if the confidence is not between 0 and 1.
         """

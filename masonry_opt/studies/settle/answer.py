@@ -279,7 +279,7 @@ class Settlement(StudyAnswer):
         """Table of reactions, with one row for each limit (least, greatest) and kind of result.
 
         The columns are ``end`` ("least", "greatest"), ``kind`` ("coulomb", "incremental", "associative"),
-        ``reaction`` (NaN if there is none), ``status``, ``certainty`` (text on the exactness of the reaction)
+        ``reaction`` (NaN if there is none), ``status``, ``certainty`` (how far the reaction is proven)
         and ``moves`` (names of blocks, fastest first).
         """
         rows = [{"end": name} | row for name, end in self.ends.items() for row in end.rows()]
