@@ -21,9 +21,9 @@ _LIGHTEST_AXLE = 3.0
 #: of standards have up to 800 kN, including factors. If this value were larger, axles in kg or N would cause
 #: no warning in a scene with weights in kN.
 _HEAVIEST_AXLE = 1500.0
-#: The loads of a group of axles are taken as relative loads without a unit, such as 1 for each axle, if the
-#: largest load is below this value. The ``factor`` of the group is not included. With a larger value, light
-#: axles in tonnes or kN would be mistaken for relative loads.
+#: The loads of a group of axles count as relative, without a unit, if the largest is below this value. An
+#: example is a load of 1 for each axle. The ``factor`` of the group is not included. With a larger value,
+#: light axles in tonnes or kN would be mistaken for relative loads.
 _LARGEST_RELATIVE_LOAD = 10.0
 
 

@@ -98,9 +98,9 @@ def settle(
     if rest is None:
         # The incremental analysis cannot start, because the joint forces at rest are unknown.
         session = session.without_incremental()
-        # Joint forces are known only at the least and at the greatest associative reaction. Each search
-        # starts at the opposite end: the search for the least reaction at the greatest associative reaction,
-        # and the search for the greatest reaction at the least.
+        # Joint forces are known only at the least and at the greatest associative reaction. The search for
+        # the least reaction therefore starts at the greatest associative reaction. The search for the
+        # greatest reaction starts at the least associative reaction.
         start_pushed_back, start_settling = _ends_by_statics(settling.problem, pushed_back.problem)
     else:
         start_settling = start_pushed_back = rest
