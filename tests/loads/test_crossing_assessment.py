@@ -193,7 +193,7 @@ def test_a_missing_load_factor_by_the_parabola_is_undecided(watched, monkeypatch
     assert found.as_dict()["no_parabola"] == "interrupted"
     assert "not decided, because 3.19" in found.facts()["required"]
     assert "the associative λ with the parabola is unknown: interrupted" in found.facts()["required"]
-    assert "λ with the parabola is known at this position: interrupted" in found.facts()["crushing"]
+    assert "the associative λ with the parabola is unknown: interrupted" in found.facts()["crushing"]
     assert replace(found, required_factor=3.1).passed
     unlimited = SimpleNamespace(crushing="parabola", solution=SimpleNamespace(carries_any_load=True))
     monkeypatch.setattr(module, "_solved_by", lambda method, scene: (unlimited, ""))

@@ -122,7 +122,7 @@ def _crushing(answer: CrossingLoadFactors) -> str:
     """
     if answer.by_parabola is None:
         law = crushing(answer.worst)
-        missing = f"; no associative λ with the parabola is known at this position: {answer.no_parabola}"
+        missing = f"; at this position, the associative λ with the parabola is unknown: {answer.no_parabola}"
         return law + missing if answer.no_parabola else law
     known = f"λ and the associative λ are limited by {BY_CHORDS}"
     chords = answer.worst.associative
