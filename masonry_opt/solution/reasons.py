@@ -334,7 +334,8 @@ class Code(StrEnum):
     LOST_JOINTS = "lost joints"
     # The option ``tolerance`` of the scene is so large that it closes gaps as wide as mortar joints. The
     # values ``pairs`` and ``widths`` list the two blocks and the width of each gap. The value ``aligning`` is
-    # the ``tolerance`` that would make the sides of the gaps parallel, or 0 if they are already parallel.
+    # the ``tolerance`` that would make the sides of the gaps parallel. ``aligning`` is 0 if the sides are
+    # parallel already, or if this ``tolerance`` would remove joints of solids.
     BRIDGED_BY_TOLERANCE = "bridged by tolerance"
     # The alignment rotated some joints. The value ``pairs`` lists the two blocks of each rotated joint. The
     # value ``turn`` is the largest rotation, in radians, and ``tolerance`` is the option of the scene.

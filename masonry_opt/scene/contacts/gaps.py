@@ -5,6 +5,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from masonry_opt.scene.contacts.alignment import DEFAULT_SETTINGS
+from masonry_opt.scene.contacts.faces import NARROWEST
 from masonry_opt.scene.contacts.sides import LEAN, Facing, Touches, nearest
 from masonry_opt.scene.geometry import (
     NEAR_MISS,
@@ -101,7 +102,7 @@ def aligning_tolerance(facing: Facing) -> float:
     # of the faces.
     narrowest = float(facing.shorter.min()) - tolerance
     in_space = facing.middle.shape[1] == 3
-    return 0.0 if in_space and tolerance > LEAN * narrowest else tolerance
+    return 0.0 if in_space and NARROWEST * tolerance > narrowest else tolerance
 
 
 def joining_tolerance(apart: Facing) -> float:

@@ -96,7 +96,8 @@ class Joints:
     #: Gaps that are probably undrawn mortar joints and that the scene's option ``tolerance`` closes, with the
     #: largest width of each gap.
     bridged: Gaps
-    #: Value of ``tolerance`` that aligns the sides of the gaps in ``bridged``; 0 if the sides are parallel.
+    #: Value of ``tolerance`` that makes the sides of the gaps in ``bridged`` parallel. The value is 0 if the
+    #: sides are parallel already, or if such a ``tolerance`` would remove joints of solids.
     aligning: float
     #: Segments midway between two sides that a small gap separates, each given by its two ends, shape
     #: (segments, 2, 2) or (segments, 2, 3). In space the segments are the sides of polygons.

@@ -63,8 +63,8 @@ class Bridge:
     #: ``tolerance``, and to set ``contact_tolerance`` instead.
     replaces_tolerance: bool
     lowers_tolerance: bool  #: True if ``closing`` is a value of ``tolerance`` below its present value
-    #: Value of ``tolerance`` that aligns the sides of the gaps; 0 if they are parallel, or if the present
-    #: ``tolerance`` aligns them already.
+    #: Value of ``tolerance`` that aligns the sides of the gaps; 0 if the sides are parallel, if the present
+    #: value aligns them already, or if such a value would remove joints of solids.
     aligning: float
 
     def advice(self, scene: Scene) -> str:
@@ -228,13 +228,13 @@ def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, ne
 def mortar_gaps(scene: Scene, shapes: Extents) -> Facing:
     """Return the mortar joints of a scene that is drawn without its mortar; no rows for other scenes.
 
-    A scene is drawn without its mortar if gaps separate at least half of the pairs of sides that face each
-    other. Gaps that are only errors of the drawing do not count. Gaps that are much wider than the median gap
-    are openings, and are left out.
+    A scene is drawn without its mortar if several gaps separate at least half of the pairs of sides that face
+    each other. Gaps that are only errors of the drawing do not count. Gaps that are much wider than the
+    median gap are openings, and are left out.
     """
     pairs, facing = _facing_across_mortar(scene, shapes)
     wide = facing.where(facing.most > NEAR_MISS * shapes.width[pairs[facing.pair]].min(axis=1))
-    if len(wide.pair) < max(2, _SURVEY_FRACTION * len(facing.pair)):
+    if not _are_usual(wide, len(facing.pair)):
         return wide.where(np.zeros(0, dtype=int))
     return wide.where(_mean_gap(wide) <= _WIDEST_OF_MORTAR * float(np.median(_mean_gap(wide))))
 
@@ -328,10 +328,15 @@ def _are_surveyed(wide: Facing, joints: int) -> bool:
 
     ``joints`` is the number of all joints along sides.
     """
-    if len(wide.pair) < _SURVEY_FRACTION * joints:
+    if not _are_usual(wide, joints):
         return False
     difference = float(np.median(wide.angle * wide.width))
     return difference <= _SURVEY_ERROR * float(np.median(_mean_gap(wide)))
+
+
+def _are_usual(wide: Facing, joints: int) -> bool:
+    """Return True if there are several ``wide`` gaps, and if at least half of all joints cross such gaps."""
+    return len(wide.pair) >= max(2, _SURVEY_FRACTION * joints)
 
 
 def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:

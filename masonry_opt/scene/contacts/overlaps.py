@@ -99,7 +99,7 @@ def _advice_on_inexact(
     if not has_large_tolerance(scene, replace(shapes, tolerance=tolerance)):
         parallel = " (the tolerance also aligns nearly parallel sides)" if tolerance > depth else ""
         return f"if coordinates are inexact, {set_tolerance(tolerance)}{parallel}"
-    closes, aligning = float(sides.most.max(initial=depth)), aligning_tolerance(sides)
+    closes, aligning = float(sides.most.max(initial=depth)), _aligning(shapes, sides)
     if not aligning:
         return f"if coordinates are inexact, {set_contact_tolerance(closes)}"
     meant = "if the blocks are meant to overlap, set only 'contact_tolerance'"
@@ -120,7 +120,13 @@ def _advice_on_meant(
     if is_mortar:
         advice += ", which also closes the gaps of the mortar"
     may_be_survey = is_mortar or len(overlapping) > 1
-    aligning = aligning_tolerance(sides) if may_be_survey else 0.0
-    if aligning <= shapes.tolerance:
+    aligning = _aligning(shapes, sides)
+    if not aligning or not may_be_survey:
         return advice
     return f"{advice}; if the drawing is a survey, {set_both(closes, aligning)}"
+
+
+def _aligning(shapes: Extents, sides: Facing) -> float:
+    """Return a value of ``tolerance`` that aligns the sides; 0 if the present value is sufficient."""
+    aligning = aligning_tolerance(sides)
+    return aligning if aligning > shapes.tolerance else 0.0

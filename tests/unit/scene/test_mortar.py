@@ -222,6 +222,26 @@ def test_gaps_that_grow_are_closed_in_one_round(shaped, tolerance: float | None,
     assert [result.load_factor, result.associative] == pytest.approx([2 / 8.96] * 2, rel=1e-6)
 
 
+def surveyed(wall: mo.Scene, error: float, seed: int) -> mo.Scene:
+    """Return a wall whose stones have random errors of their corners, relative to the width of the mortar."""
+    rng = np.random.default_rng([seed, 61])
+    blocks = []
+    for block in wall.blocks:
+        if not block.fixed:
+            errors = error * MORTAR * rng.uniform(-1, 1, (len(block.vertices), 2))
+            block = block.replace(vertices=np.array(block.vertices) + errors, live_at=None)
+        blocks.append(block)
+    return wall.replace(blocks=blocks)
+
+
+def options_of(said: str) -> dict[str, float]:
+    """Return the tolerances that a message advises, by option."""
+    return {
+        option: float(value)
+        for option, value in re.findall(r"'(contact_tolerance|tolerance)' to ([\d.e-]+\d)", said)
+    }
+
+
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("error", [0.8, 0.9])
 def test_stones_that_errors_make_overlap_are_joined_in_one_round(error: float, seed: int) -> None:
@@ -229,26 +249,39 @@ def test_stones_that_errors_make_overlap_are_joined_in_one_round(error: float, s
 
     With the two options of the first message, the wall has all its joints, and no gap is named.
     """
-    rng = np.random.default_rng([seed, 61])
-    walls = facade(3, 5)
-    blocks = [
-        block
-        if block.fixed
-        else block.replace(
-            vertices=np.array(block.vertices) + error * MORTAR * rng.uniform(-1, 1, (len(block.vertices), 2)),
-            live_at=None,
-        )
-        for block in walls.blocks
-    ]
-    scene = walls.replace(blocks=blocks)
+    wall = facade(3, 5)
+    scene = surveyed(wall, error, seed)
     said = message(scene)
     assert "overlap" in said
-    options = re.findall(r"'(contact_tolerance|tolerance)' to ([\d.]+\d)", said)
-    found = contacts_of(scene.replace(**{option: float(value) for option, value in options}))
+    found = contacts_of(scene.replace(**options_of(said)))
     assert (found.gaps, found.lost, found.bridged) == ({}, {}, {})
-    exact = contacts_of(walls.replace(contact_tolerance=0.0101))
+    exact = contacts_of(wall.replace(contact_tolerance=0.0101))
     joined = {*zip(found.first.tolist(), found.second.tolist(), strict=True)}
     assert joined >= {*zip(exact.first.tolist(), exact.second.tolist(), strict=True)}
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_no_tolerance_that_would_remove_joints_of_solids_is_advised(seed: int) -> None:
+    """In space, joints narrower than ten times the tolerance are left out, and bricks are 65 mm high."""
+    said = message(mo.extrude(surveyed(facade(3, 5), 0.9, seed)))
+    assert "overlap" in said
+    assert options_of(said).keys() == {"contact_tolerance"}
+
+
+@IN_BOTH
+def test_one_brick_that_is_too_long_in_a_turned_wall(shaped) -> None:
+    """The message advises the contact tolerance alone, because the sides of all gaps are parallel."""
+    wall = facade(3, 5)
+    bricks = []
+    for block in wall.blocks:
+        if block.name == "2-1-0":
+            corners = np.array(block.vertices)
+            corners[corners[:, 0] > corners[:, 0].mean(), 0] += MORTAR + 0.001
+            block = block.replace(vertices=corners.tolist(), live_at=None)
+        bricks.append(block)
+    said = message(shaped(mapped(wall.replace(blocks=bricks), turned(0.3))))
+    assert "overlap" in said
+    assert options_of(said) == {"contact_tolerance": pytest.approx(MORTAR, rel=0.02)}
 
 
 @IN_BOTH
