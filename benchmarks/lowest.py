@@ -27,7 +27,7 @@ from atlas.held_scenes import held  # noqa: E402
 from atlas.random_scenes import KINDS, random_scene  # noqa: E402
 from atlas.random_scenes_in_space import KINDS as KINDS_IN_SPACE  # noqa: E402
 from atlas.random_scenes_in_space import random_scene_in_space  # noqa: E402
-from csv_rows import read_rows  # noqa: E402
+from csv_rows import read_rows, rows_to_continue  # noqa: E402
 from mappings import mapped, mirrored  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
@@ -118,7 +118,9 @@ def summed_up(rows: list[dict[str, str]], against: list[dict[str, str]]) -> None
     known: dict[tuple[str, ...], list[float]] = {}
     for row in (*rows, *against):
         found = known.setdefault(tuple(row[key] for key in keys), [])
-        found += [float(row[name]) for name in ("default", "search", "orders", "without") if row[name]]
+        # The file ``--against`` may be of an earlier version, which had fewer columns.
+        load_factors = (row.get(name) for name in ("default", "search", "orders", "without"))
+        found += [float(load_factor) for load_factor in load_factors if load_factor]
     for family in dict.fromkeys(row["family"] for row in rows):
         of_family = [row for row in rows if row["family"] == family and row["default"]]
         least_of = {id(row): min(known[tuple(row[key] for key in keys)]) for row in of_family}
@@ -157,7 +159,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("lowest.csv"), help="the CSV file")
     parser.add_argument("--against", type=Path, help="a CSV file of the same scenes")
     asked = parser.parse_args()
-    done = {(row["family"], row["kind"], int(row["seed"])) for row in read_rows(asked.out)}
+    done = {(row["family"], row["kind"], int(row["seed"])) for row in rows_to_continue(asked.out, COLUMNS)}
     with asked.out.open("a", newline="") as file:
         writer = csv.DictWriter(file, COLUMNS)
         if file.tell() == 0:
