@@ -30,7 +30,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 
 from atlas.random_scenes import KINDS, arch, random_scene  # noqa: E402
 from atlas.small_scenes import bonded  # noqa: E402
-from csv_rows import read_rows  # noqa: E402
+from csv_rows import read_rows, rows_to_continue  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
 from masonry_opt.methods.bounds.least import prove_least  # noqa: E402
@@ -213,8 +213,10 @@ def print_bounds(named: Iterator[tuple[str, mo.Scene]], seconds: float) -> None:
         result, spent = timed(scene, method="global", time_limit=seconds)
         rates = next((r.values["rates"] for r in result.reasons if "rates" in r.values), None)
         assumed = f"≤ {rates:.4g}" if rates else "nothing"
-        bounds = f"{result.load_factor:.6f} | {result.bound:.7f}"
-        print(f"| {name} | {result.size.joints} | {bounds} | {assumed} | {spent:.1f} |", flush=True)
+        load_factor = "–" if result.load_factor is None else f"{result.load_factor:.6f}"
+        bound = "–" if result.bound is None else f"{result.bound:.7f}"
+        cells = (name, result.size.joints, load_factor, bound, assumed, f"{spent:.1f}")
+        print("| " + " | ".join(map(str, cells)) + " |", flush=True)
 
 
 def main() -> None:
@@ -231,7 +233,7 @@ def main() -> None:
         for family in asked.families:
             print_bounds(FAMILIES[family](asked), asked.bounds)
         return
-    done = {row["name"] for row in read_rows(asked.out)}
+    done = {row["name"] for row in rows_to_continue(asked.out, COLUMNS)}
     with asked.out.open("a", newline="") as file:
         writer = csv.DictWriter(file, COLUMNS)
         if file.tell() == 0:
