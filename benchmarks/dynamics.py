@@ -7,7 +7,8 @@ There are 80 random scenes in the plane and 20 in space (tests/atlas): the first
 seeds from ``--first`` on. A scene is hard if its load history jumps, or if it has no exact collapse state.
 The compiled program tests/contact_dynamics.py raises the load of one scene in each process.
 
-With --cases, the script analyses these case files instead.
+With --cases, the script analyses these case files instead. Case files that are refused, or whose incremental
+load factor is too small for contact dynamics, are named and left out.
 
 The script prints a row for each scene: the numbers of joints and jumps, whether the collapse state is exact,
 the load factors between which equilibrium is lost, the incremental load factor, and the load factor at which
@@ -22,6 +23,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import count
 from pathlib import Path
+from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
@@ -60,8 +62,11 @@ UP_TO = 1.3
 
 
 def scene_of(family: str, seed: int) -> mo.Scene:
-    """Return the random scene of a family (a key of ``FAMILIES``) and a seed, or the scene of a case file."""
-    if family.endswith(".toml"):
+    """Return the random scene of a family and a seed, or the scene of a case file.
+
+    ``family`` is a key of ``FAMILIES``, or the path of a case file.
+    """
+    if family not in FAMILIES:
         return mo.load(family)
     kind, _, variant = family.partition(" ")
     if kind == "held":
@@ -71,24 +76,55 @@ def scene_of(family: str, seed: int) -> mo.Scene:
     return large_scene(kind, int(variant), seed) if variant else random_scene(kind, seed)
 
 
-def scenes(families: dict[str, int], first: int) -> Iterator[tuple[str, int, Problem, IncrementalResult]]:
-    """Yield the family, seed, problem and incremental result of each scene, with seeds from ``first`` on.
+class Solved(NamedTuple):
+    """Scene whose incremental load factor is large enough for contact dynamics."""
 
-    ``families`` contains the number of scenes of each family or case file.
+    family: str  #: family of a random scene, or path of a case file
+    seed: int  #: seed of a random scene; 0 for a case file
+    problem: Problem
+    result: IncrementalResult
+
+
+def solved(family: str, seed: int) -> Solved | None:
+    """Return the scene with its incremental result, or None if its load factor is below ``LEAST`` or None.
+
+    A scene that is refused raises CaseError.
     """
-    for family, number in families.items():
+    problem = assemble(scene_of(family, seed)).problem
+    result = IncrementalAnalysis(problem).run()
+    if result.load_factor is None or result.load_factor < LEAST:
+        return None
+    return Solved(family, seed, problem, result)
+
+
+def random_scenes(first: int) -> Iterator[Solved]:
+    """Yield the random scenes of all families, with seeds from ``first`` on."""
+    for family, number in FAMILIES.items():
         yielded = 0
         for seed in count(first):
             if yielded == number:
                 break
             try:
-                problem = assemble(scene_of(family, seed)).problem
+                scene = solved(family, seed)
             except CaseError:
                 continue
-            result = IncrementalAnalysis(problem).run()
-            if result.load_factor is not None and result.load_factor >= LEAST:
+            if scene is not None:
                 yielded += 1
-                yield family, seed, problem, result
+                yield scene
+
+
+def cases(paths: list[str]) -> Iterator[Solved]:
+    """Yield the scenes of case files. Print the name of each file that is left out, and the reason."""
+    for path in paths:
+        try:
+            scene = solved(path, 0)
+        except CaseError as error:
+            print(f"{path} is left out: {error}", file=sys.stderr)
+            continue
+        if scene is None:
+            print(f"{path} is left out: no incremental load factor above {LEAST:g}", file=sys.stderr)
+        else:
+            yield scene
 
 
 def fall(scene: tuple[str, int, float], settings: DynamicsSettings) -> float:
@@ -116,12 +152,12 @@ def main() -> None:
     chosen = options.parse_args()
     settings = replace(DEFAULTS, damping=chosen.damping, patience=chosen.steps)
     print("family,seed,joints,jumps,exact,carried,not carried,incremental,dynamics", flush=True)
-    families = dict.fromkeys(chosen.cases, 1) if chosen.cases else FAMILIES
-    chosen_scenes = sorted(scenes(families, chosen.first), key=lambda scene: scene[2].joints)
-    asked = [(family, seed, result.load_factor) for family, seed, _, result in chosen_scenes]
+    found = cases(chosen.cases) if chosen.cases else random_scenes(chosen.first)
+    scenes = sorted(found, key=lambda scene: scene.problem.joints)
+    asked = [(scene.family, scene.seed, scene.result.load_factor) for scene in scenes]
     with ProcessPoolExecutor(chosen.processes) as pool:
         falls = pool.map(partial(fall, settings=settings), asked)
-        for (family, seed, problem, result), load_factor in zip(chosen_scenes, falls, strict=True):
+        for (family, seed, problem, result), load_factor in zip(scenes, falls, strict=True):
             values = (result.carried, result.not_carried, result.load_factor, load_factor)
             numbers = ",".join(f"{value:.5f}" for value in values)
             is_exact = result.state is not None
