@@ -28,8 +28,12 @@ from masonry_opt.problem.assembly import Assembly, assemble  # noqa: E402
 
 #: Errors of corners, relative to the mean width of a block.
 ERRORS = (1e-3, 5e-3, 2e-2)
-#: Numbers of scenes for each seed.
-OF_RINGS, OF_CURVED, OF_CORRECT = 4, 10, 5
+#: Number of arches of several rings for each seed.
+OF_RINGS = 4
+#: Number of stacks with curved beds for each seed.
+OF_CURVED = 10
+#: Number of correct scenes of every kind (``realistic_scenes.py``) for each seed.
+OF_CORRECT = 5
 
 
 def width_of(scene: mo.Scene) -> float:
