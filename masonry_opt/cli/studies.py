@@ -299,7 +299,11 @@ def _is_complete(answer: Any) -> bool:
 
 
 def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]) -> list[Any]:
-    """Return the answers for a report: for load cases and crossing axles, or for a scene that has neither."""
+    """Return the answers that a report lists.
+
+    The list has one answer for all load cases and one answer for all crossing axles. If the scene has
+    neither, the list has the answer of a single analysis.
+    """
     cases = scene.load_cases if scene.load_case is None else []
     answers: list[Any] = []
     if cases and not all(case.moves for case in cases):
@@ -311,7 +315,7 @@ def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]
         count = itertools.count(1)
 
         def progress(position: float, _: float) -> None:
-            show(f"crossing: first axle at {position:.4g} ({counted(next(count), 'position')} solved)")
+            show(f"crossing: first axle at {position:.4g}; positions solved so far: {next(count)}")
 
         answers.append(
             mo.crossing(scene, progress=progress, phases=lambda words: show(f"crossing: {words}"), **options)

@@ -378,7 +378,10 @@ def curve_picture(result: Outcome) -> Picture:
         raise OptionError(f"{result.case}: without a live load there is no curve to draw: {other}")
     if curve is None or curve.empty:
         raise OptionError("there is no curve to draw: solve with method 'incremental' and option curve=True")
-    along = "displacement of the live load (1 = elastic closing of a joint under the mean dead-load force)"
+    along = (
+        "displacement of the live load, in multiples of the elastic closing of a joint "
+        "under the mean dead-load force"
+    )
     with style():
         made, axes = curve_axes(result.assembly.scene, heading(result), along)
         jumps = _draw_curve(

@@ -10,7 +10,8 @@ from matplotlib.patches import Patch
 from masonry_opt.drawing.colours import FILL
 from masonry_opt.problem.assembly import Assembly
 
-_FILL_OPACITY = 0.22  #: Opacity of fill. Backing is drawn over fill and has the opacity of two layers.
+#: Opacity of each layer. Fill is one layer. Backing is a second layer over the fill, so it looks darker.
+_FILL_OPACITY = 0.22
 
 
 def draw_fill(axes: Axes, assembly: Assembly) -> list[Patch]:

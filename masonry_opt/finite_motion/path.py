@@ -40,8 +40,8 @@ _SHORTEST_STEP = 1e-6
 #: Bisection for an event stops when its interval of step lengths is this narrow, relative to the size of the
 #: scene.
 _EVENT_WIDTH = 1e-13
-#: If the speed of the fastest corner is at most this value, the blocks count as at rest. Speeds refer to a
-#: tangent vector of the path with length 1.
+#: Blocks count as at rest if the speed of the fastest corner is at most this value. The speed is the change
+#: of position per unit of arc length of the path, which is measured in the unknowns (poses and λ).
 _LEAST_SPEED = 1e-7
 #: Length of the trial step that tests in which direction blocks can move, relative to the size of the scene.
 _PROBE_STEP = 1e-5

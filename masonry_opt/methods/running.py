@@ -82,7 +82,7 @@ def run_method(method: Method, task: Task) -> Solution:
 
 
 def _ends_without_work(problem: Problem, solution: Solution) -> bool:
-    """Return True if the live load does no work in a collapse whose λ is known only as a range.
+    """Return True if λ is known only to lie in a range, and the live load does no work in the collapse.
 
     The range is between two load factors of a load history: the scene carries the first, but not the second.
     """

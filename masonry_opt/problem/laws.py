@@ -162,9 +162,10 @@ BY_FACES = Forms()
 
 @dataclass(frozen=True)
 class Law:
-    """Friction and strength of the joints, and limits of the limited forces, in dimensionless units.
+    """Friction and strength of the joints, and limits of some other forces, in dimensionless units.
 
-    The limited forces are the forces of ties, props and settling supports, and earth pressures.
+    The other forces have lower and upper limits, and are called limited forces: the forces of ties, props and
+    settling supports, and earth pressures.
     """
 
     #: Indices of the joints that can slide, which have a finite friction coefficient, shape (k,).

@@ -384,9 +384,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + _by_loop(v, "raise 'max_iterations', or lower 'beta'")
     ),
     Code.GROWS: lambda v: (
-        f"λ is {v['load_factor']:.3g} after {counted(v['count'], 'sub-problem')} and still grows, because "
-        "the compression of joints grows with the load: check the direction of 'live', the supports and the "
-        "friction"
+        f"the loop found no upper limit of λ: λ is {v['load_factor']:.3g} after "
+        f"{counted(v['count'], 'sub-problem')} and still grows, because the compression of joints grows with "
+        "the load; real joints would crush; check the direction of 'live', the supports and the friction"
     ),
     Code.REPEATS: _repeats,
     Code.SUB_PROBLEM_FAILED: lambda v: (

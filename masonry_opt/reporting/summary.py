@@ -348,10 +348,10 @@ def _reference(result: Outcome) -> str:
 
 
 def _name_in_case(known: Mapping[str, Reference], name: str, result: Outcome) -> str:
-    """Return a remark on the name of a reference value in the case file, or "" if the name is obvious.
+    """Return a note that names a reference value of the case file, or "" if no note is needed.
 
-    The name is obvious if it is the name of the method or "associative". If the case file also has the
-    reference value of an MPEC, the remark adds this value.
+    No note is needed if the reference value has the name of the method, or the name "associative". If the
+    case file also has the reference value of an MPEC, the note adds this value.
     """
     if name in (result.method, "associative"):
         return ""
@@ -427,8 +427,7 @@ def left_out(assembly: Assembly) -> tuple[str, ...]:
     unlimited = len(assembly.joints_of(np.delete(np.arange(problem.joints), problem.sliding)))
     counts = {
         f"sliding of {counted(unlimited, 'joint')}, because unlimited friction prevents it": unlimited,
-        f"{counted(joints.fixed_pairs, 'joint')} between fixed blocks, because these blocks cannot move": (
-            joints.fixed_pairs
-        ),
+        f"opening and sliding of {counted(joints.fixed_pairs, 'joint')} between fixed blocks, because these "
+        "blocks cannot move": joints.fixed_pairs,
     }
     return tuple(phrase for phrase, number in counts.items() if number)

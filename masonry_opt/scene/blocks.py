@@ -244,7 +244,10 @@ class Record(BaseModel, metaclass=_RecordType):
 
 
 def _keys(value: Any) -> set[str]:
-    """Return all keys of a record, or the keys that are set in any record of a list."""
+    """Return all keys of a record or, for a list of records, the keys that are set in at least one of them.
+
+    The set is empty for any other value.
+    """
     if isinstance(value, Record):
         return set(type(value).model_fields)
     records = value if isinstance(value, list) and value and isinstance(value[0], Record) else []

@@ -74,9 +74,9 @@ class AnyGenerator(Record):
         return self.kind(name=called, **shape, **self._moved(keys))
 
     def _moved(self, keys: Shape) -> Shape:
-        """Return the values of a block as a dict by key, with points in the coordinates of the scene.
+        """Return the keys and values of a block, with its points moved to the coordinates of the scene.
 
-        In ``keys``, points are relative to the generator's origin.
+        The points in ``keys`` are relative to the generator's origin.
         """
         points = {key: keys[key] for key in ("vertices", "weight_at", "live_at") if keys.get(key) is not None}
         moved = {key: np.add(at, self.at).tolist() for key, at in points.items()}

@@ -127,8 +127,9 @@ class Code(StrEnum):
     # The associative answer already satisfies the joints' own flow rule, so the loop stops. The message needs
     # no values.
     FLOW_RULE_IDLE = "flow rule idle"
-    # λ still changes at the last iteration of the loop. The value ``count`` is the number of sub-problems.
-    # The values ``lowest`` and ``highest`` are the range of λ in the last sub-problems.
+    # λ still changed when the loop reached its last iteration. The value ``count`` is the number of
+    # sub-problems that were solved. The values ``lowest`` and ``highest`` are the smallest and the largest λ
+    # of the last ``LONGEST_PERIOD`` sub-problems (see ``methods/loop/run.py``).
     STILL_CHANGES = "still changes"
     # λ grows without limit in the loop. The value ``load_factor`` is λ of the last sub-problem. The value
     # ``count`` is the number of sub-problems.
@@ -204,7 +205,9 @@ class Code(StrEnum):
     # The time of option ``search`` was over before the search found an exact state.
     NO_TIME = "no time"
 
-    # The codes from here to OUT_OF_TIME_WITHIN_IMPOSED belong to method "global". They have four values:
+    # The codes from here to OUT_OF_TIME_WITHIN_IMPOSED compare the answer with a lower bound of λ. PROVEN
+    # belongs to methods "global" and "coulomb", and all other codes belong to method "global". The codes have
+    # four values:
     # - ``bound``: lower bound of λ.
     # - ``load_factor``: λ of the answer.
     # - ``rates``: largest sum of rates for which the bound is valid, or None if the method assumed no such
@@ -346,9 +349,9 @@ class Code(StrEnum):
     # - ``scatter``: the ratio of the upper to the lower quartile of the angles.
     # - ``tolerance``: a setting of the scene's option ``tolerance`` with which the joints become parallel.
     NEARLY_PARALLEL = "nearly parallel"
-    # Most blocks touch in several joints that are nearly parallel, because their sides are not flat. The
-    # value ``pairs`` lists the two blocks of each such side. The values ``angle`` and ``tolerance`` have the
-    # same meaning as for ``NEARLY_PARALLEL``.
+    # At least half of the pairs of blocks that touch have several joints that are nearly parallel, because
+    # the sides of the blocks are not flat. The value ``pairs`` lists these pairs of blocks. The values
+    # ``angle`` and ``tolerance`` have the same meaning as for ``NEARLY_PARALLEL``.
     UNEVEN_SIDES = "uneven sides"
     # Two blocks have a joint although only their corners touch (in space, only parallel edges). Value:
     # ``pairs``, the two blocks of each such joint.

@@ -41,8 +41,10 @@ _MOST_JOINTS_COMPARED = 300
 _UNEVEN_ANGLE = 0.05
 
 #: Sides are uneven if two blocks touch in several joints that are nearly, but not exactly, parallel. A
-#: warning names uneven sides only if at least this fraction of all pairs of touching blocks has them. With a
-#: smaller value, there would be warnings about arches of several rings, which touch along curves.
+#: warning names uneven sides only if at least this fraction of all pairs of touching blocks has them. Some
+#: arches of several rings, which touch along curves, are named by mistake (see ``benchmarks/README.md``).
+#: With a smaller value, more of these arches would be named. With a larger value, warnings would miss
+#: surveys.
 _UNEVEN_SHARE = 0.5
 
 

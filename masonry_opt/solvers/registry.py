@@ -115,7 +115,7 @@ def _highs_interior(tolerance: float, solver: str = "ipx") -> dict[str, Any]:
 
 
 def _first_order(**iteration_limit: int) -> Options:
-    # First-order solvers need many cheap iterations, so the largest number of iterations exceeds the default
+    # First-order solvers need many cheap iterations, so the iteration limit is higher than the default limit
     # of OSQP.
     return lambda tolerance: {"eps_abs": tolerance, "eps_rel": tolerance, **iteration_limit}
 

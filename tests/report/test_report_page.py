@@ -191,8 +191,8 @@ def test_a_report_shows_the_positions_of_axles_as_it_solves_them(tmp_path):
     scene = mo.load(tmp_path / "bridge.toml")
     studies._answers(scene, lambda _: None, shown.append, {"method": "static"})
     solved = [line for line in shown if line.startswith("crossing: first axle at")]
-    assert solved[0].endswith("(1 position solved)")
-    assert solved[-1].endswith(f"({len(solved)} positions solved)")
+    assert solved[0].endswith("; positions solved so far: 1")
+    assert solved[-1].endswith(f"; positions solved so far: {len(solved)}")
 
 
 @pytest.mark.slow

@@ -361,9 +361,11 @@ class Kinematics(Theory):
 def _balancing(
     problem: Problem, flow: sp.csr_array, unbalanced: np.ndarray, resistance: np.ndarray
 ) -> np.ndarray:
-    """Return the least change of forces that restores equilibrium and makes small slacks zero.
+    """Return the least change of forces that restores equilibrium and makes small resistances zero.
 
-    The change has shape (3c + t,). The small slacks are the nonzero entries of ``resistance``.
+    The change has shape (3c + t,). The resistance of a yield condition is its entry of C(tan ψ) q + weight ·
+    e, see :meth:`Kinematics._needed`. The argument ``resistance``, shape (faces,), contains the resistances
+    that are of the size of rounding errors, and zero for all other yield conditions.
     """
     support = np.flatnonzero(resistance)
     rows = np.vstack([problem.B.toarray(), flow[support].toarray()])

@@ -16,8 +16,9 @@ class ProofSettings(Settings):
     #: rounding errors make more conflicts of a proof invalid.
     gap: float = 5e-7
 
-    #: Value up to which slacks and rates count as zero. With a larger value the search solves fewer linear
-    #: programs, but must refute more combinations of yield conditions.
+    #: Slacks and rates up to this value count as zero. With a larger value, the search solves fewer linear
+    #: programs, but discovers later that a combination of yield conditions is impossible. It then has to
+    #: examine more combinations.
     zero: float = 1e-9
 
     #: If all products z_i p_i of slack and rate are at most this value, in units of the load, the search
@@ -42,8 +43,9 @@ class ProofSettings(Settings):
     longest_program: float = 5.0
 
     #: Every n-th decision is made by the search instead of the SAT solver: the search assumes that the yield
-    #: condition with the largest energy z_i p_i yields. Solution times for n = 1, 2 and 3 differed by less
-    #: than 20 %.
+    #: condition with the largest energy z_i p_i yields. A larger value leaves more decisions to the SAT
+    #: solver, and a smaller value leaves fewer. The effect is small: solution times for n = 1, 2 and 3
+    #: differed by less than 20 %.
     decide_every: int = 2
 
 

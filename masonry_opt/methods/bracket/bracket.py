@@ -117,7 +117,7 @@ def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
 
 
 def _raised(task: Task, solution: Solution, rising: Rising, began: float, ends: float) -> Solution:
-    """Raise the lower bound of λ by relaxations with more and more products, and return the solution.
+    """Raise the lower bound of λ by relaxations of increasing size, and return the solution.
 
     The relaxations end when the bracket is closed, or at the time ``ends``. Both ``began`` and ``ends`` are
     values of ``time.perf_counter``.

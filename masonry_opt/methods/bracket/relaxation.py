@@ -380,7 +380,7 @@ def _solved(
 
 
 class Rising:
-    """Lower bound of λ, which is raised by programs with more and more products."""
+    """Lower bound of λ, which is raised by relaxations of increasing size."""
 
     def __init__(self, problem: Problem, best: float, rates: float, effort: Effort) -> None:
         self._problem, self._effort = problem, effort
@@ -394,16 +394,16 @@ class Rising:
     def programs(
         self, ends: float = inf, began: float = 0.0
     ) -> Iterator[tuple[BoundStep, LpSize, list[np.ndarray]]]:
-        """Solve programs with more and more products, and yield the record, size and forces of each program.
+        """Solve relaxations of increasing size, and yield the record, size and joint forces of each.
 
-        The size consists of the numbers of rows, columns and nonzeros. The sequence ends when the bracket is
-        closed, or when the time is over. The joint forces, each of shape (3c,), may lead to states with a
-        lower λ than the lowest known state.
+        Each relaxation is a linear program. The size consists of its numbers of rows, columns and nonzeros.
+        The sequence ends when the bracket is closed, or when the time is over. The joint forces, each of
+        shape (3c,), may lead to states with a lower λ than the lowest known state.
 
-        Unless a program is repeated, the next program has more products. A program includes only states above
-        the last bound. The forces of these states have smaller limits, so that an equal number of products
-        proves a higher bound. A program is therefore repeated as long as each repetition closes a large
-        fraction of the gap.
+        Unless a program is repeated, the next program contains more products of static and kinematic
+        variables. A program includes only states above the last bound. The forces of these states have
+        smaller limits, so that an equal number of products proves a higher bound. A program is therefore
+        repeated as long as each repetition closes a large fraction of the gap.
         """
         (to_joints, to_blocks), before = distances(self._problem), 0
         for radii in RADII:

@@ -34,8 +34,7 @@ from masonry_opt.solvers.registry import LpSize, Verdict
 if TYPE_CHECKING:
     from masonry_opt.methods.exact.alternation import Alternation
 
-#: Key of ``result.solvers`` under which the solver of the two linear programs that compute an exact state is
-#: listed.
+#: Key, in ``result.solvers``, of the solver of the two linear programs that compute an exact state.
 _REFINEMENT_PURPOSE = "refinement"
 
 #: Largest residual of a dual ray with which HiGHS may report a program as infeasible (the default of HiGHS).
@@ -58,8 +57,9 @@ class ExactState:
     q: np.ndarray  #: joint forces, shape (3c,)
     d: np.ndarray  #: block velocities, shape (3b,)
     rates: np.ndarray  #: rates p of the mechanism, one for each yield condition (face), shape (faces,)
-    #: Dual variable of the constraint z = 0, for each yield condition with a nonzero rate, shape (faces,). A
-    #: larger value means that λ decreases more if this constraint is removed.
+    #: Dual variables of the constraints z = 0, shape (faces,). Yield conditions with a nonzero rate have this
+    #: constraint; for all other yield conditions, the entry is zero. The larger an entry is, the more λ
+    #: decreases if the constraint is removed.
     duals: np.ndarray
     #: Load factor of the state with λ ≤ 0 that the search for a lower λ reached from this state. Infinite if
     #: the search reached no such state.

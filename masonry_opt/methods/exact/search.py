@@ -109,10 +109,10 @@ class Search:
         return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
-        """Count a start of the search, and return the exact state found from the forces of the start.
+        """Count one more start, and return the exact state that the search finds near the joint forces.
 
-        None is returned if no state is found. The joint forces ``q`` have shape (3c,). They are None if no
-        forces were found for the start.
+        None is returned if the search finds no exact state, or if ``q`` is None because the start has no
+        joint forces. The joint forces ``q`` have shape (3c,).
         """
         self._finder.effort.begins(f"lower states, start {self.met.candidates + 1}")
         state = None if q is None else self._finder.state_near(q)
@@ -301,7 +301,7 @@ _START_FUNCTIONS: dict[str, _Start] = {
 
 #: Kinds of starts in the plane, in the order in which the search repeats them. Starts that iterate to a fixed
 #: point take three times as long as other starts, but only they lead to the lowest states of some sliding
-#: slopes.
+#: slopes (see ``benchmarks/README.md``).
 _KINDS_IN_PLANE = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
 #: Kinds of starts in space, in the order in which the search repeats them. Random forces are frequent,

@@ -38,7 +38,10 @@ _RemainingRemedies = dict[Failure | None, Iterator[Remedy]]
 
 
 def _accurately(last: Attempt) -> Attempt | None:
-    """Return the settings of a further run with accurate sub-problems, or None if the last run had them."""
+    """Return the settings of a further run that solves its sub-problems accurately.
+
+    None is returned if the last run already solved its sub-problems accurately.
+    """
     if last.parameters.tolerance is None:
         return None
     parameters = last.parameters.model_copy(update={"tolerance": None})
@@ -86,7 +89,8 @@ def _with(last: Attempt, option: str, value: float | str) -> Attempt:
 
 
 #: Remedies for each kind of failure, in the order in which they are tried. Each remedy solves at least one
-#: test scene on which a run of the loop fails.
+#: test scene on which a run of the loop fails. A change of the option ``c0`` was tried and is no remedy: it
+#: solves few scenes, and method "coulomb" solves these scenes too.
 REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
     Status.NO_STATE: (*(less_slope,) * 5, _accurately),

@@ -31,7 +31,7 @@ class Sectors(NamedTuple):
 
 
 def contact_normals(one: Sectors, other: Sectors) -> tuple[np.ndarray, np.ndarray]:
-    """Return the indices of the points with contacts, and the angle of each contact's normal, in radians.
+    """Return, for each contact, the index of its point and the angle of its normal in radians.
 
     Both arrays have the shape (contacts,). The normals point into the sectors ``one``. A point has no contact
     if the sectors overlap, or if two of their sides lie in one line.

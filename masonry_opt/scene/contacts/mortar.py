@@ -290,7 +290,7 @@ def bridged_by_tolerance(
     not move corners.
 
     The first result contains the width of the gap between the blocks of each pair. The second result is the
-    value of ``tolerance`` that aligns the sides of the gaps, or 0 if the sides are parallel.
+    value of ``tolerance`` that makes the sides of the gaps parallel, or 0 if they are parallel already.
 
     Parameters
     ----------

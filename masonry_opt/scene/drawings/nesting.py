@@ -213,7 +213,10 @@ def _polygon(curve: Curve, tolerance: float, defects: Defects) -> shapely.Polygo
         size = float(np.ptp(curve.points, axis=0).max())
         if _has_area(curve, RELATIVE_TOLERANCE * size):
             smaller = f"smaller than the tolerance {tolerance:.3g}"
-            remedy = "delete it; if other outlines are far away by mistake, delete these instead"
+            remedy = (
+                "delete it; if outlines far away from the others make the tolerance too large, delete these "
+                "outlines"
+            )
             defect = Defect(curve.where, f"is {smaller}", f"outlines are {smaller}", remedy, place)
         defects.add(defect)
         return None
@@ -278,7 +281,7 @@ def add_smaller_copies(found: Sequence[Outline], tolerance: float, defects: Defe
     """
     for shape in found:
         block = shapely.Polygon(shape.polygon.exterior)
-        # Skip the cells of a net, which have interior rings but no curves in ``holes``.
+        # Skip the cells of a network of joint lines, which have interior rings but no curves in ``holes``.
         for curve, ring in zip(shape.holes, shape.polygon.interiors, strict=False):
             hole = shapely.Polygon(ring)
             near_outline = block.exterior.buffer(tolerance)

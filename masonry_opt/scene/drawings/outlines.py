@@ -1,4 +1,7 @@
-"""Read curves and texts of a DXF file, and make outlines of blocks, closed or cells of a net."""
+"""Read curves and texts of a DXF file, and make outlines of blocks.
+
+An outline is a closed curve, or a cell of a network of joint lines.
+"""
 
 import logging
 import math
@@ -68,7 +71,7 @@ class Outline(NamedTuple):
 
     polygon: shapely.Polygon
     curve: Curve
-    holes: tuple[Curve, ...] = ()  #: curves of the holes; empty for cells of a net
+    holes: tuple[Curve, ...] = ()  #: curves of the holes; empty for a cell between joint lines
 
 
 def ezdxf() -> Any:
@@ -402,7 +405,7 @@ def net_cells(
     tolerance: float,
     defects: Defects,
 ) -> list[Outline]:
-    """Return the cells of a net of joint lines, sorted from the bottom upwards and from left to right.
+    """Return the cells of a network of joint lines, sorted from the bottom upwards and from left to right.
 
     Cells lie between joints, windows and the blocks ``drawn``, which are drawn as outlines. Cells inside
     these blocks, and cells that lines of windows enclose, are left out. Lines may cross and branch. Ends that

@@ -16,7 +16,7 @@ from masonry_opt.studies.crossing.search import Passage
 #: fraction count as equal.
 WITHIN = 1e-3
 #: Printed reason why a Coulomb load factor is less than the associative load factor.
-_BY_FRICTION = "because sliding joints do not open with Coulomb friction"
+_BY_FRICTION = "because joints with Coulomb friction slide without opening"
 
 
 def facts(answer: CrossingLoadFactors) -> dict[str, str]:

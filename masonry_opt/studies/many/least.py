@@ -157,7 +157,7 @@ class Threshold(StudyAnswer):
         values = ", ".join(f"{value:.6g}" for value in self.contradictions)
         side = "below" if self.least else "above"
         sentence = (
-            f"the scene also meets the requirement {side} the threshold, at {values}: search around these "
+            f"the scene also meets the requirement at {values}, {side} the threshold: search around these "
             "values too"
         )
         contradictions = list(self.contradictions)
@@ -217,7 +217,8 @@ class Threshold(StudyAnswer):
 Make = Callable[[float], "Scene | str | Path"]
 Tried = Callable[[Trial], None]  #: Type of a function that is called with every trial.
 
-THRESHOLD_TOLERANCE = 1e-6  #: Default width of the interval of the threshold, relative to the threshold.
+#: Default width of the interval that contains the threshold, as a fraction of the threshold.
+THRESHOLD_TOLERANCE = 1e-6
 SAMPLES = 5  #: Default number of intermediate values that are tried before the search.
 #: The tolerance of the search is relative to the threshold or, if the threshold is smaller, to this fraction
 #: of the searched range.

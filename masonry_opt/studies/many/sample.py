@@ -248,10 +248,10 @@ class Sample(StudyAnswer):
         return self._of_both("load", loads, "probability", statistic)
 
     def _loads_of_runs(self) -> list[float]:
-        """Return all finite load factors of the runs, with an added value at each end.
+        """Return all finite load factors of the runs in ascending order, with a margin at each end.
 
-        The two added values extend the range of the load factors by 5 % of its width at each end, but not
-        below zero.
+        The first value is below the load factors by 5 % of their range, but not below zero. The last value is
+        above them by 5 % of their range.
         """
         loads = np.unique(np.r_[self.load_factors, self.incremental])
         loads = loads[np.isfinite(loads)]
