@@ -13,7 +13,9 @@ There are three tables, each with other values of its thresholds:
 
 With --self-stress, the only table is about the line ``self-stress`` of a summary, which explains a low load
 factor. The explanation is right if the exact state at the end of the load history has a load factor nearer to
-the incremental one than to the lowest. Otherwise, the load factor is low because the blocks have moved.
+the incremental one than to the lowest. If this state has a lower load factor, the explanation is wrong: the
+load factor is low because the blocks have moved. If the load history ends without an exact state, it is not
+known if the explanation is right, so these scenes are counted apart.
 """
 
 import argparse
@@ -169,7 +171,8 @@ class LowState(NamedTuple):
     """A result whose lowest load factor is below the incremental one."""
 
     result: mo.Result
-    is_due_to_self_stress: bool
+    #: True if self-stress is the cause; None if the load history ends without an exact state.
+    is_due_to_self_stress: bool | None
 
 
 def low_states(first: int, count: int) -> Iterator[LowState]:
@@ -189,24 +192,24 @@ def low_states(first: int, count: int) -> Iterator[LowState]:
         assert lowest is not None
         assert highest is not None
         state = history and history.load_factor
-        is_far = state is None or highest - state < state - lowest
+        is_due_to_self_stress = None if state is None else highest - state < state - lowest
         moving = len(moving_blocks(result.assembly, result.solution.d))
         print(f"{kind} {seed}", lowest, state, highest, moving, result.size.blocks, sep=",", flush=True)
-        yield LowState(result, is_far)
+        yield LowState(result, is_due_to_self_stress)
 
 
 def print_self_stress(first: int, count: int) -> None:
     """Print how many load factors the summary explains by self-stress, for values of both limits."""
     found = list(low_states(first, count))
-    print("limit,value,explained,of them rightly")
+    print("limit,value,explained,of them rightly,of them without exact state")
     for name in ("_FAR_BELOW", "_FEW_BLOCKS"):
         usual = getattr(summary, name)
         # A limit of 1 has no effect, so three times the value is the same as no limit.
         for value in (usual / 3, usual, 1.0):
             with changed([summary], name, value):
                 explained = [each for each in found if summary._self_stress(each.result)]
-            right = sum(each.is_due_to_self_stress for each in explained)
-            print(name, f"{value:.3g}", len(explained), right, sep=",")
+            count_of = Counter(each.is_due_to_self_stress for each in explained)
+            print(name, f"{value:.3g}", len(explained), count_of[True], count_of[None], sep=",")
 
 
 def main() -> None:
