@@ -179,7 +179,9 @@ def short_motions(monkeypatch):
     from masonry_opt.methods.incremental.settings import IncrementalSettings
 
     short = Incremental(IncrementalSettings(motion_solves=200))
-    monkeypatch.setattr(method, "STEPS", (short, *method.STEPS[1:]))
+    steps = tuple(short if isinstance(step, Incremental) else step for step in method.STEPS)
+    assert steps.count(short) == 1
+    monkeypatch.setattr(method, "STEPS", steps)
 
 
 @pytest.fixture

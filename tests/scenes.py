@@ -119,7 +119,8 @@ _SOLVED: dict[tuple[object, ...], Result] = {}
 def solved(scene: mo.Scene | Path, method: str = "coulomb", **options: Any) -> Result:
     """Call ``mo.solve`` once for each scene, method and options, and return the stored result afterwards.
 
-    The incremental load factor is not computed unless ``incremental=True``.
+    The incremental load factor is not computed unless ``incremental=True``. Tests that patch the package call
+    ``mo.solve`` instead, because the stored results do not depend on patches.
     """
     scene = _loaded(scene) if isinstance(scene, Path) else scene
     key = (repr((scene.model_dump(), scene.load_case)), method, *sorted(options.items()))

@@ -220,7 +220,7 @@ def test_where_simplex_takes_long_programs_lead_lower_than_the_load_history(no_s
     assert (codes(result), result.exact) == ([], True)
     assert result.certificate.worst <= EXACT
     assert result.load_factor <= result.end * (1 + 1e-9)
-    assert result.end == pytest.approx(solved(irregular(), "incremental").load_factor, rel=1e-9)
+    assert result.end == pytest.approx(mo.solve(irregular(), "incremental").load_factor, rel=1e-9)
 
 
 @pytest.mark.slow
@@ -237,11 +237,13 @@ def test_a_state_above_its_limits_is_no_answer(monkeypatch, no_simplex):
 
 
 @pytest.mark.slow
-def test_joints_that_press_ever_harder_carry_any_load(few_cuts):
+def test_joints_that_press_ever_harder_carry_any_load():
     """A wall whose response is linear while the load grows a thousandfold is jammed without a load factor.
 
-    It is not proven that no load factor exists, neither by 312 programs nor by 3750, the default limit.
+    The search for a proof that no load factor exists has its default limit of 3750 programs. It ends without
+    a proof.
     """
     result = solved(random_scene("wall", 70003), incremental=True)
     assert (result.status, result.load_factor, result.incremental) == (mo.Status.JAMMED, None, None)
     assert codes(result)[:2] == [Code.UNBOUNDED, Code.CARRIES_ANY]
+    assert not result.infeasibility.proven

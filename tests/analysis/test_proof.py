@@ -341,9 +341,17 @@ def test_method_global_proves_the_same_load_factors(case):
 
 
 @pytest.mark.parametrize(
-    ("kind", "seed"), [("wall", 1_590_073), pytest.param("wall", 1_590_064, marks=pytest.mark.slow)]
+    "seed",
+    [1_590_085, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1_590_068, 1_590_072))],
 )
-def test_no_proof_excludes_the_lowest_state_of_the_default(kind, seed):
-    scene = random_scene(kind, seed)
+def test_no_proof_excludes_the_lowest_state_of_the_default(seed):
+    """The default tries no proof on these walls of 16, 18 and 26 joints, so its state is independent of one.
+
+    On the wall of 16 joints, the Coulomb load factor is 18 % below the associative one.
+    """
+    scene = random_scene("wall", seed)
     _, proof = found_from_above(scene)
-    assert proof.bound < mo.solve(scene, incremental=False).required()
+    result = mo.solve(scene, incremental=False)
+    assert "proof of the least" not in [entry.step for entry in result.solution.log]
+    assert result.proof is None
+    assert proof.bound < result.required()

@@ -80,7 +80,7 @@ def test_statics_are_asked_again_with_other_options(failing, option):
         return asked[-1] != last
 
     failing("highs", fails)
-    again = mo.capacity(solved(scene, "static"), steps=10)
+    again = mo.capacity(mo.solve(scene, "static", incremental=False), steps=10)
     assert {*asked} == {default, last}
     assert again.end.code is Code.REACHES_ZERO
     assert again.table["load_factor"].to_numpy() == pytest.approx(whole.table["load_factor"].to_numpy())

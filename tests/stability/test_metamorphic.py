@@ -64,11 +64,13 @@ def test_the_default_is_unmoved(name):
     same(one, other, DESCENDED)
 
 
-#: A corner of two walls. Its joints in `SPACE` have cohesion.
-CORNER = corner_wall(1, 1, 2)
+#: A corner of two walls. The default finds several exact states, below the associative load factor.
+CORNER = corner_wall(2, 2, 3)
+#: A smaller corner, whose load history is short. Its joints in `SPACE` have cohesion.
+SMALL_CORNER = corner_wall(1, 1, 2)
 SPACE = {
     "box": pushed_box((1.0, 2.0, 3.0), 0.3, 20.0),
-    "corner": CORNER.replace(joints={"friction": 0.5, "cohesion": 0.02}),
+    "corner": SMALL_CORNER.replace(joints={"friction": 0.5, "cohesion": 0.02}),
     "corner of 20": corner_wall(3, 2, 4, 0.4),
 }
 
@@ -99,8 +101,10 @@ def test_the_default_in_space_is_certified_all_the_same():
     """The default ends in one of many exact states, and rounding may lead to another: it is certified in
     any case."""
     result = solved(mappings_in_space.SAME["turned"](CORNER))
+    assert max(entry.exact_states for entry in result.solution.log) > 1
     assert not result.solution.answer.failing(Kind.EXACT)
-    assert result.load_factor < solved(CORNER, "static").load_factor * (1 + EXACT)
+    # The margin shows that the flow rule matters on this corner.
+    assert result.load_factor < 0.9 * solved(CORNER, "static").load_factor
 
 
 @pytest.mark.parametrize(
