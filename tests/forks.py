@@ -17,7 +17,10 @@ for module in modules:
     import_module(module)
 from masonry_opt.cli import main
 {before}
-gc.freeze()  # otherwise each fork would write to the memory of all modules, and copy it
+if not sys.flags.dev_mode:
+    # Without this call, each fork would write to the memory of all modules, and copy it. In development mode,
+    # Python reports files that are left open, but it would not report a file to which a frozen class refers.
+    gc.freeze()
 codes = {{}}
 for name, arguments in commands.items():
     process = os.fork()
@@ -54,9 +57,9 @@ def in_forks(
     before
         Lines of Python that run before the commands. The name of the command that runs is in ``name``.
     """
-    told = {name: [str(argument) for argument in arguments] for name, arguments in commands.items()}
-    given = json.dumps([str(folder), list(modules), told])
-    program = [sys.executable, *options, "-c", _PROGRAM.format(before=before), given]
+    words = {name: [str(argument) for argument in arguments] for name, arguments in commands.items()}
+    inputs = json.dumps([str(folder), list(modules), words])
+    program = [sys.executable, *options, "-c", _PROGRAM.format(before=before), inputs]
     ran = subprocess.run(program, capture_output=True, text=True, check=False)
     assert (ran.returncode, ran.stderr) == (0, "")
     return {

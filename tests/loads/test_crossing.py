@@ -380,3 +380,17 @@ def test_a_bound_is_lowered_for_rounding_alone():
     solution, less = found.worst.solution, found.bound * (1 - 1e-12)
     lower = replace(solution, found=replace(solution.found, load_factor=less))
     assert replace(found, worst=replace(found.worst, solution=lower)).bound == less
+
+
+def test_a_position_that_is_zero_but_for_rounding_is_printed_as_zero():
+    """The road begins at 1.5e-9, and the first position is 5e-9 behind its start. The last position is 3."""
+    blocks = [slab(), slab("second", 1.0), support(-0.5, 0.5), support(1.5, 2.5)]
+    scene = mo.Scene(joints={"friction": 0.5}, blocks=blocks)
+    found = mo.crossing(scene, axles(3.0, road=[(1.5e-9, 1), (5, 1)]), method="static")
+    positions = found.table["position"]
+    assert positions.min() == pytest.approx(6.5e-9, rel=0.01)
+    assert positions.max() == pytest.approx(3, abs=1e-6)
+    [table] = found.page_tables().values()
+    column = table["columns"].index("first axle at")
+    printed = [row[column] for row in table["rows"]]
+    assert printed == ["0", *(f"{position:.6g}" for position in sorted(positions)[1:])]

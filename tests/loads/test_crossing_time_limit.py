@@ -214,8 +214,8 @@ def test_before_a_coulomb_answer_the_least_upper_bound_is_stated(monkeypatch, st
         raise stop
 
     monkeypatch.setattr(module.search, "least_coulomb", ends)
-    known = r"method 'coulomb' had not yet solved .*; λ is at most 4.000000, the least associative"
-    with pytest.raises(error, match=known + r" load factor at \d+ positions"):
+    known = r"method 'coulomb' had not yet solved .*; λ is at most 4.000000, the least of the"
+    with pytest.raises(error, match=known + r" associative load factors at \d+ positions"):
         mo.crossing(LOADED)
 
 

@@ -144,7 +144,7 @@ def answer_beside_duality(scene):
 @pytest.mark.parametrize(
     ("kind", "seed", "space"),
     [
-        ("wall", 12, False),
+        ("wall", 2, False),
         ("filled", 0, False),
         *(pytest.param(kind, 1, False, marks=pytest.mark.slow) for kind in ("arch", "tessellation")),
         pytest.param("wedges", 9, True, marks=pytest.mark.slow),
@@ -155,7 +155,8 @@ def test_duality_and_certificates_of_held_scenes(kind, seed, space):
     """Associative programs agree for scenes with ties and props, and the Coulomb load factor is not above
     theirs.
 
-    The Coulomb state is exact in the plane. An answer without a load factor states its reasons.
+    The Coulomb state is exact in the plane. The Coulomb load factor of the wall is 1.258, and its associative
+    load factor is 2.264. An answer without a load factor states its reasons.
     """
     result = answer_beside_duality(held(kind, seed, space))
     if result is None:
@@ -165,6 +166,8 @@ def test_duality_and_certificates_of_held_scenes(kind, seed, space):
     else:
         assert result.exact or space
         assert not is_lower(result.associative, result.load_factor)
+        if kind == "wall":
+            assert result.load_factor < 0.6 * result.associative
 
 
 def test_results_tell_of_ties():

@@ -18,8 +18,9 @@ from masonry_opt.solution.answer import certified
 from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.solution import Solution
 
-#: Kinds and seeds of small scenes, of each kind at least one.
-SCENES = [("boxes", 18), ("wedges", 9), ("corner", 1), ("piers", 0), ("piers", 3)]
+#: Kinds and seeds of small scenes, of each kind at least one. The Coulomb load factor of ("corner", 0) is
+#: 11 % lower than its associative load factor. For ("wedges", 9), it is 6 % lower.
+SCENES = [("boxes", 18), ("wedges", 9), ("corner", 0), ("piers", 0), ("piers", 3)]
 #: Difference allowed between two programs solved to 1e-9, for scenes with loads of very different sizes.
 RANDOM = 1e-6
 

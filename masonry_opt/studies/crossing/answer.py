@@ -10,7 +10,7 @@ import pandas as pd
 from masonry_opt.brief import brief
 from masonry_opt.drawing.elements import title_of
 from masonry_opt.reporting.sentences import numeral
-from masonry_opt.solution.thresholds import ZERO, same
+from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.crossing.assessment import AssessmentOutcome, assessed
 from masonry_opt.studies.crossing.load_factors import PLACE_COLUMNS, CrossingLoadFactors
 from masonry_opt.studies.crossing.text import facts
@@ -22,6 +22,9 @@ from masonry_opt.studies.writing import StudyAnswer, frame_table, records, rende
 # picture is drawn.
 if TYPE_CHECKING:
     from masonry_opt.drawing.figure import Picture
+
+#: Tables of pages show a position as zero if its magnitude is at most this fraction of the largest magnitude.
+_ZERO_POSITION = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,6 +150,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         """Return the tables of the HTML page, by heading."""
         # A position that differs from zero by a rounding error is shown as zero.
         position = self.told["position"]
-        shown = self.told.assign(position=position.where(position.abs() > ZERO * position.abs().max(), 0.0))
+        is_zero = position.abs() <= _ZERO_POSITION * position.abs().max()
+        shown = self.told.assign(position=position.mask(is_zero, 0.0))
         rows = frame_table(shown, position="first axle at", load_case="load case that governs")
         return {f"Every position solved ({len(self.told)})": rows}

@@ -144,9 +144,10 @@ def test_the_view_is_of_the_wider_side_and_what_comes_nearer():
 
 @pytest.mark.parametrize("kind", PICTURE_KINDS)
 def test_a_picture_has_the_legend_of_its_marks(result, kind):
-    told = [text.get_text() for text in result.plot(kind).legends[0].get_texts()]
-    assert told == ["block", "support", *labels(result, kind)]
-    assert len(told) > 2
+    """An entry that is longer than a line of the legend is wrapped."""
+    entries = [" ".join(text.get_text().split("\n")) for text in result.plot(kind).legends[0].get_texts()]
+    assert entries == ["block", "support", *labels(result, kind)]
+    assert len(entries) > 2
 
 
 @pytest.mark.parametrize("view", [(1, 2, 3), "30,40", (0, 91), (float("nan"), 0), (True, 0), 30])

@@ -143,21 +143,20 @@ def test_load_factors_of_a_wall_stand_small_errors(seed: int, error: float) -> N
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "further_starts"), [(1_250_000, False), (1_250_001, True)])
-def test_load_factors_in_space_stand_small_errors(seed: int, further_starts: bool) -> None:
+@pytest.mark.parametrize("seed", [1_250_000, 1_250_001])
+def test_load_factors_in_space_stand_small_errors(seed: int) -> None:
     """Without alignment, copies of the first scene have a lowest load factor up to 21 % too high.
 
     The further starts of one drawing may lead to a state that the starts of the other miss. In the second
     scene, the copy has 1.29493 by default. The exact drawing has 1.30094, or 1.29502 by a search of five
-    seconds. Both are therefore compared without further starts, and the second scene also with them.
+    seconds. Both are therefore also compared without further starts.
     """
     scene = random_scene_in_space("boxes", seed)
     with_error = with_errors(scene, 1e-4, 1)
     exact, copy = mo.solve(scene, descent=False), mo.solve(with_error, descent=False)
     assert copy.load_factor == pytest.approx(exact.load_factor, rel=1e-3)
     assert copy.incremental == pytest.approx(exact.incremental, rel=1e-2)
-    if further_starts:
-        assert mo.solve(with_error).load_factor <= mo.solve(scene).load_factor * (1 + 1e-3)
+    assert mo.solve(with_error).load_factor <= mo.solve(scene).load_factor * (1 + 1e-3)
 
 
 @pytest.mark.parametrize("error", [1e-4, 1e-3])
