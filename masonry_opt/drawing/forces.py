@@ -348,7 +348,7 @@ def thrust_marks(result: Outcome) -> Iterable[Marks]:
     unit = (_RESULTANT if contacts is None else _RESULTANT_IN_SPACE) * size / largest
     label = f"resultant {owner}, in the case's unit of force"
     if contacts is not None:
-        label = f"resultant {owner}; the longest line represents {largest:.3g} in the case's unit of force"
+        label = f"{label}; longest line: {largest:.3g}"
         contact_force = contacts[["fx", "fy", "fz"]].to_numpy()
         carries = np.linalg.norm(contact_force, axis=1) > IDLE * largest
         at = contacts[["x", "y", "z"]].to_numpy()[carries] - assembly.geometry.origin

@@ -214,6 +214,8 @@ def _draw_names(axes: Axes, elements: Elements, share: float) -> None:
         at = moved(shapely.get_coordinates(middle)[0], share * elements.motion[number]) + origin
         wide, high = (east - west) * points_per_unit, (north - south) * points_per_unit
         letters = max(min(figure.letters_in(block.name, 0.9 * wide), 0.45 * high), least)
-        # Write each name just above the middle of the block, because arrows of loads start in the middle.
-        look = {"xytext": (0, 1), "textcoords": "offset points", "va": "bottom", "clip_on": True}
+        # Arrows of loads start in the middle of a block. Write the name of a block just above the middle, and
+        # the name of a support, which has no loads, in the middle.
+        look = {"xytext": (0, 0 if block.fixed else 1), "textcoords": "offset points", "clip_on": True}
+        look["va"] = "center" if block.fixed else "bottom"
         figure.write_name(axes, block.name, at, letters, 0.15 if len(blocks) <= _MANY else 0.0, **look)

@@ -348,7 +348,7 @@ class Solids:
         """Return a note that states the length of the drawn coordinate axes and the angles of the view."""
         azimuth, elevation = self.view
         direction = f"seen from azimuth {azimuth:g}°, elevation {elevation:g}°"
-        return f"the drawn axes are {self.unit:g} long, in the length unit of the case; {direction}"
+        return f"axes are drawn {self.unit:g} long, in the case's unit of length; {direction}"
 
     def draw(self, names: bool) -> None:
         """Draw faces, edges, marks, coordinate axes and, if ``names`` is True, the names of visible blocks.

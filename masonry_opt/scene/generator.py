@@ -37,11 +37,12 @@ Shape = dict[str, Any]
 class AnyGenerator(Record):
     """Table of a case file that generates many blocks, in the plane or in space.
 
-    If the generator has a ``name``, the names of its blocks begin with this name: "left 3-2" in place of
-    "3-2". A scene with several generators needs such names.
-
     Raises CaseError, with all mistakes, if the values do not describe blocks, or describe more than 100,000
     blocks.
+
+    Fields:
+        name: Name with which the names of the generated blocks begin: "left 3-2" in place of "3-2". A scene
+            with several generators needs such names.
     """
 
     name: Name | None = None
@@ -88,10 +89,12 @@ class AnyGenerator(Record):
 class Generator(AnyGenerator):
     """Base class of generators of blocks in the plane.
 
-    ``at`` is the position ``[x, y]`` of the generator's origin, which each generator describes.
-    ``live_per_weight`` is a live force ``[fx, fy]`` on every block as a multiple of its weight, applied at
-    the same point as the weight. The old name of this key in generators is ``live``, which is a force in
-    blocks and loads.
+    Fields:
+        name: See :class:`AnyGenerator`.
+        at: Position ``[x, y]`` of the generator's origin. Each generator describes where its origin is.
+        live_per_weight: Live force ``[fx, fy]`` on every block as a multiple of its weight, applied at the
+            same point as the weight.
+        live: Old name of ``live_per_weight`` in generators. In blocks and loads, ``live`` is a force.
     """
 
     kind: ClassVar[type[Body]] = Block
@@ -152,8 +155,10 @@ class WeighedGenerator(Generator):
 class SolidGenerator(AnyGenerator):
     """Base class of generators of blocks in space.
 
-    ``unit_weight`` is the weight of the blocks per unit volume. ``at`` and ``live_per_weight``
-    have the same meaning as in :class:`Generator`, with three numbers each.
+    Fields:
+        name: See :class:`AnyGenerator`.
+        at, live_per_weight: See :class:`Generator`; each has three numbers.
+        unit_weight: Weight of the blocks per unit volume.
     """
 
     kind: ClassVar[type[Body]] = Solid
