@@ -136,7 +136,7 @@ class Theory(ABC):
 
         ``conditions`` is the mask of the yield conditions whose slacks or rates are set to zero, shape
         (faces,). Return None if the program is feasible. Raise Undecided if HiGHS does not decide whether the
-        program is feasible.
+        program is feasible, or returns no multipliers.
         """
         if not np.array_equal(conditions, self._restricted):
             self._restrict(conditions)
@@ -260,8 +260,9 @@ class Statics(Theory):
         """Return d, p and the lower bound of cost·q that they prove, or None if they prove no lower bound.
 
         The velocities d have shape (3b,), the rates p have shape (faces,). Negative rates are set to zero,
-        except for the conditions ``held``, which are at yield. The residuals of d and p must be small
-        compared with the bound, otherwise nothing is proven.
+        except for the conditions ``held``, which are at yield. The residuals of d and p must be small,
+        otherwise nothing is proven. They are compared with the bound if ``cost`` is zero, and otherwise with
+        the margin that is later subtracted from the bound.
         """
         p = np.where(held, p, np.maximum(p, 0.0))
         load = total_load(problem, highest)
@@ -312,8 +313,8 @@ class Kinematics(Theory):
         self._session.set_most("p", np.where(conditions, 0.0, np.full(len(conditions), inf)))
 
     def _needed(self, ray: np.ndarray, rounding: float) -> np.ndarray:
-        # The multipliers are joint forces q and a weight of the energies e. The proof needs the zero rate of
-        # a yield condition only if its resistance C(tan ψ) q + weight · e is negative.
+        # The multipliers are joint forces q, a load factor and a weight of the energies e. The proof needs
+        # the zero rate of a yield condition only if its resistance C(tan ψ) q + weight · e is negative.
         resistance = self._flow @ ray[: self._flow.shape[1]] - min(ray[-1], 0.0) * self.energy
         return np.asarray(resistance < -rounding * np.abs(resistance).max(initial=0.0))
 

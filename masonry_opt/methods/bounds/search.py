@@ -246,9 +246,9 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         """Return True if a program is infeasible with zero slacks or rates, and store a minimal conflict.
 
         The program of statics has zero slacks for the conditions of the mask ``conditions``, and the program
-        of kinematics has zero rates. True is returned without a conflict if HiGHS or the matrices do not
-        confirm that the program is infeasible. The assignment then remains, and a conflict may be confirmed
-        after more values are assigned.
+        of kinematics has zero rates. True is also returned, without a conflict, if HiGHS does not decide or
+        if the matrices do not confirm the conflict. The assignment then remains, and a conflict may be
+        confirmed after more values are assigned.
         """
         try:
             found = theory.refutes(conditions)

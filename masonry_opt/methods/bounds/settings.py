@@ -23,7 +23,7 @@ class ProofSettings(Settings):
 
     #: If all products z_i p_i of slack and rate are at most this value, in units of the load, the search
     #: tries to find a collapse state near the present forces and mechanism. With a larger value, more of
-    #: these trials fail.
+    #: these trials fail. After all conditions are assigned, the search always makes a trial.
     energy: float = 1e-7
 
     #: Multipliers below this fraction of the largest multiplier count as rounding errors. With a larger
@@ -64,13 +64,14 @@ class ProofBudget(Settings):
     ``benchmarks/README.md`` has the measurements.
     """
 
-    #: A proof is tried by default on scenes with at most this number of joints. Proofs succeed on nine of ten
-    #: random scenes of up to 15 joints, but on fewer than half of the scenes of 16 to 25 joints. An
-    #: unsuccessful search for a proof takes about a second.
+    #: A proof is tried by default on scenes with at most this number of joints. Proofs succeed on more than
+    #: nine of ten random scenes of up to 15 joints, but on fewer than half of the scenes of 16 to 25 joints.
+    #: An unsuccessful search for a proof takes about a second.
     few_joints: int = zero_or_more(15)
 
     #: A proof is also tried by default on scenes of up to ``most_joints`` joints with at most this number of
-    #: redundant forces. A single arch has three. With a larger number, more searches end without a proof.
+    #: redundant forces (unknown forces minus equations of equilibrium). A single arch has three. With a
+    #: larger number, more searches end without a proof.
     few_redundant_forces: int = zero_or_more(3)
 
     #: Largest number of linear programs of a proof that is tried by default (4500 take about 1 s). With a
@@ -81,8 +82,8 @@ class ProofBudget(Settings):
     #: With a larger limit, option ``search`` takes longer on the scenes that the limit then includes.
     most_joints: int = zero_or_more(60)
 
-    #: Time limit of the search for a proof, in seconds. It is reached only if linear programs are very slow.
-    #: With a shorter limit, results may depend on the machine.
+    #: Time limit of a proof that is tried by default, in seconds. It is reached only if linear programs are
+    #: very slow. With a shorter limit, results may depend on the machine.
     seconds: float = 30.0
 
     #: If no exact state and no associative load factor is known, a proof covers λ up to this multiple of the
