@@ -26,8 +26,9 @@ from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.stopped import without_answer
 from masonry_opt.solvers.registry import MATRICES, find_solver
 
-#: On scenes with more joints than this number, method "global" first searches for states with a λ below the
-#: lowest known λ. Such a state reduces the upper bound of λ and the limits of the forces.
+#: On scenes with more joints than this number, the bounds of the least λ seldom become equal. On such scenes,
+#: method "global" first searches for states with a λ below the lowest known λ. These states reduce the upper
+#: bound of λ and the limits of the forces.
 _MANY_JOINTS = 60
 
 #: On scenes with more than ``_MANY_JOINTS`` joints, method "global" spends at most this fraction of its time
@@ -62,8 +63,8 @@ def global_search(task: Task) -> Solution:
     with limited(options.time_limit):
         upper = associative(task.with_options(None, find_solver("cvxpy", None)))
     if upper.load_factor is None:
-        # The solution has no load factor. Mark it as an answer for Coulomb friction, because method "global"
-        # assumes this friction law.
+        # An unlimited load with associative flow does not prove that the load is unlimited with Coulomb
+        # friction. Mark the solution as an answer for Coulomb friction, so that it is not read as a proof.
         upper = replace(upper, kind=Kind.EXACT)
     if upper.load_factor is None and upper.status is not Status.LOCKED:
         return upper
@@ -119,8 +120,8 @@ def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
 def _raised(task: Task, solution: Solution, rising: Rising, began: float, ends: float) -> Solution:
     """Raise the lower bound of λ by relaxations of increasing size, and return the solution.
 
-    The relaxations end when the bracket is closed, or at the time ``ends``. Both ``began`` and ``ends`` are
-    values of ``time.perf_counter``.
+    The relaxations end when the bracket is closed, after the largest relaxation, or at the time ``ends``.
+    Both ``began`` and ``ends`` are values of ``time.perf_counter``.
 
     On scenes with at most ``_MANY_JOINTS`` joints, the method also looks for exact states with a lower λ near
     the forces of the relaxations.

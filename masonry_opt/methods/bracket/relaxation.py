@@ -40,8 +40,8 @@ _TOLERANCE = 1e-7
 #: is two to three times as fast on small programs, but mostly ends without multipliers on larger programs.
 _FEW_ROWS = 20_000
 
-#: Tolerance of HiPO, relative to the gap between the bounds of λ. With a smaller tolerance, twice as many
-#: iterations would improve the bound by only 1 %.
+#: Tolerance of HiPO, as a fraction of the relative gap between the bounds of λ. With a smaller tolerance,
+#: twice as many iterations would improve the bound by only 1 %.
 _COARSE = 0.05
 
 #: Largest rate or velocity from which limits of variables without bounds are computed, relative to the mean
@@ -60,9 +60,9 @@ _MOST_PROGRAM_ITERATIONS = 500
 #: Smallest time limit of one program of method "global", in seconds.
 LEAST_TIME = 1.0
 
-#: Each pair belongs to one of the successive programs of method "global". The program includes a product of
-#: two variables only if they are at most this many blocks apart (see :func:`distances`). The first number is
-#: for a force times a rate, the second for a force times a velocity.
+#: Largest distances, in blocks, between the two factors of a product, see :func:`distances`. Each pair is for
+#: one of the successive programs of method "global". The first number is for a force times a rate, the second
+#: for a force times a velocity. The next pair is used if the bounds of λ still differ and time remains.
 RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
 #: Relative margin by which the largest λ of the programs exceeds the lowest known λ. Without a margin, the
@@ -83,7 +83,8 @@ _MOST_PRODUCTS = 400_000
 _LEAST_RATES = 100.0
 
 #: If kinematics does not limit the sum of all rates, method "global" assumes that the sum is at most this
-#: multiple of its value in the lowest known state. A smaller multiple may exclude states with large rates.
+#: multiple of its value in the lowest known state. The assumed limit is never below the limit that
+#: ``_LEAST_RATES`` defines. A smaller multiple may exclude states with large rates.
 _OVER_KNOWN = 10.0
 
 
@@ -106,7 +107,8 @@ class StateBounds:
     def allow(self, problem: Problem, q: np.ndarray, d: np.ndarray) -> bool:
         """Return True if forces q, shape (3c,), and velocities d, shape (3b,), are within all assumed bounds.
 
-        Bounds that follow from statics or kinematics are not tested, because every state satisfies them.
+        The forces are not tested if all force limits follow from statics, and the rates are not tested if
+        their limit follows from kinematics, because every state satisfies these limits.
         """
         first, second, shear = np.abs(q.reshape(3, -1))
         forces, limits = np.stack([first + second, shear]), np.stack([self.normal, self.forces[2::3]])
@@ -397,8 +399,8 @@ class Rising:
         """Solve relaxations of increasing size, and yield the record, size and joint forces of each.
 
         Each relaxation is a linear program. The size consists of its numbers of rows, columns and nonzeros.
-        The sequence ends when the bracket is closed, or when the time is over. The joint forces, each of
-        shape (3c,), may lead to states with a lower λ than the lowest known state.
+        The sequence ends when the bracket is closed, after the largest relaxation, or when the time is over.
+        The joint forces, each of shape (3c,), may lead to states with a lower λ than the lowest known state.
 
         Unless a program is repeated, the next program contains more products of static and kinematic
         variables. A program includes only states above the last bound. The forces of these states have
