@@ -205,7 +205,7 @@ class LowestState:
             self.met.count(found if found is not None and found.exact else exact)
 
     def look_further_in_the_plane(self, starts: int) -> None:
-        """Look for states with a lower λ. Stop when λ has not decreased ``starts`` times in a row."""
+        """Look for states with a lower λ. Stop after ``starts`` successive starts that do not lower λ."""
         assert self._search is not None
         for state in self._search.until_in_vain(self._lowest, starts):
             self._keep(state)

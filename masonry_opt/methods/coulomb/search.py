@@ -1,4 +1,8 @@
-"""Search for exact states with a lower λ than a solution, until the time is over or the user stops it."""
+"""Search for exact states with a lower λ, starting from the forces of a solution.
+
+The search ends when its time is over, when λ has decreased to the value of option ``until``, when a proof
+shows that no state has a lower λ, or when the user stops the search.
+"""
 
 import time
 from dataclasses import dataclass, replace

@@ -124,7 +124,7 @@ class ExactFrom:
 
 @dataclass(frozen=True)
 class FurtherStarts:
-    """Step that looks for a λ below the present λ from further starts, on small plane scenes or in space."""
+    """Step that looks for states with a lower λ from further starts, on small plane scenes and in space."""
 
     name: str = "further starts"
 
