@@ -222,7 +222,10 @@ class Alternation:
 
 
 def alternation_of(task: Task, settings: SearchSettings = SEARCH) -> Alternation:
-    """Return the :class:`Alternation` of a task. Later calls return the same object and compiled programs."""
+    """Return the :class:`Alternation` of a task.
+
+    Later calls with the same task and settings return the same object, with its compiled programs.
+    """
     problem, effort = task.problem, task.effort
 
     def build() -> Alternation:

@@ -37,9 +37,9 @@ if TYPE_CHECKING:
 #: Key, in ``result.solvers``, of the solver of the two linear programs that compute an exact state.
 _REFINEMENT_PURPOSE = "refinement"
 
-#: Largest residual of a dual ray with which HiGHS may report a program as infeasible (the default of HiGHS).
-#: With a smaller value, many infeasible programs remain undecided. With a larger value, states of nearly
-#: parallel joints may be missed.
+#: Largest residual of a dual ray with which HiGHS may report the program of forces as infeasible (the default
+#: of HiGHS). With a smaller value, many infeasible programs remain undecided. With a larger value, states of
+#: nearly parallel joints may be missed.
 _RAY_TOLERANCE = 1e-9
 
 
@@ -58,8 +58,8 @@ class ExactState:
     d: np.ndarray  #: block velocities, shape (3b,)
     rates: np.ndarray  #: rates p of the mechanism, one for each yield condition (face), shape (faces,)
     #: Dual variables of the constraints z = 0, shape (faces,). Yield conditions with a nonzero rate have this
-    #: constraint; for all other yield conditions, the entry is zero. The larger an entry is, the more λ
-    #: decreases if the constraint is removed.
+    #: constraint; for all other yield conditions, the entry is zero. The larger an entry is, the more
+    #: strongly the constraint keeps λ from decreasing.
     duals: np.ndarray
     #: Load factor of the state with λ ≤ 0 that the search for a lower λ reached from this state. Infinite if
     #: the search reached no such state.
@@ -126,7 +126,7 @@ class StateFinder(ABC):
         #: Number of programs that the solver left undecided since λ last decreased; None if they are not
         #: counted. If any are undecided, a state with a lower λ may have been missed.
         self.undecided: int | None = None
-        #: Numbers of rows and columns of the linear program of forces; None if unknown.
+        #: Numbers of rows, columns and nonzeros of the linear program of forces; None if unknown.
         self.size: LpSize | None = None
 
     @abstractmethod
@@ -201,10 +201,10 @@ class Refiner(StateFinder):
         """Return the exact state found from joint forces q, shape (3c,), or None if no state is found.
 
         The first state has the mechanism with the least energy for the given forces. States with a lower λ
-        and other mechanisms follow, until λ no longer decreases or would decrease to zero. If ``descends`` is
-        False, the search stops at the first exact state. If an earlier start led to the same first state (λ
-        to ten digits and dual variables to six), its result is returned, unless the solver left programs
-        undecided.
+        and other mechanisms follow, until λ no longer decreases, or would decrease from a positive value to
+        zero or less. If ``descends`` is False, the search stops at the first exact state. If an earlier start
+        led to the same first state (λ to ten digits and dual variables to six), its result is returned,
+        unless the solver left programs undecided.
 
         A state whose residuals are too large for an exact state is not returned, see :class:`ExactState`.
         """

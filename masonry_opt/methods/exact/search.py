@@ -120,7 +120,7 @@ class Search:
         return state
 
     def until_in_vain(self, lowest: ExactState | None, starts: int) -> Iterator[ExactState | None]:
-        """Yield the state of each start. Stop when λ has not decreased ``starts`` times in a row."""
+        """Yield the state of each start. Stop after ``starts`` successive starts that do not lower λ."""
         in_vain = 0
         for _, state in self.endless(lowest, 0):
             yield state
@@ -300,8 +300,8 @@ _START_FUNCTIONS: dict[str, _Start] = {
 }
 
 #: Kinds of starts in the plane, in the order in which the search repeats them. Starts that iterate to a fixed
-#: point take three times as long as other starts, but only they lead to the lowest states of some sliding
-#: slopes (see ``benchmarks/README.md``).
+#: point take about three times as long as other starts, but only they lead to the lowest states of some
+#: slopes that slide as a whole (see ``benchmarks/README.md``).
 _KINDS_IN_PLANE = (_RANDOM_FORCES, _NEIGHBOUR, _RANDOM_FORCES, _FIXED)
 
 #: Kinds of starts in space, in the order in which the search repeats them. Random forces are frequent,

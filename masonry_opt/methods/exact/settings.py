@@ -21,9 +21,9 @@ class SearchSettings(Settings):
     #: starts leads to no state.
     load_shares: tuple[float, float] = (0.5, 1.0)
 
-    #: Range of the fraction of yield conditions that is chosen when random forces are drawn. The forces
-    #: minimise the slacks of the chosen conditions. With larger fractions, the forces are more similar to
-    #: each other.
+    #: Range of the fraction of yield conditions that is chosen at random when random forces are drawn. The
+    #: forces minimise the slacks of the chosen conditions. With larger fractions, the forces are more similar
+    #: to each other.
     yielding_shares: tuple[float, float] = (0.02, 0.3)
 
     #: On small plane scenes, the default method ends its search after this number of successive starts
@@ -32,11 +32,12 @@ class SearchSettings(Settings):
     starts_in_vain: int = 100
 
     #: If λ is proven to be the least, the search ends after this number of successive starts without a lower
-    #: λ. The starts look only for negative load factors, which the proof does not cover.
+    #: λ. The starts look only for negative load factors, which the proof does not cover. With a larger
+    #: number, the search takes proportionally longer.
     starts_after_proof: int = 20
 
-    #: Steps of the load history whose forces are the first starts of the search in space. A step halfway
-    #: through the history has the number 0.5. Early steps lead to other states than the collapse state of the
+    #: Positions of the load steps whose forces are the first starts of the search in space: 0.5 is the step
+    #: halfway through the load history. Early steps lead to other states than the collapse state of the
     #: history.
     steps_in_space: tuple[float, ...] = zero_or_more((0.9, 0.5))
 
@@ -44,16 +45,16 @@ class SearchSettings(Settings):
     #: states with a lower λ are found more often, and the search takes proportionally longer.
     starts_in_space: int = zero_or_more(6)
 
-    #: In space, the search uses random starts on scenes with at most this number of contact points. On larger
-    #: scenes they would take too long, and one start from the state with the lowest λ replaces them.
+    #: In space, the default method uses random starts on scenes with at most this number of contact points.
+    #: On larger scenes they would take too long: one start from the state with the lowest λ replaces them.
     most_contacts: int = zero_or_more(250)
 
     #: Largest number of joints of a plane scene whose linear programs are solved by the simplex method. On
     #: larger scenes interior-point methods are faster.
     simplex_up_to: int = zero_or_more(500)
 
-    #: A start near the lowest state releases this fraction of the state's active yield conditions, but at
-    #: least one. With a larger fraction, starts lead to a greater variety of states.
+    #: A start near the state with the lowest λ releases this fraction of the state's active yield conditions,
+    #: but at least one. With a larger fraction, starts lead to a greater variety of states.
     released_share: float = zero_or_more(0.02)
 
     #: Each round of starts begins with one start for each of these fractions. In such a start, ties and other
@@ -98,9 +99,9 @@ class SearchSettings(Settings):
     weights_in_plane: tuple[float, ...] = (1e3, 1e4)
 
     #: Series of weights of the energy z·p for scenes in space, used like ``weights_in_plane``. The first
-    #: series leads to a lower λ than the second. If the first series finds no state, the second is tried. It
-    #: keeps forces near the forces of the start, which helps in rings of wedge-shaped blocks. Further starts
-    #: use only the first series.
+    #: series leads to a lower λ than the second. If the first series finds no state, the second is tried. The
+    #: large weights of the second series keep the forces near the start, which helps in rings of wedge-shaped
+    #: blocks. The step "further starts" uses only the first series.
     weight_series_in_space: tuple[tuple[float, ...], ...] = (
         (3.0, 10.0, 30.0, 1e2, 3e2, 1e3, 1e4),
         (*5 * [1e4], *2 * [1e5, 1e6]),
