@@ -127,6 +127,9 @@ def _advice_on_meant(
 
 
 def _aligning(shapes: Extents, sides: Facing) -> float:
-    """Return a value of ``tolerance`` that aligns the sides; 0 if the present value is sufficient."""
+    """Return a value of ``tolerance`` that aligns the sides.
+
+    The result is 0 if the present value is sufficient, or if no value aligns the sides without losing joints.
+    """
     aligning = aligning_tolerance(sides)
     return aligning if aligning > shapes.tolerance else 0.0
