@@ -44,8 +44,8 @@ INSTEAD = {
 }
 #: Keys that define the shape of a convex solid, as a phrase of error messages.
 SHAPES = "'box', or 'vertices' with 'faces'"
-#: Characters that names and texts must not contain: control characters, line ends, and marks that change the
-#: direction of writing.
+#: Characters that names must not contain, as a character class of a regular expression: control characters,
+#: line ends, and marks that change the direction of writing. Texts may contain tabs and line ends.
 _INVISIBLE = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
 Name = Annotated[str, Strict(), Field(min_length=1, max_length=200, pattern=rf"^[^{_INVISIBLE}]*$")]
 #: Type of a text that may have several lines, such as the title of a scene.
