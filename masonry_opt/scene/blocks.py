@@ -171,7 +171,7 @@ class Record(BaseModel, metaclass=_RecordType):
         return {(name in fields and fields[name].alias) or name: value for name, value in values.items()}
 
     def _nested(self, changes: dict[str, Any]) -> dict[str, Any]:
-        """Move changes of keys of a nested record into a dict under the record's name; return all changes.
+        """Move changed keys of a nested record into a dict under the record's name, and return all changes.
 
         For example, ``friction=0.6`` becomes ``joints={"friction": 0.6}`` in a scene. Raises CaseError in
         these cases:

@@ -30,8 +30,8 @@ _WIDEST_OF_MORTAR = 2.0
 #: too.
 _PARALLEL_ERROR = 0.1
 
-#: Smallest thickness of a block, relative to ``tolerance``. A thinner block raises an error, because its
-#: opposite sides may merge into one line or plane.
+#: Smallest thickness of a block, relative to ``tolerance``. A thinner movable block raises an error,
+#: because its opposite sides may merge into one line or plane.
 _THINNEST = 2.0
 
 #: Fraction of ``contact_tolerance`` by which a gap may exceed it because of rounding errors. With a smaller
