@@ -44,8 +44,8 @@ INSTEAD = {
 }
 #: Keys that define the shape of a convex solid, as a phrase of error messages.
 SHAPES = "'box', or 'vertices' with 'faces'"
-#: Characters that names and texts must not contain: control characters, line ends, and marks that change the
-#: direction of writing.
+#: Characters that names must not contain, as a character class of a regular expression: control characters,
+#: line ends, and marks that change the direction of writing. Texts may contain tabs and line ends.
 _INVISIBLE = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
 Name = Annotated[str, Strict(), Field(min_length=1, max_length=200, pattern=rf"^[^{_INVISIBLE}]*$")]
 #: Type of a text that may have several lines, such as the title of a scene.
@@ -171,7 +171,7 @@ class Record(BaseModel, metaclass=_RecordType):
         return {(name in fields and fields[name].alias) or name: value for name, value in values.items()}
 
     def _nested(self, changes: dict[str, Any]) -> dict[str, Any]:
-        """Move changes of keys of a nested record into a dict under the record's name; return all changes.
+        """Move changed keys of a nested record into a dict under the record's name, and return all changes.
 
         For example, ``friction=0.6`` becomes ``joints={"friction": 0.6}`` in a scene. Raises CaseError in
         these cases:

@@ -73,9 +73,9 @@ class CaseFile(SceneKeys):
             yield f"a scene must be in the plane or in space, but {plane}, and {space}: remove one of the two"
 
     def _plane_content(self, generators: list[Generator]) -> str:
-        """Return a phrase about the first two-dimensional block or block generator, or "" if there is none.
+        """Return a phrase about the first generator of plane blocks, or else about the first plane block.
 
-        The phrase is part of an error message.
+        The phrase is part of an error message. It is empty if there are neither.
         """
         if generators:
             return f"{_table(generators[0])} builds blocks in the plane"
@@ -83,9 +83,9 @@ class CaseFile(SceneKeys):
         return f"block '{names[0]}' lies in the plane" if names else ""
 
     def _space_content(self, generators: list[SolidGenerator]) -> str:
-        """Return a phrase about the first generator of solids, the mesh or the first solid, or "".
+        """Return a phrase about the first generator of solids, or else about the mesh or the first solid.
 
-        The phrase is part of an error message.
+        The phrase is part of an error message. It is empty if there are none of these.
         """
         if generators:
             return f"{_table(generators[0])} builds solids"

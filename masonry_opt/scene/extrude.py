@@ -95,7 +95,7 @@ def _joint(joint: _J, times: float) -> _J:
 
 
 def _keys(record: Record, depth: float) -> dict[str, Any]:
-    """Return the values of a record as a dict by key, with vectors converted from the plane to space.
+    """Return the values that are set in a record, by key, with vectors converted from the plane to space.
 
     The coordinate y is 0 for forces, and half the depth for points.
     """

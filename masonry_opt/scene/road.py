@@ -17,7 +17,7 @@ _TONNE = 9.81
 _DIGITS = 9
 #: Friction angle of a fill, in degrees, below which a warning suspects a tangent or an angle in radians. Such
 #: angles are permitted, because undrained clay can have them. With a smaller limit, steep angles in radians
-#: (up to 1.57) cause no warning.
+#: cause no warning (a right angle is 1.57 rad).
 SMALL_FRICTION_ANGLE = 1.5
 #: Directions of travel along a road.
 TravelDirection = Literal["right", "left"]

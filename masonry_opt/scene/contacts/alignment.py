@@ -44,11 +44,12 @@ class AlignmentSettings:
     #: planes meet at a sharp angle, is moved only onto the plane of its joint.
     most_shift: float = 2.0
     #: If a block has at most this many joints, they are compared in pairs before the alignment. Planes that
-    #: are neither parallel nor perpendicular to another joint of their block are then left out. A larger
-    #: value needs more memory. With a smaller value, rubble needs more time.
+    #: are neither parallel nor perpendicular to any other joint of their two blocks are then left out. A
+    #: larger value needs more memory. With a smaller value, rubble needs more time.
     most_neighbours: int = 100
     #: If at most this many joints are linked to a plane (see ``_Links``), they are found by a search from
-    #: block to block. If more joints are linked, one search over all joints of the scene is faster.
+    #: block to block. If more joints are linked, all joints of the scene are searched at once, which is
+    #: slower if few joints are linked.
     most_one_by_one: int = 64
 
 

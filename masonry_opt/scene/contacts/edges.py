@@ -18,8 +18,9 @@ from masonry_opt.scene.scene import Scene
 #: coincident edges are not moved. Corners of other touching edges are moved to the middle between the edges.
 _COINCIDENT_EDGE_TOLERANCE = 1e-3
 
-#: Smallest length that two parallel edges must share to form a joint, relative to the tolerance. With a
-#: smaller value, errors of corners produce false joints.
+#: Smallest length that two nearly parallel edges must share to form a joint, relative to the tolerance. Edges
+#: at an angle must share a longer length, see :data:`~.sides.LEAN`. With a smaller value, errors of corners
+#: produce false joints.
 _SHORTEST_PARALLEL = 3.0
 
 #: Largest number of pairs of edges that are compared. A scene with more pairs raises an error. A larger value

@@ -77,7 +77,8 @@ def closing(scene: Scene, shapes: Extents, pairs: np.ndarray, apart: Facing) -> 
     """Return the scene option that closes all given gaps, and the smallest value that closes them.
 
     Gaps that are wide relative to a block, and gaps of a scene with a contact tolerance, are closed by the
-    contact tolerance. ``pairs`` lists the blocks of each pair.
+    contact tolerance. A value of ``tolerance`` also makes the sides of the gaps parallel. ``pairs`` lists the
+    blocks of each pair.
     """
     if not len(apart.pair):
         return Closing()

@@ -102,9 +102,10 @@ class Joints:
     #: Segments midway between two sides that a small gap separates, each given by its two ends, shape
     #: (segments, 2, 2) or (segments, 2, 3). In space the segments are the sides of polygons.
     facing: np.ndarray
-    #: Pairs of blocks (indices) that touch but have no joint, because the contact has no normal. Such a
-    #: contact joins two corners or, in space, a corner and an edge. Pairs are omitted in two cases: if they
-    #: are in ``gaps`` or ``lost``, or if each of the two blocks has some joint at the point of contact.
+    #: Pairs of blocks (indices) that touch at a point where they have no joint, because the contact has no
+    #: normal. The contact is between two corners or, in space, between a corner and an edge. Pairs in
+    #: ``gaps`` or ``lost`` are omitted, and so are pairs of which both blocks have joints with other blocks
+    #: at the point of contact.
     without_normal: list[tuple[int, int]]
     #: Points at which blocks touch without a contact normal, shape (points, 2) or (points, 3).
     meets: np.ndarray

@@ -25,12 +25,13 @@ from masonry_opt.scene.tolerance_advice import set_tolerance
 #: With a larger value, messages advise values of options that also close narrow openings.
 _WIDEST_OF_MORTAR = 2.0
 
-#: A gap counts as a mortar joint if moving a corner by at most this fraction of the gap's width makes its
-#: sides parallel. With a larger value, gaps that are due to inaccurate coordinates count too.
+#: Several gaps count as mortar joints if the sides of each gap become parallel when a corner moves by at most
+#: this fraction of the gap's width. With a larger value, gaps that are due to inaccurate coordinates count
+#: too.
 _PARALLEL_ERROR = 0.1
 
-#: Smallest thickness of a block, relative to ``tolerance``. A thinner block raises an error, because its
-#: opposite sides may merge into one line or plane.
+#: Smallest thickness of a block, relative to ``tolerance``. A thinner movable block raises an error,
+#: because its opposite sides may merge into one line or plane.
 _THINNEST = 2.0
 
 #: Fraction of ``contact_tolerance`` by which a gap may exceed it because of rounding errors. With a smaller
@@ -42,8 +43,9 @@ _ROUNDING = 1e-6
 #: count too.
 _SURVEY_ERROR = 0.5
 
-#: Gaps of a survey count as mortar joints only if at least this fraction of all joints crosses such gaps.
-#: With a smaller value, gaps at a few inaccurate corners count too.
+#: Gaps of a survey, or of a scene that is drawn without its mortar, count as mortar joints only if at least
+#: this fraction of all joints crosses such gaps. With a smaller value, gaps at a few inaccurate corners count
+#: too.
 _SURVEY_FRACTION = 0.5
 
 
@@ -198,11 +200,11 @@ def _gaps_to_close(
     *,
     contact_tolerance: float | None = None,
 ) -> tuple[np.ndarray, Facing]:
-    """Return pairs of neighbouring blocks, and the pairs of their sides that a larger tolerance could join.
+    """Return pairs of neighbouring blocks, and the pairs of their sides that another tolerance could join.
 
-    The tolerance is ``contact_tolerance`` or ``tolerance``. The sides touch, or the gap between
-    them is as narrow as mortar, and they have no joint yet. ``joined`` has the two blocks of each joint. The
-    argument ``contact_tolerance`` replaces the contact tolerance of the shapes if it is larger.
+    A larger ``contact_tolerance`` or ``tolerance`` could join sides with a gap as narrow as mortar. A smaller
+    ``tolerance`` could join sides that touch and have no joint. ``joined`` has the two blocks of each joint.
+    The argument ``contact_tolerance`` replaces the contact tolerance of the shapes if it is larger.
     """
     wider = replace(shapes, contact_tolerance=max(shapes.contact_tolerance, contact_tolerance or 0.0))
     pairs, facing = _facing_across_mortar(scene, wider)
@@ -290,7 +292,8 @@ def bridged_by_tolerance(
     not move corners.
 
     The first result contains the width of the gap between the blocks of each pair. The second result is the
-    value of ``tolerance`` that makes the sides of the gaps parallel, or 0 if they are parallel already.
+    value of ``tolerance`` that makes the sides of the gaps parallel. It is 0 if they are parallel already, or
+    if such a value would remove joints of solids.
 
     Parameters
     ----------

@@ -19,8 +19,8 @@ from masonry_opt.scene.tolerance_advice import set_both, set_contact_tolerance, 
 _SHARE_INSIDE = 0.999
 
 #: An advised tolerance exceeds the computed depth of an overlap by at least this fraction. The computed depth
-#: of a wedge-shaped overlap is smaller than the distance of its two sides, in rare cases by 2e-5. With zero,
-#: an advised tolerance may be too small to join the sides.
+#: of a wedge-shaped overlap is smaller than the distance of its two sides, in rare cases by a fraction of
+#: 2e-5. With zero, an advised tolerance may be too small to join the sides.
 _DEPTH_ERROR = 1e-3
 
 
@@ -127,6 +127,9 @@ def _advice_on_meant(
 
 
 def _aligning(shapes: Extents, sides: Facing) -> float:
-    """Return a value of ``tolerance`` that aligns the sides; 0 if the present value is sufficient."""
+    """Return a value of ``tolerance`` that aligns the sides.
+
+    The result is 0 if the present value is sufficient, or if no value aligns the sides without losing joints.
+    """
     aligning = aligning_tolerance(sides)
     return aligning if aligning > shapes.tolerance else 0.0

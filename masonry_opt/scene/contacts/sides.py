@@ -17,7 +17,8 @@ from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.rows import Rows, chunks, combine, dots, lengths, ranges
 
 #: Largest distance between two touching edges, relative to the length of their shared segment. Edges farther
-#: apart form no joint, unless they are nearly parallel. With a larger value, edges at a larger angle form
+#: apart form no joint, unless they are nearly parallel. The tolerance limits the distance too, so the ratio
+#: matters only for segments shorter than ten tolerances. With a larger value, edges at a larger angle form
 #: joints.
 LEAN = 0.1
 
@@ -56,7 +57,7 @@ class Items:
         pairs : ndarray, shape (pairs, 2)
             Pairs of blocks.
         far : ndarray, shape (pairs,)
-            Largest distance at which an item is near, for each pair.
+            Largest distance between bounding boxes at which an item is near, for each pair.
 
         Returns
         -------

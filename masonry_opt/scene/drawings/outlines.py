@@ -361,7 +361,7 @@ def _loops(
         while end is not None:
             end = following.pop(end, None)
     # Each ring describes a closed loop of curves. For each curve in order along the loop, the ring has the
-    # index of the end at which the curve begins.
+    # index of the end at which the loop enters the curve.
     loops = []
     for ring in rings_of(following):
         if ring[0] % 2 == 0:  # skip the second copy of each loop, which runs in the opposite direction
@@ -437,7 +437,7 @@ def net_cells(
     for window, line in zip(windows, window_lines, strict=True):
         if shapely.length(shapely.difference(line, closed)) > tolerance:
             mistake = "is not part of a closed outline of an opening"
-            several = "lines that draw windows are not part of a closed outline"
+            several = "lines on window layers are not part of a closed outline of an opening"
             remedy = "draw the complete outline of each opening, or omit the layer with 'without_layers'"
             defects.add(Defect(window.where, mistake, several, remedy))
     outside = ~shapely.within(shapely.point_on_surface(found), shapely.union_all([*drawn, openings]))

@@ -67,8 +67,8 @@ class PlanWall(Record):
 class WallCrossing(NamedTuple):
     """Place where a straight piece of a wall crosses another wall, or ends at another wall."""
 
-    start: float  #: position, along this wall, of the face at which the other wall begins
-    end: float  #: position, along this wall, of the face at which the other wall ends
+    start: float  #: smaller of the positions, along this wall, of the other wall's two faces
+    end: float  #: larger of the positions, along this wall, of the other wall's two faces
     leaves: int  #: number of leaves of the other wall
     courses: int  #: number of courses of the other wall
     #: One flag for even courses (counted from 0) and one for odd courses: True if this wall passes through
@@ -124,7 +124,7 @@ class WallStretch(NamedTuple):
         return (self.faces, along) if self.along else (along, self.faces)
 
     def bays(self) -> Iterator[tuple[float, float, WallCrossing | None]]:
-        """Yield the start and end of each piece of this wall stretch between two crossing walls.
+        """Yield the start and end of each piece of this stretch of wall that no other wall crosses.
 
         Each piece comes with the crossing before it, or None for the first piece.
         """

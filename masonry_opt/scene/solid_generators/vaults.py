@@ -57,9 +57,9 @@ class Barrel(ArchRing, SolidGenerator):
         ``abutment 2``.
         """
         built = []
-        # In a running bond, rows with odd numbers are offset by half a stone. Of a skewback and the voussoir
-        # next to it, one therefore has an odd number. The numbers of abutments have no effect, because
-        # abutments are not cut into stones.
+        # In a running bond, rows with odd numbers are offset by half a stone. Therefore the numbers of a
+        # skewback and of the voussoir next to it are an even and an odd number. The numbers of abutments have
+        # no effect, because abutments are not cut into stones.
         rows = [*range(self.voussoirs), 1, self.voussoirs, 0, 0]
         for stone, row in zip(self._stones(), rows, strict=False):
             if stone.area is None:

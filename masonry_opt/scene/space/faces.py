@@ -22,7 +22,7 @@ from masonry_opt.scene.tolerance_advice import set_tolerance
 
 #: Ratio of the error of one corner of a rectangular face to the distance of this corner from the mean plane
 #: of all corners. The plane tilts towards the wrong corner, so the distance is only a quarter of the error.
-#: Messages recommend a tolerance of this ratio times the distance.
+#: Messages recommend a tolerance for this error, see ``TOLERANCE_OVER_ERROR``.
 _ERROR_OVER_HEIGHT = 4.0
 
 #: Largest distance of a corner from the plane of its face at which an error message suggests a tolerance,
@@ -320,7 +320,7 @@ def _height_of_part(
 ) -> np.ndarray:
     """For each face, return how far its part of the block extends beyond the plane of the face's leader.
 
-    The leader of a face is another face, whose plane the face may share. The shape is (faces,).
+    The leader of a face is the face whose plane it may share. The shape is (faces,).
 
     A narrow face may lie in a plane that its part crosses elsewhere. With this plane as the plane of the
     face, the part would not be convex.
