@@ -47,7 +47,7 @@ class Session:
 
     how: HowToSolve  #: how to solve each scene: method, solver and options
     #: Cache of compiled optimisation programs for scenes that differ only in joint properties. The cache also
-    #: stores joint forces, which may show that a later scene is stable.
+    #: stores joint forces, which may show that a later scene is stable. It does not change any load factor.
     kept: ProgramCache = field(default_factory=ProgramCache)
     #: If True, the session decides whether a scene without live load is stable. If False, a scene without
     #: live load raises an error.
@@ -266,7 +266,8 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     solution = explained(assembly, solution, task.solver, task.effort, is_associative)
     if incremental is None or incremental.load_factor is None or not solution.proven_none:
         return solution
-    # Remove the incremental load factor, because it is proven that the scene never collapses.
+    # Remove the incremental load factor, because it is proven that the scene never collapses: at this load
+    # factor, contacts slip but then lock.
     incremental = replace(
         incremental,
         found=FinalState(),

@@ -76,8 +76,8 @@ class StateCheck:
     q: np.ndarray  #: joint forces, as passed
     #: Collapse state and its residuals, computed with the matrices of ``problem``.
     answer: Answer
-    #: Problem with which the residuals are computed. If the live load does no work in the mechanism, dead
-    #: load and live load are exchanged, which leads to an equivalent problem.
+    #: Problem with which the residuals are computed. If only the dead load does positive work in the
+    #: mechanism, dead load and live load are exchanged, which leads to an equivalent problem.
     problem: Problem
 
     @property
@@ -308,11 +308,11 @@ def _with_laws(problem: Problem, friction: str, crushing: str) -> Problem:
 
 
 def _driven(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> tuple[Problem, np.ndarray]:
-    """Return a problem whose live load does positive work in the mechanism d, and its joint forces.
+    """Return the problem and its joint forces, with exchanged loads if only the dead load does positive work.
 
-    If only the dead load does positive work in the mechanism, the dead load and the live load are exchanged.
-    The problem and the joint forces are unchanged if the live load does positive work, if the dead load does
-    none, or if λ is not positive. An exchange does not change the total load at λ, but energies are then
+    The problem and the joint forces are unchanged if the live load does positive work in the mechanism d, if
+    the dead load does none, or if λ is not positive. Otherwise the dead load and the live load are exchanged.
+    An exchange does not change the total load at λ, but energies are then
     divided by the work of the dead load. The lowest forces of ties, props and earth count as dead load.
     """
     sizes = np.linalg.norm(problem.live) * np.linalg.norm(d)

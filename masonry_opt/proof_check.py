@@ -91,7 +91,7 @@ def check(problem: Problem, proof: Proof) -> ProofCheck:
 
 
 def _faults_of_form(problem: Problem, proof: Proof) -> list[str]:
-    """Return the faults in the form of a proof, such as missing multipliers; an empty list without faults."""
+    """Return the fault of a proof that is malformed or belongs to another scene; [] without a fault."""
     if problem.layout.round or problem.dilatancy_depends_on_stress:
         return ["proofs exist only for plane scenes whose dilatancy does not depend on stress"]
     if not 0 < proof.bound < proof.load_factor:

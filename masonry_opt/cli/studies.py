@@ -301,7 +301,7 @@ def _is_complete(answer: Any) -> bool:
 def _answers(scene: Scene, begins: Phases, show: Phases, options: dict[str, Any]) -> list[Any]:
     """Return the answers that a report lists.
 
-    The list has one answer for all load cases and one answer for all crossing axles. If the scene has
+    The list has one answer for all load cases and one answer for the crossing of all axles. If the scene has
     neither, the list has the answer of a single analysis.
     """
     cases = scene.load_cases if scene.load_case is None else []

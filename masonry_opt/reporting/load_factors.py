@@ -16,8 +16,8 @@ from masonry_opt.solution.thresholds import ZERO, same
 LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no state with a lower λ is known.
 #: Name of the load factor of an exact state, if it is proven that no state has a lower λ.
 LEAST = "least, proven"
-#: Name of the load factor of a crossing that is proven to be the least at the worst of the solved positions.
-#: Nothing is proven for positions that were not solved.
+#: Name of the load factor of a crossing, if it is proven to be the least at the worst of the solved
+#: positions. Nothing is proven for positions that were not solved.
 LEAST_AT_POSITION = "least at this position, proven"
 #: Name of the load factor of a crossing that was stopped by the user or by the time limit.
 LEAST_SO_FAR = "the least at the positions solved so far"
@@ -32,8 +32,7 @@ ASSOCIATIVE = "associative"  #: Name of the load factor of classical limit analy
 
 _SEARCHES = "coulomb"  #: Name of the method that has the option ``search``.
 
-#: Reason codes of method "global" that compare the lowest load factor found with a lower bound of all load
-#: factors.
+#: Reason codes that compare the lowest load factor found with a lower bound of all load factors.
 _BOUNDS = (
     *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),
     *(Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED),
@@ -234,7 +233,8 @@ def _heading(result: Outcome) -> str:
 def _own_line(result: Outcome) -> LoadFactorLine:
     """Return the table row of the load factor that the method itself computes.
 
-    This load factor must not be None.
+    This load factor must not be None. For method "incremental", the row always contains the incremental load
+    factor.
     """
     name = own_name(result)
     if name in (INCREMENTAL, AFTER_INCREMENTAL):

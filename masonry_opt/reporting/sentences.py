@@ -352,7 +352,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.NO_COLLAPSE: lambda v: (
         "proven: no load factor λ ≥ 0 exists, because every mechanism in which the live load does work needs "
         f"joints that cannot yield together; the proof consists of {counted(v['static_cuts'], 'static set')} "
-        f"and {counted(v['kinematic_cuts'], 'kinematic set')} of yield conditions"
+        f"of conditions that cannot yield together, and {counted(v['kinematic_cuts'], 'kinematic set')} of "
+        "conditions of which at least one must yield"
     ),
     Code.CARRIES_ANY: (
         "proven: joint forces within the friction limits can carry every multiple of the live load, but with "
@@ -452,7 +453,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.STATES_MET: _states_met,
     Code.FEW_STARTS: lambda v: (
-        f"all load factors agree, but the search made only {counted(v['candidates'], 'start')}; a collapse "
+        f"all load factors agree, but the analysis made only {counted(v['candidates'], 'start')}; a collapse "
         "state with a lower load factor may exist, because equilibrium alone does not determine the forces"
     ),
     Code.SEARCHED: lambda v: (

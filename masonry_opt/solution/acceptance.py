@@ -105,8 +105,8 @@ PROOF = 1e-8
 #: factor.
 CLOSED = 1e-5
 
-#: Largest accepted distance of λ from the interval between its certified bounds, relative to the bounds. Up
-#: to this distance, λ agrees with the bounds in four digits.
+#: Largest accepted distance of λ from the interval between its certified bounds, relative to the middle of
+#: this interval. Up to this distance, λ agrees with the bounds in four digits.
 OUTSIDE = 1e-4
 
 #: A lower bound that assumes force limits counts as valid if no force exceeds its limit by more than this

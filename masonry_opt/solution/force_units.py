@@ -45,7 +45,7 @@ def unit_weights(assembly: Assembly) -> np.ndarray:
 
 
 def is_per_area(scene: Scene) -> bool:
-    """Return True if unit weights are weights per area, because a scene in the plane has no thickness."""
+    """Return True if unit weights are weights per area: the scene is in the plane, without a thickness."""
     has_thickness = "thickness" in scene.model_fields_set or scene.thickness != 1
     return scene.dimension == 2 and not has_thickness
 

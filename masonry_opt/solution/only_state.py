@@ -20,8 +20,8 @@ import numpy as np
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.rank import solve_independent
 
-#: Slack, relative to the largest force, below which a yield condition may be active. With a larger value,
-#: uniqueness of the load factor is proven for fewer scenes.
+#: Slack, relative to the largest force, below which a yield condition may be active. With a smaller value,
+#: rounding errors count as slack, and active conditions are missed.
 _MAY_YIELD = 1e-6
 
 #: Slack, relative to the largest force, above which a yield condition is inactive. With a larger value,

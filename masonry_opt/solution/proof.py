@@ -23,10 +23,10 @@ from masonry_opt.files import JSON_KEY, WRITER, refuse_unwritable, write_whole
 #: Version of the file format. A reader refuses files of other versions.
 FORMAT = 1
 
-#: Range of a proof. The proof excludes a collapse state with λ below the bound only if the state is within
-#: this range. The sum of its forces must be at most this multiple of the loads. The sum of its motions must
-#: be at most this multiple of the mean velocity of the live load. A larger range requires multipliers with
-#: smaller rounding errors.
+#: Range of a proof. The proof excludes a collapse state with λ up to the bound only if the state is within
+#: this range. The sum of all forces must be at most this multiple of the sum of all loads. The sum of all
+#: motions must be at most this multiple of the mean velocity of the live load. A larger range requires
+#: multipliers with smaller rounding errors.
 REACH = 1e6
 
 

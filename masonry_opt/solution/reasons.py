@@ -194,8 +194,8 @@ class Code(StrEnum):
     # The method found ``count`` different exact states with λ > 0 from ``candidates`` starts. Their load
     # factors range from ``least`` to ``most``.
     STATES_MET = "states met"
-    # All starts led to the same load factor, but the number of starts was small. Value: ``candidates``, the
-    # number of starts.
+    # The lowest, the incremental and the associative load factor agree, but the number of starts was small.
+    # Value: ``candidates``, the number of starts.
     FEW_STARTS = "few starts"
     # The search for lower load factors has ended after ``candidates`` starts. The value ``interrupted`` is
     # True if the user or the time limit ended the search.
@@ -337,8 +337,9 @@ class Code(StrEnum):
     LOST_JOINTS = "lost joints"
     # The option ``tolerance`` of the scene is so large that it closes gaps as wide as mortar joints. The
     # values ``pairs`` and ``widths`` list the two blocks and the width of each gap. The value ``aligning`` is
-    # the ``tolerance`` that would make the sides of the gaps parallel. ``aligning`` is 0 if the sides are
-    # parallel already, or if this ``tolerance`` would remove joints of solids.
+    # the ``tolerance`` that would make the sides of the gaps parallel. ``aligning`` is 0 if the present
+    # ``tolerance`` is sufficient, if the angles are too large to be errors of the drawing, or if a sufficient
+    # ``tolerance`` would remove joints of solids.
     BRIDGED_BY_TOLERANCE = "bridged by tolerance"
     # The alignment rotated some joints. The value ``pairs`` lists the two blocks of each rotated joint. The
     # value ``turn`` is the largest rotation, in radians, and ``tolerance`` is the option of the scene.

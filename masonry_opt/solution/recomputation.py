@@ -79,8 +79,8 @@ def guide_columns(assembly: Assembly, solution: Solution) -> Columns | None:
 
     Guide forces prevent all motions of a support except its settlement. The columns contain one row for each
     support that settles: its name ``block``, its guide force, and the moment of this force about the centroid
-    of the support. Coupled supports settle at one rate, so their forces along the direction of the settlement
-    are included.
+    of the support. Several supports settle at one rate. The forces that couple them along the direction of
+    the settlement are included.
     """
     problem = assembly.problem
     guides = [force.role is Role.SUPPORT for force in assembly.limited]

@@ -71,23 +71,27 @@ _FAR_DISTANCE_RATIO = 10.0
 
 #: Ratio of two unit weights, or of a force to a weight, above which a warning says that their units differ. A
 #: mix of kN and N causes the ratio 1000. The limit is below 1000, because different materials (stone and
-#: timber, ratio 5) can reduce this ratio.
+#: timber, ratio 5) can reduce this ratio. Unit weights with a ratio below the limit are compared with typical
+#: values instead.
 _OTHER_UNITS = 300.0
 
 #: The specified weight of a plane block is checked for a wrong unit if its weight per area differs from the
 #: median by more than this factor. Smaller differences can be due to the thickness.
 _OTHER_THICKNESS = 50.0
 
-#: If the strength or prestress of a tie or prop exceeds this multiple of all dead loads, a warning says that
-#: the units probably differ. A larger value would miss a strength in N in a large scene with weights in kN.
+#: If the strength or prestress of a tie or prop exceeds this multiple of the sum of all dead loads, a
+#: warning asks for the same unit of forces and weights. A larger value would miss a strength in N in a large
+#: scene with weights in kN.
 _DEAD_LOADS_TO_STRENGTH = 20.0
 
-#: A warning says that a tie or prop is too weak to have an effect if its strength is below two limits: the
-#: sum of all dead loads divided by this value, and a fifth of the median block weight.
+#: If the strength of a tie or prop is below two limits, a warning asks for the same unit of forces and
+#: weights. The limits are the sum of all dead loads divided by this value, and a fifth of the median block
+#: weight.
 _SUM_TO_STRENGTH = 300.0
 
-#: If a block weighs more than this multiple of a dead force on it, a warning says that the force is too small
-#: to have an effect. With a larger value, warnings miss forces in MN beside weights in kN.
+#: If a block weighs more than this multiple of a dead force on it, a warning asks if forces and weights have
+#: the same unit. The median block weight is compared with prestresses in this way too. With a larger value,
+#: warnings miss forces in MN together with weights in kN.
 _WEIGHT_TO_FORCE_RATIO = 1000.0
 
 #: A force causes a warning if its distance from its block exceeds this fraction of the block's width (square
@@ -373,9 +377,10 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _fill_angles(assembly: Assembly) -> Iterator[Reason]:
-    """Generate warnings about friction angles of fills and backings that may be friction coefficients.
+    """Generate warnings about friction angles of fills and backings that may be tangents or in radians.
 
-    Angles below one degree are probably tangents, except for the angle 0, which is that of a fluid.
+    An angle below ``SMALL_FRICTION_ANGLE``, in degrees, causes a warning if the fill exerts pressure. The
+    angle 0 causes no warning, because it is that of a fluid.
     """
     for number, fill in enumerate(assembly.scene.fills, start=1):
         of_backing = fill.backing.friction_angle if fill.backing else None
@@ -401,8 +406,8 @@ def _strengths(assembly: Assembly) -> Iterator[Reason]:
     median = lower_median(weight[weight > 0])
     all_dead = float(np.hypot.reduce(problem.forces(problem.dead), axis=1).sum()) * problem.force_unit
     least_strength = min(all_dead / _SUM_TO_STRENGTH, median / 5)
-    # Values below ``least`` cause a warning. The smallest prestress is lower than the smallest strength: a
-    # small prestress is not an error, because a tie may be tightened by hand.
+    # Values below ``least`` cause a warning. The limit is lower for prestress than for strength, because a
+    # tie that is tightened by hand has a small prestress.
     least = {"strength": least_strength, "prestress": median / _WEIGHT_TO_FORCE_RATIO}
     for force in assembly.limited:
         if force.role not in (Role.TIE, Role.PROP):

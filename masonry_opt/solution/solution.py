@@ -51,8 +51,8 @@ class Solution:
     incremental: "Solution | None" = None
     #: Lower bound of λ from a proof or from method "global". Its assumptions are stated in ``reasons``.
     bound: float | None = None
-    #: True if a proof by conflicts shows the bound, or if method "global" computed the bound without assumed
-    #: limits of forces and rates.
+    #: True if a proof by conflicts shows the bound (for forces and motions up to ``proof.REACH``), or if
+    #: method "global" computed the bound without assumed limits of forces and rates.
     bound_derived: bool = False
     proof: Proof | None = None  #: proof that no collapse state has a lower λ; None if there is no proof
     #: Number of starts of the search for exact states; None if the method does not search.

@@ -55,7 +55,8 @@ LOWER = 1e-8
 #: Magnitude below which a load factor counts as zero.
 ZERO = 1e-6
 
-#: If fewer starts agree in their load factors, a message says that a lower collapse state may still exist.
+#: If the lowest, the incremental and the associative load factor agree after fewer starts, a message says
+#: that a collapse state with a lower load factor may exist.
 FEW_STARTS = 8
 
 #: A message states that the mechanism moves against the live load if the live load's work is negative and

@@ -123,13 +123,13 @@ def test_the_forces_of_the_lowest_state_lead_lower():
 def test_agreement_after_one_start_is_reported():
     """Without descent, the only state is near the incremental load factor, far above the least one.
 
-    The summary says that agreement of the three load factors after one start is weak evidence.
+    The three load factors agree, and the summary says that only one start was made.
     """
     result = mo.solve(mo.load(FOLDER / "wall_13_joints.toml"), descent=False)
     assert result.load_factor == pytest.approx(result.associative, rel=TOLERANCE)
     assert values_of(result, Code.FEW_STARTS) == {"candidates": 1}
     words = " ".join(str(result).split())
-    assert "the search made only 1 start; a collapse state with a lower load factor may exist" in words
+    assert "the analysis made only 1 start; a collapse state with a lower load factor may exist" in words
 
 
 def test_no_agreement_is_reported_where_the_lowest_is_below_the_associative():
