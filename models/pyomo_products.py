@@ -139,7 +139,7 @@ class PyomoProducts:
 
         ``statics`` is the linear form of the row, and ``rate`` is the index of u₂, u₃ or p₁. The product is
         implied if the relaxation has variables for the products of all forces in the row with the velocities
-        of the joint's blocks.
+        of the joint's blocks. It then follows from the products of the row with these velocities and with p₀.
         """
         moves = self.factors.motion_of(rate // 4)
         forces = [i for i in statics if i < self.factors.load_factor]
