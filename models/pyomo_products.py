@@ -11,9 +11,9 @@ from pyomo.core.expr import LinearExpression
 from masonry_opt.problem.edges import EdgeFactors, Form
 from masonry_opt.problem.problem import Problem
 
-#: Two masks of the products for which the relaxation has variables. Entry (i, j) of the first mask selects
-#: the forces of joint i times the rates of joint j. Entry (i, e) of the second mask selects the forces of
-#: joint i times the velocities of block e.
+#: Two masks of the products for which the relaxation has variables. Entry (i, j) of the first mask, shape
+#: (joints, joints), selects the forces of joint i times the rates of joint j. Entry (i, e) of the second
+#: mask, shape (joints, blocks), selects the forces of joint i times the velocities of block e.
 Pairs = tuple[np.ndarray, np.ndarray]
 
 

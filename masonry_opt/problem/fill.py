@@ -398,7 +398,7 @@ def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray,
 def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the fraction of each load that spreads to the right onto each piece, and its first moment.
 
-    The moment is about the load and for a unit load. Both results have shape (loads, pieces), with one entry
+    The moment is about the load, per unit of load. Both results have shape (loads, pieces), with one entry
     for each piece of an edge.
 
     ``u`` and ``h`` are the horizontal and vertical distances of the near and far ends of successive pieces

@@ -231,9 +231,9 @@ class ContactLaw:
     def _press(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the normal forces that result from trial forces, eq. (1), and their derivatives.
 
-        Slip has no effect here: for joints that slip and dilate, callers first add the effect of the opening
-        to the trial forces. The normal forces have shape (points, c). Their derivatives with respect to the
-        trial forces have shape (points, points, c).
+        Slip is not considered here: callers add the effect of the opening that slip causes to the trial
+        forces. The normal forces have shape (points, c). Their derivatives with respect to the trial forces
+        have shape (points, points, c).
         """
         closed = trial >= -self._touching
         forces, rates = np.maximum(trial, 0.0), np.zeros((self.points, *trial.shape))

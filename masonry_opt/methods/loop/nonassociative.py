@@ -176,7 +176,7 @@ def _declared(task: Task, problem: Problem, solver: Solver, tolerance: float | N
 
 
 def _next(runs: list[_Ran], remaining: _RemainingRemedies, options: LoopOptions) -> Attempt | None:
-    """Return the settings of the next run of the loop, which the next remedy changes.
+    """Return the settings of the next run of the loop: those of the last run, changed by the next remedy.
 
     The remedy depends on the failure of the last run. None is returned if the last run did not fail, or if no
     remedy is left that the options permit.

@@ -53,8 +53,8 @@ class LimitUpdate:
     #: limits of joints with less dilatancy than friction.
     small_cohesion: np.ndarray
     #: Weighted mean of each joint's normal forces in the last two sub-problems (weight β for the later one),
-    #: shape (c,). If the next normal force of a joint equals this mean, the joint's next shear limit is
-    #: Coulomb's limit, plus the small cohesion if it is added.
+    #: shape (c,). If a joint's next normal force equals this mean, its next shear limit is Coulomb's limit,
+    #: plus the small cohesion if any.
     about: np.ndarray
 
     def limits(self) -> ShearLimits:
