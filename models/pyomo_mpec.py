@@ -43,7 +43,7 @@ class PyomoRelaxed:
         self.complementarity_rows = list(pyo.Reference(self.program.complementarity[:].ccon).values())
 
     def start_from(self, state: State) -> None:
-        """Set the initial values of the forces and rates to a state, and of z to the state's slacks."""
+        """Set the initial values of the variables to a state, and those of z to the slacks of its forces."""
         self._model.start_from(state)
         put(self.z, np.maximum(self._model.problem.slacks(state.q), 0.0))
 

@@ -11,9 +11,9 @@ from pyomo.core.expr import LinearExpression
 from masonry_opt.problem.edges import EdgeFactors, Form
 from masonry_opt.problem.problem import Problem
 
-#: Two masks of the products for which the relaxation has variables. Entry (i, j) of the first mask selects
-#: the forces of joint i times the rates of joint j. Entry (i, e) of the second mask selects the forces of
-#: joint i times the velocities of block e.
+#: Two masks of the products for which the relaxation has variables. Entry (i, j) of the first mask, shape
+#: (joints, joints), selects the forces of joint i times the rates of joint j. Entry (i, e) of the second
+#: mask, shape (joints, blocks), selects the forces of joint i times the velocities of block e.
 Pairs = tuple[np.ndarray, np.ndarray]
 
 
@@ -139,7 +139,7 @@ class PyomoProducts:
 
         ``statics`` is the linear form of the row, and ``rate`` is the index of u₂, u₃ or p₁. The product is
         implied if the relaxation has variables for the products of all forces in the row with the velocities
-        of the joint's blocks.
+        of the joint's blocks. It then follows from the products of the row with these velocities and with p₀.
         """
         moves = self.factors.motion_of(rate // 4)
         forces = [i for i in statics if i < self.factors.load_factor]

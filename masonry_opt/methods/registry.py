@@ -217,7 +217,7 @@ class HowToSolve:
 
     @cached_property
     def engine(self) -> Solver:
-        """Check that the method supports the solver and the tolerance, and return the solver.
+        """Check that the method supports the solver and the tolerance. Return the solver with the tolerance.
 
         Raises OptionError if
 

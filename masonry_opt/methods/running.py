@@ -15,8 +15,8 @@ from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import SAME
 
-#: If a Coulomb method finds no load factor, it searches for a collapse without work of the live load. On
-#: scenes with more joints than this number, the search is omitted.
+#: If a Coulomb method finds no load factor, :func:`run_method` searches for a collapse without work of the
+#: live load. On scenes with more joints than this number, the search is omitted.
 _MOST_JOINTS_NO_WORK = 8000
 
 #: Number of joints of a plane scene above which a warning says that a Coulomb method takes many minutes. See

@@ -38,7 +38,8 @@ class Task:
     options: Any = None  #: options of the method, or None if the method has no options
     effort: Effort = field(default_factory=Effort)  #: counts of time, programs and solvers
     progress: Progress = lambda _: None
-    #: Cache of compiled programs. Analyses of the same scene with other friction or strength use them again.
+    #: Cache of compiled programs. Analyses of the same scene with other friction, cohesion or dilatancy use
+    #: them again.
     kept: ProgramCache = field(default_factory=ProgramCache)
     #: Solution of the same problem by method "incremental", or None if this method is switched off.
     incremental: Solution | None = None
@@ -73,8 +74,8 @@ class Method:
     #: first solver are the defaults. An empty tuple means all solvers of linear programs.
     solvers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"cvxpy": (), "pyomo": ()})
     associative: bool = False  #: True if the method assumes associative flow
-    #: True if the method looks for the lowest exact Coulomb state. A state with a lower load factor from
-    #: another method may replace the answer of this method.
+    #: True if the method looks for the exact Coulomb state with the lowest load factor. If another method
+    #: finds a state with a lower load factor, this state may replace the answer.
     seeks_lowest: bool = False
     begins_with_load_history: bool = False  #: True if the load history is the first step of the method
     own_tolerances: bool = False  #: True if the method chooses the tolerances of its solvers

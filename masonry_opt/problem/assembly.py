@@ -254,8 +254,8 @@ def _moved_loads(scene: Scene, at_rest: Assembly, state: SettledState) -> Loads:
 def _length_unit(joints: Joints, shapes: Extents, movable: np.ndarray) -> float:
     """Return the length, in the scene's unit, by which all lengths of the problem are divided."""
     # The unit of length is half the median joint length, or in space half the square root of the median joint
-    # area. A joint of median length then rocks at |m| = n, so moments and forces have equal weight in an
-    # interior-point solver.
+    # area. In the plane, a joint of median length then rocks at |m| = n, so moments and forces have equal
+    # weight in an interior-point solver. A few very large or small blocks hardly change a median.
     extents = joints.extent[joints.extent > 0]
     joint_dimension = len(shapes.origin) - 1
     if len(extents) == 0:

@@ -132,8 +132,8 @@ class EdgeFactors:
     def openings(self) -> Iterator[tuple[Form, int]]:
         """Generate the edge openings that cannot be negative, each with the index of the edge's rocking rate.
 
-        An opening is a row of Aᵀd, a linear form of the velocities d. The rocking rate is u. Edges of joints
-        with negative dilatancy, which can also close, are left out.
+        An opening is a row of Aᵀd, a linear form of the velocities d. The rocking rate is u₂ or u₃ of the
+        joint. Edges of joints with negative dilatancy, which can also close, are left out.
         """
         for j in range(self.problem.joints):
             if self._dilatancy[j] >= 0:

@@ -125,8 +125,8 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
     depth = whole.depth
     across, up = ends[1] - ends[0]
     start = ends[0, 0]
-    # A backing may end on either side of an upright face. Test a point slightly inside the fill, to the right
-    # of the directed face.
+    # A backing that ends at an upright face may be on either side of the face. To decide if it touches the
+    # face, test a point slightly inside the fill, to the right of the directed face.
     offset = np.sign(up) * shapes.tolerance if abs(across) <= shapes.tolerance else 0.0
     bends = (line[:, 0] - start) / across if across else np.empty(0)
     cuts = np.unique([0.0, 1.0, *bends[(bends > 0) & (bends < 1)]])
@@ -398,7 +398,7 @@ def spread(profile: Profile, x: np.ndarray, tangent: float) -> tuple[np.ndarray,
 def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the fraction of each load that spreads to the right onto each piece, and its first moment.
 
-    The moment is about the load and for a unit load. Both results have shape (loads, pieces), with one entry
+    The moment is about the load, per unit of load. Both results have shape (loads, pieces), with one entry
     for each piece of an edge.
 
     ``u`` and ``h`` are the horizontal and vertical distances of the near and far ends of successive pieces

@@ -22,8 +22,9 @@ from masonry_opt.scene.scene import Scene
 #: Movement of each support by name, such as ``{"pier": (0, -0.02)}``, or pairs of names and movements.
 Movements = Mapping[str, Sequence[float]] | Iterable[tuple[str, Sequence[float]]]
 
-#: Clearance in multiples of the scene's tolerance. A road is raised by the largest rise of the blocks below
-#: it plus this clearance. The clearance exceeds the depth to which a road may cut into a block.
+#: Clearance in multiples of the scene's tolerance. To find the displaced blocks below a road, the road is
+#: raised by their largest rise plus this clearance. The clearance exceeds the depth to which a road may cut
+#: into a block.
 _CLEARANCE = 4.0
 
 #: Attributes of joints that do not depend on the positions of the blocks.

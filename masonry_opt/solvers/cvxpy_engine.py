@@ -1,7 +1,7 @@
 """Solve programs that are declared in CVXPY.
 
-Programs with very large coefficients, such as a friction coefficient of 1e6, are scaled before they are
-solved.
+Programs with very large coefficients, such as a friction coefficient of 1e6, are scaled before Clarabel
+solves them.
 """
 
 import math
@@ -134,7 +134,7 @@ _LARGE_ENTRY = 1e3
 
 
 def solve_balanced(solve: Callable[[dict[str, Any]], Any], data: dict[str, Any]) -> Any:
-    """Scale down the large coefficients of a conic program, and return its solution in original units.
+    """Solve a conic program with its large coefficients scaled down; return the solution in original units.
 
     The program is min c·x + ½ x·P x with b − A x in cones, as CVXPY compiles it for Clarabel.
     """

@@ -37,7 +37,8 @@ DIAGNOSIS = "diagnosis"
 _MOST_PROGRAMS = 40
 
 #: Largest number of joints for which more than one program is solved to decide if a load drives a mechanism.
-#: The simplex method, which solves all programs but the first, takes half a minute at this size.
+#: The simplex method, which solves all programs but the first, takes half a minute at this size. For larger
+#: scenes, the question remains undecided if the first program does not decide it.
 _SIMPLEX_UP_TO = 2000
 
 #: The smallest multiplier of all friction coefficients with which a scene is stable is computed up to this

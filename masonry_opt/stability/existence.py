@@ -169,7 +169,7 @@ class Cuts:
         return None
 
     def _follows(self, choice: np.ndarray) -> bool:
-        """Set the open entries of ``choice`` that follow from the cuts; return False if a cut excludes it.
+        """Set the open entries of a choice that follow from the cuts. Return False if a cut excludes it.
 
         An entry follows from the cuts if they require that the rate of its face is zero, or is nonzero.
         """

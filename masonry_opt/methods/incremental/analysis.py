@@ -76,8 +76,9 @@ class IncrementalResult:
     #: Remaining unbalanced forces under the load factor ``carried``, divided by the norm of the live load,
     #: shape (3b,). None if the scene is unstable.
     unbalanced: np.ndarray | None = None
-    #: Upper bound of the error of ``carried`` due to unbalanced forces: ``carried`` exceeds the load factor
-    #: of an exact state by at most this amount. It is smaller than the tolerance of the load history.
+    #: Largest amount by which ``carried`` may exceed the load factor of the exact state because of unbalanced
+    #: forces. An exact state with a still lower load factor is not the state of the collapse. The amount is a
+    #: quarter of the setting ``tolerance`` times the load factor.
     most_excess: float = 0.0
 
     @property
@@ -91,11 +92,12 @@ class IncrementalResult:
         return self.carried if self.state is None else self.state.load_factor
 
     def with_state(self, state: Answer | None) -> "IncrementalResult":
-        """Return a copy that contains an exact state, unless λ of the state is above the collapse load.
+        """Return a copy that contains an exact state, or the unchanged result if the state does not fit.
 
         A state with a load factor between ``carried`` and ``not_carried`` is stored as the state of the
         collapse. A state with a lower load factor is stored as the state in which the blocks continue to move
-        after the collapse. An earlier state of the collapse is not replaced.
+        after the collapse. A state with a higher load factor is ignored. A state of the collapse is never
+        replaced, and a state in motion is replaced only by a state of the collapse.
         """
         if self.state is not None or state is None:
             return self
@@ -192,8 +194,7 @@ def is_meaningful(analysis: IncrementalAnalysis, load_factor: float, d: np.ndarr
     """Return True if a mechanism d, shape (3b,), is a collapse, and not only a motion of weightless blocks.
 
     At a negative λ, the live load can cancel the weight of blocks. A mechanism that moves only such blocks
-    counts as a collapse only if the scene finds no equilibrium when its dead load is applied to the blocks at
-    rest.
+    counts as a collapse only if no equilibrium is found under the dead load from rest.
     """
     return not weightless(analysis.problem, load_factor, d) or analysis.preload_forces is None
 
@@ -310,7 +311,7 @@ class _LoadRaising:
 
     @property
     def _most_excess(self) -> float:
-        """Largest amount by which unbalanced forces can raise ``carried`` above the λ of an exact state.
+        """Largest excess of ``carried`` over the λ of an exact state that is attributed to unbalanced forces.
 
         It is half the distance between an exact state and the load that is tested above it, so that this load
         is larger than ``carried``.

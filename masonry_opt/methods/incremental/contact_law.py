@@ -224,15 +224,16 @@ class ContactLaw:
         return total
 
     def _all_points(self, values: np.ndarray) -> np.ndarray:
-        """Return True for each joint of which a condition is true at all contact points, shape (c,)."""
+        """Return a mask of the joints for which a condition is true at all contact points, shape (c,)."""
         result: np.ndarray = values[0] & values[1] if self.points == 2 else values[0]
         return result
 
     def _press(self, trial: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the normal forces that result from trial forces, eq. (1), and their derivatives.
 
-        The trial forces must already include the opening that slip causes. The normal forces have shape
-        (points, c). Their derivatives with respect to the trial forces have shape (points, points, c).
+        Slip is not considered here: callers add the effect of the opening that slip causes to the trial
+        forces. The normal forces have shape (points, c). Their derivatives with respect to the trial forces
+        have shape (points, points, c).
         """
         closed = trial >= -self._touching
         forces, rates = np.maximum(trial, 0.0), np.zeros((self.points, *trial.shape))

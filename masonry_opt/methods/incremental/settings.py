@@ -29,13 +29,14 @@ class IncrementalSettings(Settings):
     #: - Forces that hold a settling support are stiffer than a tie by the factor 1 / ``tolerance``.
     tolerance: float = 1e-3
     #: Change of the contact forces in the first trial of a load increment, relative to the forces. The trial
-    #: is doubled as long as no contact opens, closes, slips or sticks. With a smaller value, there are more
-    #: increments. With a larger value, contacts that slip back and forth may lead to a different equilibrium.
+    #: is at least ``smallest_increment``, and at most twice the last increment. It is then doubled as long as
+    #: no contact opens, closes, slips or sticks. With a smaller value, there are more increments. With a
+    #: larger value, contacts that slip back and forth may lead to a different equilibrium.
     increment: float = 0.1
     #: Displacement beyond which the blocks count as collapsed, as a multiple of an elastic displacement: the
     #: one under the mean contact force or the one under the applied load, whichever is larger. With a smaller
     #: value, a long slide that would stop counts as collapse. With a larger value, nearly parallel joints may
-    #: jam during the long motion.
+    #: jam during the long motion, and motions of large scenes in space may remain undecided.
     far: float = 3e3
 
     #: Coulomb methods other than "incremental" compute the incremental load factor on scenes of up to this
@@ -77,8 +78,8 @@ class IncrementalSettings(Settings):
     #: remain undecided. With a larger number slow slides take longer.
     motion_solves: int = 4000
     #: Largest number of solves for the exact state of a collapse. With fewer solves, fewer exact states are
-    #: found in space. With more solves, collapses without an exact state take longer. With 0, no exact states
-    #: are sought, and most analyses end with a range of the collapse load.
+    #: found in space. With more solves, collapses without an exact state take longer. With 0, the load
+    #: history uses no exact states, and even plane analyses usually end with a range of the collapse load.
     exact_solves: int = zero_or_more(4)
     #: Blocks count as free to move without resistance if more than this fraction of the unbalanced forces
     #: remains even though all contacts stick. With a smaller fraction rounding errors may look like a free
@@ -94,8 +95,9 @@ class IncrementalSettings(Settings):
     rounding: float = 1e-9
     #: Each stiffness matrix is regularised: this fraction of the elastic stiffness matrix is added to the
     #: matrix. This fraction of the largest entry of the elastic stiffness matrix is also added to the
-    #: diagonal. With a smaller value, matrices of free blocks are nearly singular. With a larger value,
-    #: mechanisms are less exact.
+    #: diagonal. In the matrix for the mean contact force, the diagonal is increased by this fraction. With a
+    #: smaller value, matrices of free blocks are nearly singular. With a larger value, mechanisms are less
+    #: exact.
     regularisation: float = 1e-14
     #: Largest half-bandwidth of stiffness matrices that are factorised as banded matrices. Other matrices are
     #: factorised as general sparse matrices. The value affects only the time.

@@ -88,9 +88,10 @@ def _with(last: Attempt, option: str, value: float | str) -> Attempt:
     return replace(last, parameters=parameters, remedy=f"{option}={text}")
 
 
-#: Remedies for each kind of failure, in the order in which they are tried. Each remedy solves at least one
-#: test scene on which a run of the loop fails. A change of the option ``c0`` was tried and is no remedy: it
-#: solves few scenes, and method "coulomb" solves these scenes too.
+#: Remedies for each kind of failure, in the order in which they are tried. A remedy that is listed several
+#: times is tried that many times. Each remedy solves at least one test scene on which a run of the loop
+#: fails. A change of the option ``c0`` was tried and is no remedy: it solves few scenes, and method "coulomb"
+#: solves these scenes too.
 REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
     Status.NO_STATE: (*(less_slope,) * 5, _accurately),
@@ -175,10 +176,10 @@ def _declared(task: Task, problem: Problem, solver: Solver, tolerance: float | N
 
 
 def _next(runs: list[_Ran], remaining: _RemainingRemedies, options: LoopOptions) -> Attempt | None:
-    """Return the settings of the next run of the loop, to which the next remedy is applied.
+    """Return the settings of the next run of the loop: those of the last run, changed by the next remedy.
 
-    The remedy depends on the failure of the last run. None is returned if the last run did not fail, or if
-    the options permit no further remedy.
+    The remedy depends on the failure of the last run. None is returned if the last run did not fail, or if no
+    remedy is left that the options permit.
     """
     last = runs[-1]
     for remedy in remaining.get(last.failure, ()):

@@ -10,8 +10,8 @@ from masonry_opt.methods.task import Options
 from masonry_opt.solvers.registry import Solver
 
 #: Options of the preset "paper": the values of the paper's section 5, without the exact state at the end. The
-#: paper does not say what to do after an infeasible sub-problem. The preset then runs the loop again with a
-#: smaller slope α of the shear limits.
+#: paper does not say what to do after an infeasible sub-problem. In this case, the preset runs the loop again
+#: with a smaller slope α of the shear limits.
 PAPER: dict[str, Any] = {
     "sub_problems": "accurate",
     "alpha": 0.3,

@@ -27,8 +27,8 @@ from masonry_opt.solvers.registry import Solved, Solver, in_cvxpy
 #: sub-problems: on façades, 1e-3 needs two to three times as many.
 _NEARLY_TRUE = 5e-3
 
-#: If the search for an exact state fails, the loop solves this number of sub-problems before it searches
-#: again. With a smaller number, more searches fail.
+#: If the search for an exact state fails in a run that may end early, the loop solves this number of
+#: sub-problems before it searches again. With a smaller number, more searches fail.
 _PAUSE = 2
 
 #: Number of successive doublings of λ, from one sub-problem to the next, after which the loop counts as
@@ -197,7 +197,8 @@ class Run:
         parameters = self.parameters
         if last.alpha <= parameters.alpha_min:
             is_nearly_true = self.early and entry.mismatch <= _NEARLY_TRUE * abs(entry.load_factor)
-            # If a search for an exact state has failed, solve a few sub-problems before the next search.
+            # A run that may end early searches for an exact state before λ converges. If a search fails, it
+            # solves a few sub-problems before the next search. Other runs search only when λ has converged.
             may_try = last.number >= self.next_try or not self.early
             if (is_nearly_true or last.stands_still) and may_try:
                 exact = self._exact_end(last)

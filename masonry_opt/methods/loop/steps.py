@@ -21,9 +21,9 @@ _MOST_RAISES = 8
 #: infeasible.
 _RAISE_FACTOR = 4
 
-#: A joint's small cohesion is proportional to a normal force. The normal force is limited to this multiple of
-#: the largest force on the joint's blocks. Without the limit, very large forces on other blocks could make
-#: the cohesion too large.
+#: A joint's small cohesion is proportional to the largest normal force in its connected component. This force
+#: counts only up to this multiple of the largest force on the joint's own blocks. Without the limit, very
+#: large forces on other blocks could make the cohesion too large.
 _DWARFS = 1e3
 
 
@@ -36,7 +36,8 @@ class SubProblem:
     state: State  #: the optimum
     limits: ShearLimits  #: the shear limits of the program
     alpha: float  #: slope α of the shear limits; NaN for the first sub-problem, whose limits have no α
-    #: Small cohesion c⁰ that the program adds to the shear limit of each joint that can slide, shape (k,).
+    #: Small cohesion c⁰ of each joint that can slide, shape (k,). The program adds it to the shear limits of
+    #: joints with less dilatancy than friction.
     small_cohesion: np.ndarray
     stands_still: bool  #: True if λ has converged: its relative change is below option ``tol``
 
@@ -48,12 +49,12 @@ class LimitUpdate:
     problem: Problem  #: the problem of the loop
     last: SubProblem  #: the last sub-problem that was solved
     alpha: float  #: α of the next sub-problem
-    #: Small cohesion c⁰ that the next sub-problem adds to the shear limits of joints that can slide, shape
-    #: (k,).
+    #: Small cohesion c⁰ of each joint that can slide, shape (k,). The next sub-problem adds it to the shear
+    #: limits of joints with less dilatancy than friction.
     small_cohesion: np.ndarray
     #: Weighted mean of each joint's normal forces in the last two sub-problems (weight β for the later one),
-    #: shape (c,). If a joint's next normal force equals this mean, its next shear limit is Coulomb's limit
-    #: plus the small cohesion.
+    #: shape (c,). If a joint's next normal force equals this mean, its next shear limit is Coulomb's limit,
+    #: plus the small cohesion if any.
     about: np.ndarray
 
     def limits(self) -> ShearLimits:
