@@ -13,7 +13,7 @@ _LONGEST = 24  #: Number of letters up to which a word of code is kept on one li
 
 
 def mark(app: Sphinx, doctree: nodes.document, name: str = "") -> None:
-    """Add the class "short" to inline code whose words are all short, and not paths."""
+    """Add the class "short" to inline code whose words are all short and contain no slash."""
     for code in doctree.findall(nodes.literal):
         if all(len(word) <= _LONGEST and "/" not in word for word in code.astext().split()):
             code["classes"].append("short")
