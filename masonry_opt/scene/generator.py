@@ -40,9 +40,10 @@ class AnyGenerator(Record):
     Raises CaseError, with all mistakes, if the values do not describe blocks, or describe more than 100,000
     blocks.
 
-    Fields:
-        name: Name with which the names of the generated blocks begin: "left 3-2" in place of "3-2". A scene
-            with several generators needs such names.
+    Parameters
+    ----------
+    name: Name with which the names of the generated blocks begin: "left 3-2" in place of "3-2". A scene
+        with several generators needs such names.
     """
 
     name: Name | None = None
@@ -89,12 +90,13 @@ class AnyGenerator(Record):
 class Generator(AnyGenerator):
     """Base class of generators of blocks in the plane.
 
-    Fields:
-        name: See :class:`AnyGenerator`.
-        at: Position ``[x, y]`` of the generator's origin. Each generator describes where its origin is.
-        live_per_weight: Live force ``[fx, fy]`` on every block as a multiple of its weight, applied at the
-            same point as the weight.
-        live: Old name of ``live_per_weight`` in generators. In blocks and loads, ``live`` is a force.
+    Parameters
+    ----------
+    name: See :class:`AnyGenerator`.
+    at: Position ``[x, y]`` of the generator's origin. Each generator describes where its origin is.
+    live_per_weight: Live force ``[fx, fy]`` on every block as a multiple of its weight, applied at the
+        same point as the weight.
+    live: Old name of ``live_per_weight`` in generators. In blocks and loads, ``live`` is a force.
     """
 
     kind: ClassVar[type[Body]] = Block
@@ -155,10 +157,11 @@ class WeighedGenerator(Generator):
 class SolidGenerator(AnyGenerator):
     """Base class of generators of blocks in space.
 
-    Fields:
-        name: See :class:`AnyGenerator`.
-        at, live_per_weight: See :class:`Generator`; each has three numbers.
-        unit_weight: Weight of the blocks per unit volume.
+    Parameters
+    ----------
+    name: See :class:`AnyGenerator`.
+    at, live_per_weight: See :class:`Generator`; each has three numbers.
+    unit_weight: Weight of the blocks per unit volume.
     """
 
     kind: ClassVar[type[Body]] = Solid
