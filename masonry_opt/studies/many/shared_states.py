@@ -131,10 +131,10 @@ class Screen:
 
     @classmethod
     def of(cls, problem: Problem, states: Sequence[FoundState]) -> Self:
-        """Prepare the test that excludes states which cannot be states of similar problems.
+        """Prepare the quick test for states that were found in runs with similar problems.
 
-        Similar problems have equal matrices and loads, but other limits. ``problem`` is one of them, and the
-        states were found for others.
+        Similar problems have equal matrices and loads, but may have different limits. ``problem`` is any one
+        of them.
         """
         power = np.array([abs(problem.live @ state.d) for state in states])
         slips = np.array([problem.slip_speed(state.d) for state in states])
