@@ -24,8 +24,8 @@ from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import same
 
-#: Exact states of scenes with more joints (in space: contact points) are not recorded for other runs, because
-#: each needs more than 150 kB in the journal and in memory.
+#: Exact states of scenes with more joints (in space: contact points) than this number are not recorded for
+#: other runs, because each state needs more than 150 kB in the journal and in memory.
 RECORDED_UP_TO = 3000
 
 #: The quick test of states of other runs multiplies the limits of residuals by this factor. With a smaller
