@@ -15,8 +15,9 @@ from masonry_opt.scene.rows import linked
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.thresholds import IDLE
 
-#: Largest numbers of arrows for parallel forces of one kind, by dimension of the scene: for weights, then for
-#: each other kind of load. If there are more forces, a single arrow shows their direction.
+#: Largest numbers of arrows for parallel forces of one kind of load, by dimension of the scene: for weights,
+#: then for each other kind of load. If there are more forces, a single arrow shows their direction. In space
+#: the numbers are smaller, because arrows overlap.
 _MOST_ARROWS = {2: (30, 200), 3: (1, 8)}
 
 _LONGEST = 0.09  #: Length of the longest arrow of each kind of load, relative to the size of the scene.
@@ -261,8 +262,8 @@ def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> I
     moved_ends = moved(ends, of_ends)
     along, apart = np.diff(ends, axis=1)[:, 0], np.diff(moved_ends - ends, axis=1)[:, 0]
     turning = np.repeat(moment_of(along, apart) / (along**2).sum(axis=1)[:, None], 2, axis=0)
-    # Draw each tie or prop as two halves, which move with the two ends. A gap opens between the halves if the
-    # line becomes longer.
+    # Draw each tie or prop as two halves. Each half moves with its end and rotates with the whole line. A gap
+    # opens between the halves if the line becomes longer.
     at, middle = ends.reshape(len(turning), -1), np.repeat(ends.mean(axis=1), 2, axis=0)
     goes = moved_ends.reshape(at.shape) - moved(at, np.column_stack([np.zeros_like(at), turning]))
     halves, motions = np.stack([at, middle], axis=1), np.column_stack([goes, turning])

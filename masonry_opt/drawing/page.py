@@ -293,8 +293,8 @@ def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dic
     return data | {"marks": marks, "joints": joints, "events": events}
 
 
-#: Largest number of blocks for which a notebook shows a picture. Larger pictures would make the notebook's
-#: file too large. Reports draw larger scenes as PNG, not as SVG.
+#: Largest number of blocks for which a notebook shows a picture. Pictures of larger scenes would make the
+#: notebook's file too large. Reports draw larger scenes as PNG, not as SVG.
 MOST_BLOCKS_DRAWN = 2000
 _NOTEBOOK_WIDTH = 560  #: Maximum width of a result in a notebook, in pixels.
 

@@ -31,8 +31,8 @@ _ROTATION_TOLERANCE = 1e-3
 _POLE_DISTANCE = 1e-3
 #: A joint is reported as opening or sliding if its rate exceeds this fraction of the largest rate.
 _REPORTED_SHARE = 1e-3
-#: Number of angles of rotation, from 0 to 90°, at which the moments about the edge are computed. The path
-#: ends between two neighbouring angles, where the resisting or the driving moment vanishes.
+#: Number of angles of rotation, from 0 to 90°, at which the moments about the edge are computed. The largest
+#: angle of the path, at which the resisting or the driving moment vanishes, is between two of these angles.
 _BRACKETING_ANGLES = 2000
 #: Small angle (rad) by which the body is rotated to determine if ties and props lengthen or shorten.
 _DIFFERENCE_ANGLE = 1e-6

@@ -28,8 +28,8 @@ from masonry_opt.solution.reasons import Code, Reason, reason
 CONFIDENCE_FACTOR = 1.35
 #: If a rocking block is higher than this value, in metres, a warning says that the unit of length is
 #: doubtful. The highest brick towers are about 112 m high. With a smaller value, there would be warnings
-#: about towers that rock as a whole. With a larger value, there would be no warning about more of the walls
-#: that are drawn in centimetres.
+#: about towers that rock as a whole. With a larger value, fewer of the walls that are drawn in centimetres
+#: would cause a warning.
 _HIGHEST_ROCKING_BLOCK = 120.0
 #: A unit of length is recognised if the gravity differs from its value in this unit by at most this fraction.
 _GRAVITY_TOLERANCE = 0.01

@@ -225,7 +225,7 @@ class HingingPath:
         return stays
 
     def _stretch(self, step: PathState, opens: np.ndarray, hint: np.ndarray) -> _Stretch:
-        """Return the next part of the path: a given first state, and the tangent in the direction of motion.
+        """Return the part of the path that begins at the state ``step``, with its tangent.
 
         If corners open, the tangent has the direction in which they open. Otherwise it has the direction of
         ``hint``. If a small step in this direction leads to an event at once, and a step in the opposite

@@ -32,7 +32,8 @@ ANSWER_COLUMNS = {
 }
 
 #: Types of the columns of a run in a sweep or sample. ``state_from`` names the run from which the collapse
-#: state was taken. ``warnings`` contains the warnings about the scene.
+#: state was taken; it is empty if the run found the state itself. ``warnings`` contains the warnings about
+#: the scene.
 RUN_COLUMNS = ANSWER_COLUMNS | {"state_from": "object", "warnings": "object"}
 
 #: Columns that describe the worst position of axles.

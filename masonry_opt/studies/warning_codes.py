@@ -34,9 +34,9 @@ class StudyCode(StrEnum):
     #: ``seconds``.
     CROSSING_STOPPED = "crossing stopped"
     #: The loads of axles and the weights seem to be in different units. The record has the ``name`` of the
-    #: axles, and one or two values that show the difference. Such a value is the largest axle load
-    #: (``load``), the median unit weight (``unit_weight``), or the largest dimension of the movable blocks
-    #: (``extent``).
+    #: axles, the largest axle load (``load``), and the median unit weight of the blocks (``unit_weight``). A
+    #: predefined set of axles has no ``load``. If a scene with such a set is too large for metres, the record
+    #: has ``extent``, the largest dimension of the movable blocks, instead of ``unit_weight``.
     AXLES_DIFFER = "axles differ"
     #: Some load cases have no axles, so the crossing skipped them. The record has ``cases``, the names of
     #: these load cases.

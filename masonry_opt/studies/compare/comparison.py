@@ -62,7 +62,9 @@ def compare(  # noqa: PLR0913 - options of the public API are keywords
     cases: str | Path | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> judge.Comparison:
-    """Measure the times of methods and solvers on scenes, judge their answers, and write a report.
+    """Measure the times of methods and solvers on scenes, judge their answers, and write the results.
+
+    The written files are tables (CSV), charts and a report (HTML).
 
     Runs that ``out`` contains are not made again. An interrupted comparison (Ctrl-C) reports the runs made so
     far, and continues when it is called again.
@@ -157,7 +159,7 @@ def run_plan(
     progress: Callable[[str], None],
     known: Mapping[str, judge.BestKnown] | None = None,
 ) -> judge.Comparison:
-    """Make the planned runs that the journal in a folder does not contain yet, and return all verdicts.
+    """Make the planned runs that the journal in a folder does not contain yet, and judge all runs.
 
     ``known`` has exact Coulomb states by scene name, which are used in addition to the states of the runs.
     """
@@ -193,7 +195,7 @@ def run_plan(
     if without_best:
         notes.append(
             f"the gap to the best exact state is unknown for {', '.join(without_best)}, because no run "
-            "searches for exact states: add 'coulomb' or 'mpec' to the methods"
+            "that searches for exact states has found one: add 'coulomb' or 'mpec' to the methods"
         )
     return judge.Comparison(
         tuple(scenes), planned, limits, bounds, best, results, summary, tuple(notes), interrupted, warnings

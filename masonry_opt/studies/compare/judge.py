@@ -282,9 +282,10 @@ def _relative(load_factor: float, reference: float) -> float:
 def summary(
     rows: Iterable[dict[str, Any]], bounds: Mapping[str, CertifiedBounds], best: Mapping[str, BestKnown]
 ) -> pd.DataFrame:
-    """Return a table of median times and worst verdicts, with one row for each scene, method and solver.
+    """Return a table of median times and worst verdicts, with one row for each scene and ``Pair``.
 
-    Medians and worst verdicts are those of the repeats of a run.
+    A ``Pair`` is a combination of method, modelling language, solver and tolerance. Medians and worst
+    verdicts are those of the repeats of a run.
 
     The column ``time`` is the time of the solve in seconds, without the steps that all pairs have in common:
     reading the scene and checking its dead load.
@@ -329,9 +330,9 @@ def pareto(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def success(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return a table that counts the verdicts over all scenes, with one row for each method and solver.
+    """Return a table that counts the verdicts over all scenes, with one row for each ``Pair``.
 
-    The column ``success`` is the fraction of runs with a certified load factor, or with the correct reason
+    The column ``success`` is the fraction of scenes with a certified load factor, or with the correct reason
     why no load factor exists. The median time and the largest error are those of certified answers, and
     ``peak_memory`` (MB) is the largest of all runs.
     """
@@ -354,7 +355,7 @@ class Comparison:
     bounds: dict[str, CertifiedBounds]  #: bounds of the associative load factor, by scene name
     best: dict[str, BestKnown]  #: lowest known exact Coulomb states, by scene name
     results: pd.DataFrame  #: table with one row for each run (see :data:`~.runs.COMPARISON_COLUMNS`)
-    summary: pd.DataFrame  #: table with one row for each scene and each pair of a method and a solver
+    summary: pd.DataFrame  #: table with one row for each scene and ``Pair`` (see :func:`summary`)
     notes: tuple[str, ...] = ()  #: remarks, one line each
     interrupted: bool = False  #: True if runs are missing
     warnings: tuple[str, ...] = ()  #: warnings about damaged lines of the journal and about unusual inputs

@@ -207,7 +207,7 @@ class _FirstPosition(NamedTuple):
 def _solve_first_positions(
     session: Session, passages: list[search.Passage], phases: Phases
 ) -> tuple[list[_FirstPosition], KeyboardInterrupt | None]:
-    """Solve each load case at the first position of its axles.
+    """Solve each load case once, with the axles at a position at which they load a movable block.
 
     Returns the answers, and the exception that ended the solves.
 

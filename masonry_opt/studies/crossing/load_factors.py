@@ -65,7 +65,7 @@ class CrossingLoadFactors:
 
     @property
     def least(self) -> PassageTrials | None:
-        """Answers at all positions of the passage in which λ is least.
+        """Answers at all solved positions of the passage in which λ is least.
 
         A passage is one group of axles that travels in one direction, in one load case. The value is None if
         the scene may be unstable under its dead load.

@@ -49,10 +49,10 @@ _FIRST_POSITIONS = 25
 #: Fraction by which estimates of λ between two solved positions are reduced, so that fewer minima are missed.
 #: With a larger fraction, more positions are solved.
 _RATIO_MARGIN = 0.005
-#: The search for the worst position of axles halves the distances from the worst position found to its
-#: neighbours, at most this number of times.
+#: The search of a Coulomb method for the worst position of axles, at which λ is least, halves the distances
+#: from the worst position found to its neighbours, at most this number of times.
 _MOST_HALVINGS = 10
-#: The search for the worst position of axles stops halving distances if λ decreases by less than this
+#: The search of a Coulomb method stops halving distances if the relative decrease of λ is less than this
 #: fraction of the relative tolerance of λ.
 _PROGRESS_SHARE = 0.1
 

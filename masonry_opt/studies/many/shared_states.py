@@ -24,8 +24,8 @@ from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import same
 
-#: Exact states of scenes with more joints (in space: contact points) are not recorded for other runs, because
-#: each needs more than 150 kB in the journal and in memory.
+#: Exact states of scenes with more joints (in space: contact points) than this number are not recorded for
+#: other runs, because each state needs more than 150 kB in the journal and in memory.
 RECORDED_UP_TO = 3000
 
 #: The quick test of states of other runs multiplies the limits of residuals by this factor. With a smaller
@@ -131,10 +131,10 @@ class Screen:
 
     @classmethod
     def of(cls, problem: Problem, states: Sequence[FoundState]) -> Self:
-        """Prepare the test that excludes states which cannot be states of similar problems.
+        """Prepare the quick test for states that were found in runs with similar problems.
 
-        Similar problems have equal matrices and loads, but other limits. ``problem`` is one of them, and the
-        states were found for others.
+        Similar problems have equal matrices and loads, but may have different limits. ``problem`` is any one
+        of them.
         """
         power = np.array([abs(problem.live @ state.d) for state in states])
         slips = np.array([problem.slip_speed(state.d) for state in states])

@@ -77,7 +77,7 @@ class Bound:
     def answered_by(self) -> str | None:
         """Key in ``results`` of the result that determines ``reaction``; None if there is no reaction.
 
-        It is the kind of the chosen method if this method finds an exact state in the direction of movement.
+        It is the kind of the chosen method if this method found a load factor in the direction of movement.
         Otherwise it is "incremental", for the incremental analysis.
         """
         if self.result.load_factor is not None:
