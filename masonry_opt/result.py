@@ -226,13 +226,9 @@ class Result(Outcome):
             "tie_results": self._limited_table(self.ties, Role.TIE, Role.PROP),
             "pressure_results": self._limited_table(self.pressures, Role.EARTH),
             "curve": self.curve,
+            "support_results": self._guide_table(),
         }
         tables = {name: frame.to_dict("records") for name, frame in frames.items() if frame is not None}
-        guides = guide_columns(self.assembly, self.solution)
-        if guides is not None:
-            tables["support_results"] = [
-                dict(zip(guides, row, strict=True)) for row in zip(*guides.values(), strict=True)
-            ]
         return plain(attributes | tables)
 
     def _joint_tables(self) -> dict[str, "pd.DataFrame"]:
@@ -248,6 +244,13 @@ class Result(Outcome):
         The result is None if the table is empty.
         """
         return table.assign(**line_columns(self.assembly, *roles)) if len(table) else None
+
+    def _guide_table(self) -> "pd.DataFrame | None":
+        """Return the table of the forces that guide settling supports; None if no support settles."""
+        import pandas as pd  # imported here, because the import takes a fifth of a second
+
+        guides = guide_columns(self.assembly, self.solution)
+        return None if guides is None else pd.DataFrame(guides)
 
     def to_json(self) -> str:
         """Return the dictionary of ``as_dict`` as one JSON object."""

@@ -50,9 +50,11 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
         advice = "one block is inside the other: move the blocks apart, or remove one of them"
     elif deepest.depth <= shapes.reach[pairs[worst]].min() and scene.contact_tolerance is None:
         # A thin overlap may be due to inexact coordinates, so the message also recommends a tolerance.
-        advice += f"; {_advice_on_inexact(scene, shapes, near, pairs[[*overlaps]], bridged)}"
+        sides, _ = _sides_to_join(scene, shapes, near, pairs[[*overlaps]], bridged)
+        advice += f"; {_advice_on_inexact(scene, shapes, sides, bridged)}"
     elif depth <= MORTAR * shapes.width[pairs[worst]].min():
-        advice += f"; {_advice_on_meant(scene, shapes, near, pairs[[*overlaps]], bridged)}"
+        sides, is_mortar = _sides_to_join(scene, shapes, near, pairs[[*overlaps]], bridged)
+        advice += f"; {_advice_on_meant(shapes, sides, bridged, is_mortar, len(overlaps) > 1)}"
     others = len(overlaps) - 1
     least = "at least " if len(overlaps) == shapes.enough else ""
     more = ""
@@ -86,15 +88,11 @@ def _sides_to_join(
     return near_misses((facing.where(touch),), facing.where(~touch), len(near)), False
 
 
-def _advice_on_inexact(
-    scene: Scene, shapes: Extents, near: np.ndarray, overlapping: np.ndarray, depth: float
-) -> str:
-    """Return advice on options that turn thin overlaps, and the gaps of an inexact drawing, into joints.
+def _advice_on_inexact(scene: Scene, shapes: Extents, sides: Facing, depth: float) -> str:
+    """Return advice on options that turn the given sides, and overlaps up to a given depth, into joints.
 
     The option is the tolerance, unless a tolerance that closes the gaps is so large that joints may be lost.
-    For the arguments, see :func:`_sides_to_join`.
     """
-    sides, _ = _sides_to_join(scene, shapes, near, overlapping, depth)
     tolerance = max(depth, joining_tolerance(sides))
     if not has_large_tolerance(scene, replace(shapes, tolerance=tolerance)):
         parallel = " (the tolerance also aligns nearly parallel sides)" if tolerance > depth else ""
@@ -106,22 +104,19 @@ def _advice_on_inexact(
     return f"if coordinates are inexact, {set_both(closes, aligning)}; {meant}"
 
 
-def _advice_on_meant(
-    scene: Scene, shapes: Extents, near: np.ndarray, overlapping: np.ndarray, depth: float
-) -> str:
+def _advice_on_meant(shapes: Extents, sides: Facing, depth: float, is_mortar: bool, several: bool) -> str:
     """Return advice on options that turn overlaps into joints, for stones that are meant to overlap.
 
-    If the drawing omits the mortar, the options also close its gaps. If it may be a survey, they also align
-    its joints. For the arguments, see :func:`_sides_to_join`.
+    If the gaps between the given sides are mortar, the options also close these gaps. If the drawing may be a
+    survey, the options also align the sides. A drawing may be a survey if it omits the mortar, or if
+    ``several`` pairs of blocks overlap by up to the given depth.
     """
-    sides, is_mortar = _sides_to_join(scene, shapes, near, overlapping, depth)
     closes = float(sides.most.max(initial=depth))
     advice = f"if they are meant to overlap, {set_contact_tolerance(closes if is_mortar else depth)}"
     if is_mortar:
         advice += ", which also closes the gaps of the mortar"
-    may_be_survey = is_mortar or len(overlapping) > 1
-    aligning = _aligning(shapes, sides)
-    if not aligning or not may_be_survey:
+    aligning = _aligning(shapes, sides) if is_mortar or several else 0.0
+    if not aligning:
         return advice
     return f"{advice}; if the drawing is a survey, {set_both(closes, aligning)}"
 
