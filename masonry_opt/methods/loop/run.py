@@ -99,7 +99,7 @@ def _recorded(problem: Problem, last: SubProblem, before: State | None, attempt:
     state, limits = last.state, last.limits
     n, slip = problem.normal_forces(state.q), problem.slip(state.p)
     coulomb = ShearLimits.true(problem).at(n[problem.sliding])
-    limit = limits.at(n[problem.sliding]) - last.small_cohesion
+    limit = limits.at(n[problem.sliding]) - last.added_cohesion
     change = np.nan if before is None else np.abs(n - problem.normal_forces(before.q)).max()
     unit = problem.live_norm
     return Iteration(
