@@ -346,9 +346,8 @@ def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any
     areas = contacts.extent[contacts.extent > 0]
     median_side = np.sqrt(np.median(areas)) if len(areas) else np.inf
     radius = min(_RADIUS * _UNITS, _OF_JOINT * median_side * scale)
-    # Index of each distinct motion of marks. Index 0 is reserved for the mark of the joint that the reader
-    # selects; the motion of this mark is zero until a joint is selected.
-    table: dict[tuple[float, ...], int] = {(0.0,) * 6: 0}
+    # Index of each distinct motion of marks.
+    table: dict[tuple[float, ...], int] = {}
 
     def at(points: np.ndarray) -> list[int]:
         """Return the coordinates of points in integer units of the figure, as one flat list."""
