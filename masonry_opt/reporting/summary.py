@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
-from masonry_opt.errors import counted, printable
+from masonry_opt.errors import counted, printable, shortened
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.reporting.linear_laws import BY_CHORDS, PARABOLA_REMARK
@@ -204,8 +204,7 @@ def _ties(result: Outcome) -> str:
         carried = 0.0 if abs(tie["force"]) <= ZERO else tie["force"]
         force = "" if np.isnan(carried) else f" {predicate} {numeral(carried, '.5g')}"
         phrases.append(f"{tie['kind']} '{tie['name']}'{force}")
-    more = [f"and {len(phrases) - _MOST_TIES} more"] if len(phrases) > _MOST_TIES else []
-    return "; ".join([*phrases[:_MOST_TIES], *more])
+    return "; ".join(shortened(phrases, _MOST_TIES))
 
 
 def _live_load(result: Outcome) -> str:

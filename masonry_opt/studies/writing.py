@@ -24,7 +24,7 @@ from typing import Any
 import pandas as pd
 import psutil
 
-from masonry_opt.errors import OptionError, printable
+from masonry_opt.errors import OptionError, printable, remainder
 from masonry_opt.files import WRITER, write_whole, writing
 from masonry_opt.reporting.names import labelled, some, warning_lines
 from masonry_opt.solution.frames import unsigned
@@ -295,9 +295,10 @@ def frame_table(
 def notebook_html(words: str, frame: pd.DataFrame, source: str = "") -> str:
     """Return HTML for a notebook: a text, the first rows of a table, and the picture at a URL."""
     rows = in_words(frame.head(_SHOWN_ROWS)).to_html(index=False, border=0) if len(frame) else ""
-    more = f"<div>and {len(frame) - _SHOWN_ROWS} more rows</div>\n" if len(frame) > _SHOWN_ROWS else ""
+    others = remainder(len(frame), _SHOWN_ROWS, "row")
+    below = f"<div>{others}</div>\n" if others else ""
     drawn = f'<img alt="" style="max-width:100%" src="{source}">' if source else ""
-    return f'<pre style="white-space:pre-wrap">{escape(words, quote=False)}</pre>\n{rows}\n{more}{drawn}'
+    return f'<pre style="white-space:pre-wrap">{escape(words, quote=False)}</pre>\n{rows}\n{below}{drawn}'
 
 
 def render(template: str, **values: object) -> str:

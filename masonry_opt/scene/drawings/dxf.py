@@ -12,7 +12,15 @@ import numpy as np
 import shapely
 from pydantic import ConfigDict, Field
 
-from masonry_opt.errors import CaseError, DrawingWarning, OptionError, OutputError, counted, printable
+from masonry_opt.errors import (
+    CaseError,
+    DrawingWarning,
+    OptionError,
+    OutputError,
+    counted,
+    printable,
+    shortened,
+)
 from masonry_opt.files import MARK, refuse_replacing
 from masonry_opt.scene.blocks import Block, Name, Number, Positive, YesNo
 from masonry_opt.scene.drawings import nesting, outlines, stones
@@ -252,9 +260,7 @@ def _copies_warning(copies: Sequence[tuple[Curve, Curve]]) -> str:
     """Return a warning that copies of outlines were left out, or an empty text if there are no copies."""
     if not copies:
         return ""
-    pairs = [f"{copy.where} repeats {original.where}" for copy, original in copies[:_MOST_COPIES]]
-    if len(copies) > _MOST_COPIES:
-        pairs.append(f"and {len(copies) - _MOST_COPIES} more")
+    pairs = shortened([f"{copy.where} repeats {original.where}" for copy, original in copies], _MOST_COPIES)
     many = counted(len(copies), "outline")
     is_or_are = "is" if len(copies) == 1 else "are"
     return f"{many} {is_or_are} drawn twice, and repetitions were left out: {'; '.join(pairs)}"
@@ -351,10 +357,7 @@ def _holes(found: Sequence[Outline], scene: Scene) -> list[str]:
         for shape, block in zip(found, scene.blocks, strict=True)
         for hole in shape.holes
     ]
-    if not holes:
-        return []
-    more = f"; and {len(holes) - _MOST_HOLES} more" if len(holes) > _MOST_HOLES else ""
-    return [f"holes: {'; '.join(holes[:_MOST_HOLES])}{more}"]
+    return [f"holes: {'; '.join(shortened(holes, _MOST_HOLES))}"] if holes else []
 
 
 def _on_layers(entities: list[Any], drawing: DxfDrawing) -> list[Any]:
@@ -384,7 +387,7 @@ def _has_word(name: str, words: Iterable[str]) -> bool:
 def _known(entities: list[Any]) -> str:
     """Return the names of all layers that contain entities, as the end of a message."""
     layers = sorted({outlines.layer_of(entity) for entity in entities})
-    return f" (layers with entities: {stones.listed(layers)})" if layers else " (the drawing is empty)"
+    return f" (layers with entities: {stones.listed_names(layers)})" if layers else " (the drawing is empty)"
 
 
 def _names(found: Sequence[Outline], entities: list[Any], scale: float) -> list[str]:
@@ -415,7 +418,7 @@ def _blocks(
     loaded = {
         shape.curve.layer.casefold() for shape, is_fixed in zip(found, fixed, strict=True) if not is_fixed
     }
-    layers = f"layers of blocks: {stones.listed(sorted({shape.curve.layer for shape in found}))}"
+    layers = f"layers of blocks: {stones.listed_names(sorted({shape.curve.layer for shape in found}))}"
     for layer in drawing.live_layers:
         if layer.casefold() not in loaded:
             raise ValueError(
