@@ -43,7 +43,7 @@ CLAIMS = (ANSWER, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Status.JAMME
 
 CERTIFIED = "certified"  #: Verdict on a run whose load factor is certified.
 REASON_NAMED = "named correctly"  #: Verdict on a run that states correctly why no load factor exists.
-FAILED = "failed but said so"  #: Verdict on a run that makes no claim about its scene.
+FAILED = "reported failure"  #: Verdict on a run that makes no claim about its scene.
 WRONG = "wrong"  #: Verdict on a run whose claim is false.
 #: Verdicts from best to worst. The first two verdicts count as success.
 VERDICTS = (
