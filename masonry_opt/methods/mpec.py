@@ -30,7 +30,7 @@ from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.registry import find_solver
 
 #: Ratio of ε in a relaxation to ε in the previous relaxation. With a larger ratio a series needs more solves.
-_FALL = 0.1
+_EPSILON_RATIO = 0.1
 
 #: If a series of relaxations fails, the next series begins with this fraction of the first ε of the failed
 #: series.
@@ -258,6 +258,6 @@ def _epsilons(epsilon: float, smallest: float) -> Iterator[float]:
     """Generate the bounds ε of the products z p in a series of relaxations, in descending order."""
     while epsilon > smallest:
         yield epsilon
-        following = _FALL * epsilon
+        following = _EPSILON_RATIO * epsilon
         epsilon = following if following >= 2 * smallest else smallest
     yield smallest

@@ -31,7 +31,7 @@ from masonry_opt.solution.answer import Answer
 from masonry_opt.solution.only_state import is_only_load_factor
 from masonry_opt.solution.reasons import LOAD_FACTORS, Code, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import APART, ZERO
+from masonry_opt.solution.thresholds import LEAST_OPPOSING_WORK, ZERO
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import find_solver
 
@@ -131,7 +131,9 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
             solution = _as_of_scene(solution, found, alike, at, share)
             solution = replace(solution, associative=upper, associative_ended=Status.OPTIMAL)
             is_only = is_only_load_factor(problem, load_factor)
-            return solution.telling_first(reason(Code.NO_WORK, fixed=is_only, against=work < -APART))
+            return solution.telling_first(
+                reason(Code.NO_WORK, fixed=is_only, against=work < -LEAST_OPPOSING_WORK)
+            )
     return None
 
 

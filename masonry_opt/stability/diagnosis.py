@@ -18,12 +18,12 @@ from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpySt
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.solution.acceptance import DEPARTS, ROUNDING, Kind
+from masonry_opt.solution.acceptance import LARGEST_FLOW_VIOLATION, ROUNDING, Kind
 from masonry_opt.solution.answer import FinalState
 from masonry_opt.solution.motion import joint_motion, moving_blocks, moving_names
 from masonry_opt.solution.reasons import Code, Reason, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import DRIVES, LISTED_JOINT_SHARE, SLIDES
+from masonry_opt.solution.thresholds import DRIVING_POWER, LISTED_JOINT_SHARE, SLIDES
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine, has_optimum
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
@@ -52,7 +52,7 @@ _MOST_FACTORS = 12
 #: The search for the smallest friction multiplier with which a scene is stable ends at this accuracy. The
 #: smallest multiplier found stable and the largest found unstable then differ by at most this fraction. A
 #: smaller value needs more programs.
-_NEAR = 1e-3
+_MULTIPLIER_ACCURACY = 1e-3
 
 #: Largest friction coefficient in the search for the smallest friction multiplier with which a scene is
 #: stable. Solvers are less accurate with larger coefficients.
@@ -60,7 +60,7 @@ _LARGEST_FRICTION = 100.0
 
 #: A joint supports a block if the cosine of the angle between the joint's normal and the block's dead load
 #: exceeds this value.
-_BEARS = 1e-6
+_LEAST_SUPPORT_COSINE = 1e-6
 
 
 class DeadLoadUndecided(Exception):
@@ -120,7 +120,7 @@ def mechanism_or_forces(
     The scene is stable if eq. (9) without live load is feasible. Otherwise the mechanism is a bounded dual
     ray of the program. Every analysis checks this first, because a largest λ may exist although the scene is
     not in equilibrium at λ = 0. A scene counts as stable at its limit, and beyond its limit by up to
-    ``DRIVES``.
+    ``DRIVING_POWER``.
 
     Raises DeadLoadUndecided if neither forces nor a mechanism are verified.
     """
@@ -150,8 +150,8 @@ def mechanism_or_forces(
 def _drives(problem: Problem, d: np.ndarray) -> bool:
     """Return True if velocities d, shape (3b,), are an associative mechanism that the dead load drives.
 
-    The net power must exceed ``DRIVES``, and the violation of the flow rule must be small compared with the
-    net power.
+    The net power must exceed ``DRIVING_POWER``, and the violation of the flow rule must be small compared
+    with the net power.
     """
     problem = problem.by_cone
     p = problem.rates(d, problem.friction)
@@ -159,7 +159,7 @@ def _drives(problem: Problem, d: np.ndarray) -> bool:
     # Subtract the power that cohesion, strength and limited forces dissipate from the power of the dead load.
     power = float(problem.dead @ d - resisted)
     departure = float(np.abs(problem.departure(d, p, problem.friction)).max())
-    return power > DRIVES and departure <= max(DEPARTS * power, ROUNDING)
+    return power > DRIVING_POWER and departure <= max(LARGEST_FLOW_VIOLATION * power, ROUNDING)
 
 
 def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.ndarray:
@@ -176,7 +176,7 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
     across = (square.sum(axis=1)[:, None] - square)[:, problem.layout.dimension - problem.layout.rows :]
     gyration = np.sqrt(across / 12) / problem.length_unit
     inertia = float(problem.force_sizes(problem.dead) @ problem.by_block(falling**2).sum(axis=1))
-    scale = min(max(inertia / float(problem.dead @ falling), 1.0), 1 / DRIVES)
+    scale = min(max(inertia / float(problem.dead @ falling), 1.0), 1 / DRIVING_POWER)
     model = CvxpyFalling(problem.by_cone, ShearLimits.true(problem), gyration, scale)
     if not has_optimum(model.program, find_solver("cvxpy", None), effort, DEAD_LOAD):
         return falling
@@ -244,7 +244,7 @@ def locking_joints(
     else:
         return none
     order = np.argsort(-amount, kind="stable")
-    return order[amount[order] > max(LISTED_JOINT_SHARE * amount.max(), DRIVES)]
+    return order[amount[order] > max(LISTED_JOINT_SHARE * amount.max(), DRIVING_POWER)]
 
 
 def _carrying_live_load(
@@ -420,7 +420,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
     for _ in range(_MOST_FACTORS):
         if stands is None and falls < largest_factor:
             factor = min(max(2.0, falls**2), largest_factor)
-        elif stands is not None and stands > falls * (1 + _NEAR):
+        elif stands is not None and stands > falls * (1 + _MULTIPLIER_ACCURACY):
             factor = sqrt(stands * falls)
         else:
             break
@@ -448,8 +448,8 @@ def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
     down[movable] = forces
     size = np.hypot.reduce(down, axis=1)
     down = np.where(size[:, None] > 0, down / np.where(size > 0, size, 1.0)[:, None], scene.down)
-    first_borne = (joints.normal * down[joints.first]).sum(axis=1) < -_BEARS
-    second_borne = (joints.normal * down[joints.second]).sum(axis=1) > _BEARS
+    first_borne = (joints.normal * down[joints.first]).sum(axis=1) < -_LEAST_SUPPORT_COSINE
+    second_borne = (joints.normal * down[joints.second]).sum(axis=1) > _LEAST_SUPPORT_COSINE
     # Supports are fixed blocks, and movable blocks with support forces, such as supports that can rotate.
     support_forces = [force for force in assembly.limited if force.role is Role.SUPPORT]
     supported = [action.block for force in support_forces for action in force.actions]

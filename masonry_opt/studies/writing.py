@@ -31,7 +31,9 @@ from masonry_opt.solution.frames import unsigned
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
 #: Message of the error that is raised if a library for charts or pages is missing.
-NEEDED = "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
+MISSING_LIBRARY_MESSAGE = (
+    "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
+)
 
 JOURNAL = "journal.jsonl"  #: Name of the journal in the folder of a study.
 _SHOWN_ROWS = 30  #: Largest number of table rows that a notebook shows; the number of omitted rows is stated.
@@ -309,7 +311,7 @@ def render(template: str, **values: object) -> str:
     try:
         import jinja2
     except ImportError:
-        raise OptionError(NEEDED) from None
+        raise OptionError(MISSING_LIBRARY_MESSAGE) from None
     loader, strict = jinja2.PackageLoader("masonry_opt.studies"), jinja2.StrictUndefined
     trimmed: dict[str, Any] = {"trim_blocks": True, "lstrip_blocks": True}
     environment = jinja2.Environment(loader=loader, autoescape=True, undefined=strict, **trimmed)

@@ -14,7 +14,7 @@ from scenes import CASES, solved
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.solution.acceptance import CLOSED
+from masonry_opt.solution.acceptance import PROVEN_GAP
 from masonry_opt.solution.answer import certify
 
 METHODS = ["static", "coulomb", "nonassociative"]
@@ -185,8 +185,8 @@ def test_closed_forms_are_the_published_numbers():
 @pytest.mark.parametrize(
     ("name", "near"),
     [
-        ("beer_johnston/wedge_raises", CLOSED),
-        ("beer_johnston/wedge_lowers", CLOSED),
+        ("beer_johnston/wedge_raises", PROVEN_GAP),
+        ("beer_johnston/wedge_lowers", PROVEN_GAP),
         ("livesley/wedges", 1e-9),
         ("oppenheim/seven_voussoirs", 1e-9),
     ],
@@ -197,8 +197,8 @@ def test_no_coulomb_state_is_lower(name, near):
     If the case closes the gap to the solver's own tolerance, the load factor is optimal too.
     """
     result, expected = solved(CASES / f"{name}.toml", "global"), KNOWN[name].coulomb
-    assert result.bound == pytest.approx(expected, rel=CLOSED)
-    if near < CLOSED:
+    assert result.bound == pytest.approx(expected, rel=PROVEN_GAP)
+    if near < PROVEN_GAP:
         assert result.status is mo.Status.OPTIMAL
         assert result.load_factor == pytest.approx(expected, rel=near)
 

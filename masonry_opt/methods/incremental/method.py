@@ -34,7 +34,7 @@ from masonry_opt.solution.answer import Answer, FinalState, certified
 from masonry_opt.solution.load_history import LoadStep
 from masonry_opt.solution.reasons import Code, Reason, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import SAME
+from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE
 
 
 class IncrementalOptions(Options):
@@ -127,7 +127,7 @@ def _falling_state(analysis: IncrementalAnalysis) -> Answer | None:
     raised = replace(problem, dead=np.zeros_like(problem.dead), live=problem.dead, settled=None)
     result = IncrementalAnalysis(raised, analysis.solver.settings).run()
     state = result.state or result.state_in_motion
-    return state if state is not None and state.load_factor <= 1 + SAME else None
+    return state if state is not None and state.load_factor <= 1 + EQUALITY_TOLERANCE else None
 
 
 def _undecided(result: IncrementalResult) -> dict[str, Any]:

@@ -24,7 +24,7 @@ _RAISE_FACTOR = 4
 #: A joint's small cohesion is proportional to the largest normal force in its connected component. This force
 #: counts only up to this multiple of the largest force on the joint's own blocks. Without the limit, very
 #: large forces on other blocks could make the cohesion too large.
-_DWARFS = 1e3
+_LARGEST_FORCE_RATIO = 1e3
 
 
 @dataclass(frozen=True)
@@ -153,10 +153,11 @@ def corrected(problem: Problem, last: SubProblem) -> float:
 def _largest_nearby(problem: Problem, state: State) -> np.ndarray:
     """Return the largest normal force near each joint, shape (c,). The small cohesion is proportional to it.
 
-    The force is the largest normal force in the joint's connected component, but at most ``_DWARFS`` times
-    the largest force on the joint's own blocks. The cohesion is then small for each joint.
+    The force is the largest normal force in the joint's connected component, but at most
+    ``_LARGEST_FORCE_RATIO`` times the largest force on the joint's own blocks. The cohesion is then small for
+    each joint.
     """
     largest = np.zeros(problem.part.max() + 1)
     np.maximum.at(largest, problem.part, problem.normal_forces(state.q))
     force_on_blocks = of_lesser_block(problem, largest_acting(problem, state.load_factor, state.q))
-    return np.minimum(largest[problem.part], _DWARFS * force_on_blocks)
+    return np.minimum(largest[problem.part], _LARGEST_FORCE_RATIO * force_on_blocks)

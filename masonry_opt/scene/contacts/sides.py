@@ -20,7 +20,7 @@ from masonry_opt.scene.rows import Rows, chunks, combine, dots, lengths, ranges
 #: apart form no joint, unless they are nearly parallel. The tolerance limits the distance too, so the ratio
 #: matters only for segments shorter than ten tolerances. With a larger value, edges at a larger angle form
 #: joints.
-LEAN = 0.1
+LARGEST_GAP_RATIO = 0.1
 
 #: Sine of the largest angle between two sides that face each other across a gap, such as undrawn mortar. A
 #: larger value also joins sides that meet at a corner.
@@ -34,7 +34,7 @@ def faces_across(sine: np.ndarray, gap: np.ndarray, width: np.ndarray) -> np.nda
     than the gap times the sine of the angle between them. A smaller shared width may belong to a corner, and
     would depend on the choice of the bisector.
     """
-    is_facing: np.ndarray = (sine <= _MOST_ANGLE_ACROSS) & (width > np.maximum(sine, LEAN) * gap)
+    is_facing: np.ndarray = (sine <= _MOST_ANGLE_ACROSS) & (width > np.maximum(sine, LARGEST_GAP_RATIO) * gap)
     return is_facing
 
 

@@ -40,7 +40,7 @@ from masonry_opt.scene.typical_sizes import (
 )
 
 #: Words that mark layers of windows or doors. The name of such a layer contains one of these words.
-WINDOWS = ("window", "door", "opening")
+WINDOW_WORDS = ("window", "door", "opening")
 
 #: Largest number of copies of outlines that one warning lists; further copies are only counted.
 _MOST_COPIES = 10
@@ -64,7 +64,7 @@ class DxfDrawing(stones.FlatDrawing):
     fixed_layers: list[Name] = list(stones.SUPPORT_WORDS)
     fixed_below: Number | None = None
     net: YesNo = False
-    window_layers: list[Name] = list(WINDOWS)
+    window_layers: list[Name] = list(WINDOW_WORDS)
     outline_tolerance: Positive | None = None
     sagitta: Positive | None = None
     to_metres: YesNo = False
@@ -82,7 +82,7 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
     fixed_layers: Iterable[str] = stones.SUPPORT_WORDS,
     fixed_below: float | None = None,
     net: bool = False,
-    window_layers: Iterable[str] = WINDOWS,
+    window_layers: Iterable[str] = WINDOW_WORDS,
     tolerance: float | None = None,
     contact_tolerance: float | None = None,
     outline_tolerance: float | None = None,
@@ -163,7 +163,7 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
     Raises the errors, and issues the warnings, of :func:`read_dxf`.
     """
     path = as_path(path, "a DXF drawing", ".dxf")
-    if not drawing.net and drawing.window_layers != list(WINDOWS):
+    if not drawing.net and drawing.window_layers != list(WINDOW_WORDS):
         raise OptionError(
             "'window_layers' (--window-layer) applies only to a net of joint lines: "
             "set 'net' (--net) as well, or omit layers with 'without_layers' (--without-layer)"
@@ -237,7 +237,7 @@ def _outlines(
         # Report defective supports before the net of joint lines is divided into cells. Without these
         # supports, cells would be open and cause further errors.
         defects.refuse()
-        near = drawing.outline_tolerance or max(apart, drawing.sagitta or outlines.SAGITTA * diagonal)
+        near = drawing.outline_tolerance or max(apart, drawing.sagitta or outlines.DEFAULT_SAGITTA * diagonal)
         supports = [outline.polygon for outline in found]
         found = [*outlines.net_cells(joints, windows, supports, near, defects), *found]
     nesting.add_smaller_copies(found, short, defects)
