@@ -58,7 +58,7 @@ class DeadLoadCheck:
         self.effort.begins("stability under the dead load")
         # Count the programs of this check separately. The final result includes the time and the solver of
         # the check, but not the number of its programs.
-        own_effort = self.effort.beside()
+        own_effort = self.effort.separate_counter()
         with self.effort.measure("dead_load"):
             if self._is_small and self._forces_at_rest(own_effort) is not None:
                 return None
@@ -67,7 +67,7 @@ class DeadLoadCheck:
     def answer(self) -> Solution:
         """Return the solution of a scene without live load, with safety margins if the scene is stable."""
         self.effort.begins("stability under the dead load")
-        own_effort = self.effort.beside()
+        own_effort = self.effort.separate_counter()
         with self.effort.measure("dead_load"):
             forces = self._forces_at_rest(own_effort) if self._is_small else None
             if forces is not None:

@@ -361,7 +361,7 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
     of_blocks = unit_weights(assembly)
     heavy = of_blocks[of_blocks > 0]
     fills = assembly.scene.fills
-    beside = "blocks" if len(heavy) else "fill"
+    kind = "blocks" if len(heavy) else "fill"
     zones = [zone.unit_weight for fill in fills for zone in fill.zones if zone.unit_weight > 0]
     compared = heavy if len(heavy) else np.array(zones)
     if not len(compared):
@@ -372,7 +372,7 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
             ratio = zone.unit_weight / other
             is_extreme = not 1 / _OTHER_UNITS <= ratio <= _OTHER_UNITS
             if is_extreme or in_other_unit(np.array(zone.unit_weight), other):
-                values = {"unit_weight": zone.unit_weight, "beside": beside, "other": other}
+                values = {"unit_weight": zone.unit_weight, "beside": kind, "other": other}
                 yield reason(Code.FILL_WEIGHT_DIFFERS, fill=number, backing=backing, **values)
 
 

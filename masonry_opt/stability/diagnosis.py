@@ -196,7 +196,7 @@ def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Eff
     effort.begins("reason why there is no load factor")
     with suppress(DeadLoadUndecided):
         own_flow, associative = (
-            _driven(_of_live_load(problem, slope), solver, effort.beside(), DIAGNOSIS)
+            _driven(_of_live_load(problem, slope), solver, effort.separate_counter(), DIAGNOSIS)
             for slope in (problem.dilatancy, problem.friction)
         )
         if associative is None and own_flow is not None:

@@ -258,7 +258,7 @@ def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> In
     if problem.joints > _RAYS_UP_TO:
         return None
     effort.begins("existence of a load factor")
-    own = effort.beside()
+    own = effort.separate_counter()
     certificate = _proof(in_units_of_load(problem).problem, own, of_mechanism)
     effort.add("solve", own.seconds["solve"])
     return certificate

@@ -195,7 +195,7 @@ class StudyAnswer(ABC):
 
     @property
     @abstractmethod
-    def told(self) -> pd.DataFrame:
+    def notebook_table(self) -> pd.DataFrame:
         """Table that a notebook displays between the printed text and the picture of the answer."""
 
     def plot(self) -> Any:
@@ -214,7 +214,7 @@ class StudyAnswer(ABC):
         source = ""
         with suppress(OptionError):  # raised if there is no picture, or a library is missing
             source = self._source()
-        return notebook_html(self._text(), self.told, source)
+        return notebook_html(self._text(), self.notebook_table, source)
 
     def _source(self) -> str:
         """Return the picture as a data URL, for an image in an HTML page."""

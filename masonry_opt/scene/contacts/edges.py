@@ -147,7 +147,7 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
         If more pairs of edges are near each other than can be compared.
     """
     corners = PlaneCorners(shapes)
-    pairs_of_edges = [corners.edges.beside(shapes, both, far)[0] for both in (pairs, pairs[:, ::-1])]
+    pairs_of_edges = [corners.edges.near(shapes, both, far)[0] for both in (pairs, pairs[:, ::-1])]
     first_edges, second_edges = (np.bincount(pair, minlength=len(pairs)) for pair in pairs_of_edges)
     if (first_edges * second_edges).sum() > _MOST_EDGES:
         edges_of_block = np.bincount(corners.edges.block)

@@ -47,7 +47,7 @@ class Items:
     low: np.ndarray  #: smallest coordinates of each item's bounding box, shape (items, 2) or (items, 3)
     high: np.ndarray  #: largest coordinates of each item's bounding box, shape (items, 2) or (items, 3)
 
-    def beside(self, shapes: Extents, pairs: np.ndarray, far: np.ndarray) -> tuple[np.ndarray, ...]:
+    def near(self, shapes: Extents, pairs: np.ndarray, far: np.ndarray) -> tuple[np.ndarray, ...]:
         """For each pair of blocks, return the first block's faces, edges or corners near the second block.
 
         Parameters
@@ -99,8 +99,8 @@ def near_items(
     """
     one, other = kinds
     far = np.broadcast_to(far, len(pairs))
-    pair1, item1 = one.beside(shapes, pairs, far)
-    pair2, item2 = other.beside(shapes, pairs[:, ::-1], far)
+    pair1, item1 = one.near(shapes, pairs, far)
+    pair2, item2 = other.near(shapes, pairs[:, ::-1], far)
     count1, count2 = (np.bincount(pair, minlength=len(pairs)) for pair in (pair1, pair2))
     first1, first2 = np.cumsum(count1) - count1, np.cumsum(count2) - count2
     rows = [np.zeros((3, 0), dtype=int)]

@@ -366,7 +366,7 @@ class Comparison:
     __repr__ = brief
 
     @property
-    def told(self) -> pd.DataFrame:
+    def notebook_table(self) -> pd.DataFrame:
         """Table of success rates, formatted as text, that a notebook displays."""
         return in_words(success(self.summary), NUMBER_FORMATS, PRINTED).rename(columns=PRINTED_HEADINGS)
 
@@ -375,13 +375,13 @@ class Comparison:
         charts = [file.read_bytes() for file in self.files if file.suffix == ".svg" and file.is_file()]
         source = image_source(charts[0], "svg") if charts else ""
         words = "\n".join([*self.notes, *warning_lines(self.warnings)])
-        return notebook_html(printable(words), self.told, source)
+        return notebook_html(printable(words), self.notebook_table, source)
 
     def __str__(self) -> str:
         """Return the table of success rates, the omitted combinations, the notes and the warnings as text."""
         lines = []
         if len(self.summary):
-            lines += [self.told.to_string(index=False), ""]
+            lines += [self.notebook_table.to_string(index=False), ""]
             scenes = counted(len(self.scenes), "scene")
             lines += [
                 f"the table covers {scenes}; "

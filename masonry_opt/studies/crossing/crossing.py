@@ -162,24 +162,24 @@ def _crossed(
 
     Raises TimeLimitReached if the time limit is over before the axles move.
     """
-    ways, left_out = _passages(scene, axles, settled)
-    cases = tuple(passage.case for passage in ways[0] if passage.case)
+    directions, left_out = _passages(scene, axles, settled)
+    cases = tuple(passage.case for passage in directions[0] if passage.case)
     answer = partial(Crossing, cases=cases, left_out=left_out)
-    firsts, stop = _solve_first_positions(session, ways[0], phases)
+    firsts, stop = _solve_first_positions(session, directions[0], phases)
     if firsts and not _carries_dead_load(firsts[-1].result):
         return answer(worst=firsts[-1].result, passages=())
     if stop is not None:
         if all(first.trials.is_undecided for first in firsts):
-            raise _without_positions(session, [search.PassageTrials(ways[0][0], None)], stop)
+            raise _without_positions(session, [search.PassageTrials(directions[0][0], None)], stop)
         worst_first = min(firsts, key=lambda first: (first.trials.least, not first.trials.is_undecided))
         passages = tuple(first.trials for first in firsts)
         return answer(worst=worst_first.result, passages=passages, **_ended_by(stop))
     effort = Effort()
     programs: dict[str | None, search.SolveLive] = {}
-    for passage, first in zip(ways[0], firsts, strict=True):
+    for passage, first in zip(directions[0], firsts, strict=True):
         loaded = passage.loaded(passage.live(first.trials.position))
         programs[passage.case] = search.moving_load(loaded.problem, effort)
-    all_trials, stop = _cross(session, ways, programs, effort, progress, asked.required_factor)
+    all_trials, stop = _cross(session, directions, programs, effort, progress, asked.required_factor)
     # If no passage has a load factor, every passage is either undecided or carries an unlimited load. An
     # undecided passage then counts as the worst.
     worst = min(all_trials, key=lambda trials: (trials.least, not trials.is_undecided))
@@ -226,7 +226,8 @@ def _solve_first_positions(
         # The search with a Coulomb method also needs associative load factors. They are computed later, so
         # their record is still empty here.
         bounds = None if session.method.associative else search.PassageTrials(passage, None)
-        trials = search.PassageTrials(passage, None, beside=bounds, answers={position: result.solution})
+        answers = {position: result.solution}
+        trials = search.PassageTrials(passage, None, associative_trials=bounds, answers=answers)
         stop = _stop_of(session, result)
         if stop is None or not trials.is_undecided:
             firsts.append(_FirstPosition(trials, result))
@@ -299,7 +300,7 @@ def _longest_range(passage: search.Passage) -> float:
 
 def _cross(
     session: Session,
-    ways: list[list[search.Passage]],
+    directions: list[list[search.Passage]],
     programs: dict[str | None, search.SolveLive],
     effort: Effort,
     progress: Callable[[float, float], None],
@@ -317,8 +318,8 @@ def _cross(
     associative = session.method.associative
     default_solver = session.how.model is None and session.how.solver is None
     try:
-        for way in ways:
-            for passage in way:
+        for passages in directions:
+            for passage in passages:
                 program = programs[passage.case]
                 # For speed, replace an associative method by a compiled linear program with the same answers.
                 # The program cannot be used if joints crush or if the user chose a solver.
@@ -328,7 +329,7 @@ def _cross(
                 all_trials.append(search.PassageTrials(passage, solve, progress, bounds))
                 longest, decided = _longest_range(passage), required if associative else None
                 search.least_associative(all_trials[-1].associative, longest, WITHIN, decided)
-            by_case = all_trials[-len(way) :]
+            by_case = all_trials[-len(passages) :]
             _solve_equal_positions([trials.associative for trials in by_case])
             if not associative:
                 for trials in by_case:
@@ -440,7 +441,7 @@ def _passages(
     crossed = [settled_scene(case_scene, settled) for case_scene in crossed]
     first = assemble(crossed[0])
     assemblies = [on_matrices_of(first, case_scene) or assemble(case_scene) for case_scene in crossed]
-    ways = []
+    directions = []
     for group in groups:
         line = _line(scene, group)
         # If supports settle, each load case has its own displaced road, because the dead loads of the load
@@ -451,8 +452,8 @@ def _passages(
             roads = [_road(assembly, group, line) for assembly in assemblies]
         for direction in group.directions:
             pairs = zip(assemblies, roads, strict=True)
-            ways.append([search.Passage(group, direction, assembly, road) for assembly, road in pairs])
-    return ways, tuple(case.name for case in cases if not case.factor("live", "axles"))
+            directions.append([search.Passage(group, direction, assembly, road) for assembly, road in pairs])
+    return directions, tuple(case.name for case in cases if not case.factor("live", "axles"))
 
 
 def _road(assembly: Assembly, group: Axles, line: list[Point]) -> Road:

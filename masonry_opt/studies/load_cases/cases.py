@@ -107,7 +107,7 @@ class Cases(StudyAnswer):
         numbers |= {name: "float64" for name in _ACTIVATION_COLUMNS if name in frame}
         return frame.astype(numbers | {"status": "str"})
 
-    told = table
+    notebook_table = table
 
     @cached_property
     def governing(self) -> str | None:

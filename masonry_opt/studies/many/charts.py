@@ -121,7 +121,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
         incremental=incremental,
         least=least_ones & (least_ones.sum() < frame["load_factor"].count()),
     )
-    known, beside = marks[on_axis], marks[incremental.notna() & (not same)]
+    known, incremental_marks = marks[on_axis], marks[incremental.notna() & (not same)]
     x = alt.X("at:Q", scale=alt.Scale(zero=False, nice=False, padding=12), axis=alt.Axis(title=_label(name)))
     scale = alt.Scale(
         domain=ends(np.r_[known["λ"], incremental]), nice=False, zero=False, padding=_STRIP_HEIGHT
@@ -133,7 +133,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     colours = alt.Scale(domain=[*looks], range=[colour for colour, _ in looks.values()])
     shapes = alt.Scale(domain=[*looks], range=[shape for _, shape in looks.values()])
     solid = alt.Chart(known).encode(x=x, y=y)
-    dashed = alt.Chart(beside).encode(x=x, y=alt.Y("incremental:Q", **upwards))
+    dashed = alt.Chart(incremental_marks).encode(x=x, y=alt.Y("incremental:Q", **upwards))
     stroke: Any = alt.Stroke("line:N", scale=colours) if lines else alt.value(_DARK)
     if lines or len(names) == 1:
         layers = [solid.mark_line(strokeWidth=1.2).encode(stroke=stroke)]
@@ -158,7 +158,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     layers.append(text.encode(x=x, y=at_top, text=alt.Text("λ:Q", format=".4~g")))
     file = chart_names(names)[[*names].index(name)]
     notes = [_RING] if marks["least"].any() else []
-    notes += [_DASHED] if len(beside) else []
+    notes += [_DASHED] if len(incremental_marks) else []
     notes += _note_on_equal_lines(frame, names) + _names_of_load_factors(frame) + _note_on_axles(frame)
     return NamedChart(file, f"{_LABEL} against {_label(name)}", alt.layer(*layers), "; ".join(notes))
 

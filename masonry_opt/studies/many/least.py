@@ -103,7 +103,7 @@ class Threshold(StudyAnswer):
         return framed(rows, _TRIAL_COLUMNS, ANSWER_COLUMNS | (CROSSING_COLUMNS if crossed else {}))
 
     @property
-    def told(self) -> pd.DataFrame:
+    def notebook_table(self) -> pd.DataFrame:
         """Table that a notebook displays: some columns of the table of trials."""
         return self.history[[*_TRIAL_COLUMNS]]
 

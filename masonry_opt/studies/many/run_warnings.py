@@ -114,11 +114,11 @@ def _largest_fall(
     fixed = {other: float(first[other]) for other in others}
     where = f"{name} = {numeral(first[name], 'g')}"
     values = [numeral(row["load_factor"], ".6f") for row in (first, second)]
-    beside = f" ({_named(fixed)})" if fixed else ""
+    where_fixed = f" ({_named(fixed)})" if fixed else ""
     sentence = (
         f"the lowest load factor found falls from {values[0]} at {where} to {values[1]} at "
-        f"{numeral(second[name], 'g')}{beside}: either the scene is weaker at the larger value, or a lower λ "
-        f"was missed at the smaller value{search_advice(method, 'it')}"
+        f"{numeral(second[name], 'g')}{where_fixed}: either the scene is weaker at the larger value, or a "
+        f"lower λ was missed at the smaller value{search_advice(method, 'it')}"
     )
     return study_warning(
         StudyCode.FALLS_WITH_STRENGTH,

@@ -77,15 +77,15 @@ class StudyOutput(NamedTuple):
     """Output folder of a study, and the files that the study writes into the folder."""
 
     folder: Path
-    beside: Sequence[str]  #: names of the files that are written in addition to the table of runs
+    extra_files: Sequence[str]  #: names of the files that are written in addition to the table of runs
     force: bool  #: True if files that other programs wrote may be replaced
 
-    def write(self, frame: pd.DataFrame, beside: Mapping[str, str | bytes]) -> None:
+    def write(self, frame: pd.DataFrame, extra_contents: Mapping[str, str | bytes]) -> None:
         """Write the table of runs and the additional files, and remove other files of an earlier study.
 
         Raises OutputError if a file cannot be written or removed.
         """
-        write_folder(self.folder, {_RUNS_FILE: csv_text(frame), **beside}, self.force, _is_study_file)
+        write_folder(self.folder, {_RUNS_FILE: csv_text(frame), **extra_contents}, self.force, _is_study_file)
 
 
 def _is_study_file(name: str) -> bool:
@@ -275,7 +275,7 @@ def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, fl
     journal = Journal(folder, head) if (folder / JOURNAL).exists() else None
     if not output.force:
         _refuse_losing(folder / _RUNS_FILE, points)
-    refuse_outputs(folder, (_RUNS_FILE, *output.beside), output.force)
+    refuse_outputs(folder, (_RUNS_FILE, *output.extra_files), output.force)
     # Create a new journal only after all checks: if a check raises an error, no new journal remains.
     return journal or Journal(folder, head)
 

@@ -334,7 +334,7 @@ class Sample(StudyAnswer):
                 yield study_warning(StudyCode.FALLS_WITH_STRENGTH, sentence, **values)
 
     @property
-    def told(self) -> pd.DataFrame:
+    def notebook_table(self) -> pd.DataFrame:
         """Table that a notebook displays: the quantiles of the load factor."""
         return self.quantiles()
 

@@ -285,7 +285,7 @@ class Settlement(StudyAnswer):
         rows = [{"end": name} | row for name, end in self.ends.items() for row in end.rows()]
         return pd.DataFrame(rows, columns=["end", *_REACTION_COLUMNS]).astype({"reaction": float})
 
-    told = table
+    notebook_table = table
 
     @property
     def openings(self) -> pd.DataFrame:
