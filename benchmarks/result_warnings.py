@@ -45,7 +45,7 @@ from masonry_opt.solution import wedges  # noqa: E402
 from masonry_opt.solution.motion import moving_blocks  # noqa: E402
 from masonry_opt.solution.reasons import Code, Reason  # noqa: E402
 from masonry_opt.studies.many import jumps  # noqa: E402
-from masonry_opt.studies.many.least import Threshold  # noqa: E402
+from masonry_opt.studies.many.threshold import Threshold  # noqa: E402
 
 #: Factors of the thresholds.
 FACTORS = (1 / 3, 1.0, 3.0)

@@ -44,7 +44,8 @@ from masonry_opt.solution.thresholds import IDLE_FORCE
 from masonry_opt.studies.crossing.answer import Crossing
 from masonry_opt.studies.crossing.assessment import FORCE_UNIT
 from masonry_opt.studies.load_cases.cases import Cases, Directions
-from masonry_opt.studies.settle.answer import KIND_NAMES, Settlement
+from masonry_opt.studies.settle.answer import Settlement
+from masonry_opt.studies.settle.bound import KIND_NAMES
 from masonry_opt.studies.writing import frame_table, render, table, versions
 
 Answer = Result | Crossing | Cases | Settlement | Capacity  #: Answers that a report can contain.
