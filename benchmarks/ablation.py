@@ -63,11 +63,15 @@ from masonry_opt.solution.acceptance import SMALLEST  # noqa: E402
 from masonry_opt.solution.reasons import Code  # noqa: E402
 from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE  # noqa: E402
 
-#: First seeds of the random scenes in the plane and in space, above all seeds that were used for tuning.
-FIRST_SEED, FIRST_SEED_IN_SPACE = 90_000, 97_000
+#: First seed of the random scenes in the plane, above all seeds that were used for tuning.
+FIRST_SEED = 90_000
+#: First seed of the random scenes in space, above all seeds that were used for tuning.
+FIRST_SEED_IN_SPACE = 97_000
 
-#: Sizes of the corner walls (blocks along x and y, courses), and the values of friction of each wall.
-CORNERS, CORNER_FRICTIONS = ((2, 2, 3), (3, 3, 3), (3, 2, 5)), (0.45, 0.7)
+#: Sizes of the corner walls: blocks along x and y, courses.
+CORNERS = ((2, 2, 3), (3, 3, 3), (3, 2, 5))
+#: Values of friction of each corner wall.
+CORNER_FRICTIONS = (0.45, 0.7)
 
 #: Options of each measurement that an entry of ``ABLATIONS`` can name.
 MEASURED: dict[str, dict[str, Any]] = {
@@ -92,8 +96,11 @@ def _without(*names: Any) -> Callable[[Any], Any]:
 
 
 _SETTINGS = "exact.settings:SEARCH."
-_SEARCH, _RUN, _BOUND = "exact.search:", "loop.run:", "bracket.relaxation:"
-_REMEDIES, _ENERGY = "loop.nonassociative:REMEDIES", "exact.alternation:ExactPrograms.forces.__defaults__"
+_SEARCH = "exact.search:"
+_RUN = "loop.run:"
+_BOUND = "bracket.relaxation:"
+_REMEDIES = "loop.nonassociative:REMEDIES"
+_ENERGY = "exact.alternation:ExactPrograms.forces.__defaults__"
 
 
 def _solved_alone(solved: Callable[..., bool]) -> Callable[..., bool]:
@@ -115,7 +122,8 @@ def _no_excess(*_: Any) -> float:
 
 
 _WEIGHTS = _SETTINGS + "weight_series_in_space"
-_TOLERANCES, _SIDES = _SETTINGS + "tolerances", ".problem.matrices:SIDES"
+_TOLERANCES = _SETTINGS + "tolerances"
+_SIDES = ".problem.matrices:SIDES"
 
 #: Rules that concern only blocks in space, in the form of ``ABLATIONS``.
 IN_SPACE: dict[str, tuple[str, dict[str, Any]]] = {

@@ -36,10 +36,8 @@ TWO_PATHS = small.bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, 1, 1, 0.5]], (4, 1
 STUCK = small.bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, 1, -1, 0.5], [1, 1, 1]], (4, 1), 0.8)
 PENETRATING = small.bonded([[0.5, 1, 1, 1, 0.5], [1, -1, 1, 1], [0.5, 1, 1, 1, 0.5]], (4, 1), 0.8)
 #: Interval for wall 6: from the lowest exact state known to 1 % above the paper's value.
-NEAR_WALL_6, LOWEST = (
-    (0.291780, 0.29649 * 1.01),
-    "from the lowest exact state known to 1 % above the paper's λ",
-)
+NEAR_WALL_6 = (0.291780, 0.29649 * 1.01)
+LOWEST = "from the lowest exact state known to 1 % above the paper's λ"
 ON_THE_CYCLE = "a state on the mechanism of the cycle: from the paper's λ to the largest λ of the cycle"
 UP_TO_ASSOCIATIVE = "from the published MPEC to the associative λ; 0.307 occurred, 16 % above the MPEC"
 STEPPED = small.bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, -1, 1, 0.5], [1, 1, 1]], (4, 3), 0.65)

@@ -101,7 +101,9 @@ def test_verdicts(known, verdict, reason):
 
 
 INF = float("inf")
-FALLS, UNLIMITED, UNKNOWN = CertifiedBounds(-INF, -INF), CertifiedBounds(INF, INF), CertifiedBounds(-INF, INF)
+FALLS = CertifiedBounds(-INF, -INF)
+UNLIMITED = CertifiedBounds(INF, INF)
+UNKNOWN = CertifiedBounds(-INF, INF)
 
 
 @pytest.mark.parametrize(
