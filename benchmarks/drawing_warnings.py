@@ -52,8 +52,10 @@ from masonry_opt.solution.sense import warnings_of  # noqa: E402
 KINDS = ("wall", "arch", "tessellation", "bond")
 #: Name of the row of fine arches with a large tolerance.
 FLATTENED = "fine arch, large tolerance"
-#: Name of the row of drawings with one block at a wrong place, and its distance relative to the width.
-MOVED, DISTANCES = "highest block moved", (0.002, 0.02)
+#: Name of the row of drawings with one block at a wrong place.
+MOVED = "highest block moved"
+#: Least and largest distance of the block from its right place, relative to its width.
+DISTANCES = (0.002, 0.02)
 #: Codes of the warnings about drawings.
 CODES = (Code.SMALL_GAPS, Code.LOST_JOINTS, Code.BRIDGED_BY_TOLERANCE, Code.ALIGNED, Code.UNEVEN_SIDES)
 

@@ -78,7 +78,7 @@ THRESHOLDS = (
     Threshold((sense,), "_HIGH_FRICTION", ("joints",), math.inf),
     Threshold((sense,), "_SMALL_FRICTION", ("joints",), 0.0),
     Threshold((force_units, units), "LARGEST_SCENE", ("lengths", "axles"), math.inf),
-    Threshold((sense,), "_OUTSIDE", ("outside",), math.inf),
+    Threshold((sense,), "_LARGEST_FORCE_DISTANCE", ("outside",), math.inf),
     Threshold((units,), "_LIGHTEST_AXLE", ("axles",), 0.0),
     Threshold((units,), "_HEAVIEST_AXLE", ("axles",), math.inf),
     Threshold((units,), "_LARGEST_RELATIVE_LOAD", ("axles",), math.inf),

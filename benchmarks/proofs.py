@@ -46,8 +46,10 @@ BOND_FRICTION = 0.65
 LONG = 1e5
 #: Seconds of processor time of the columns of the table.
 WITHIN = (0.2, 1, 5, 20, 60, 300)
-#: Ranges of the number of joints, and numbers of linear programs, in the table of budgets.
-BUDGET_RANGES, BUDGETS = ((8, 15), (16, 25), (26, 60)), (1500, 4500, 13_500)
+#: Ranges of the number of joints in the table of budgets.
+BUDGET_RANGES = ((8, 15), (16, 25), (26, 60))
+#: Numbers of linear programs in the table of budgets.
+BUDGETS = (1500, 4500, 13_500)
 #: Smallest and largest number of voussoirs of the arches.
 VOUSSOIRS = (16, 38)
 #: Setting of a default that tries no proof.

@@ -45,7 +45,7 @@ from masonry_opt.solution import wedges  # noqa: E402
 from masonry_opt.solution.motion import moving_blocks  # noqa: E402
 from masonry_opt.solution.reasons import Code, Reason  # noqa: E402
 from masonry_opt.studies.many import jumps  # noqa: E402
-from masonry_opt.studies.many.least import Threshold  # noqa: E402
+from masonry_opt.studies.many.threshold import Threshold  # noqa: E402
 
 #: Factors of the thresholds.
 FACTORS = (1 / 3, 1.0, 3.0)
@@ -108,17 +108,17 @@ def thresholds(first: int, count: int) -> Iterator[tuple[bool, Threshold, float]
 
 def print_jumps(first: int, count: int) -> None:
     """Print how many thresholds are called jumps, for values of the least ratio of a jump."""
-    found, usual = list(thresholds(first, count)), jumps._STEEPER
+    found, usual = list(thresholds(first, count)), jumps._JUMP_RATIO
     print("least ratio,continuous,of them called jumps,jumping,of them called jumps")
     for ratio in (0.0, usual / 3, usual, 3 * usual):
-        jumps._STEEPER = ratio
+        jumps._JUMP_RATIO = ratio
         called: Counter[bool] = Counter()
         for is_jump, threshold, load in found:
             named = jumps.jump_between(threshold.holds, threshold.fails, threshold.trials, load)
             called[is_jump] += named is not None
         total = Counter(is_jump for is_jump, _, _ in found)
         print(f"{ratio:g}", total[False], called[False], total[True], called[True], sep=",")
-    jumps._STEEPER = usual
+    jumps._JUMP_RATIO = usual
 
 
 class Mechanism(NamedTuple):

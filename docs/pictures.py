@@ -57,9 +57,11 @@ DATA = (
     ),
 )
 
-BOX_WIDTH, BOX_HEIGHT = 2.75, 0.78  # in inches
+BOX_WIDTH = 2.75  # in inches
+BOX_HEIGHT = 0.78  # in inches
 ROW_HEIGHT = 1.2  # distance between the middles of two boxes, in inches
-DATA_COLOUR, TEXT_COLOUR = "#dfe9f3", "#1f2d3a"
+DATA_COLOUR = "#dfe9f3"
+TEXT_COLOUR = "#1f2d3a"
 
 
 def diagram() -> Figure:

@@ -1,4 +1,4 @@
-"""Collapse load factor of masonry: rigid blocks, dry Coulomb joints, linear programming.
+"""Compute collapse load factors of masonry: rigid blocks with dry Coulomb joints, by linear programming.
 
 >>> import masonry_opt as mo
 >>> scene = mo.load("cases/ferris_tinloi/wall_1.toml")
@@ -6,7 +6,11 @@
 >>> print(result)
 
 Six functions that most users need
-    load, draw, solve, sweep, report, save
+    load, save: read and write a case file
+    draw: draw a scene before it is solved
+    solve: find the load factor at which a scene collapses
+    sweep: solve a scene for several values of its parameters
+    report: write answers about a scene as a page
 Studies of many loads, positions of axles, supports or values of parameters
     solve_cases, directions, crossing, settle, capacity, sample, least, most
 Files of other programs

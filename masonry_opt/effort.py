@@ -130,7 +130,7 @@ class Effort:
         if solver not in names:
             names.append(solver)
 
-    def beside(self) -> "Effort":
+    def separate_counter(self) -> "Effort":
         """Return a new counter of solver work, which starts from zero, for work to be counted separately.
 
         Both counters share one list of solvers.

@@ -42,10 +42,28 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def listed(names: Sequence[str], most: int) -> str:
-    """Return a text with the first ``most`` names and the number of the remaining names."""
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(names[:most]) + more
+def remainder(count: int, most: int, noun: str = "") -> str:
+    """Return the number of items beyond the first ``most``, such as "and 3 more" or "and 1 more row".
+
+    The text is empty if there are at most ``most`` items. ``noun`` names an item in the singular.
+    """
+    others = count - most
+    if others <= 0:
+        return ""
+    return f"and {counted(others, f'more {noun}')}" if noun else f"and {others} more"
+
+
+def shortened(items: Sequence[str], most: int, noun: str = "") -> list[str]:
+    """Return the first ``most`` items and, if there are more, a last item with the number of the others.
+
+    See :func:`remainder`.
+    """
+    return [*items[:most], *filter(None, [remainder(len(items), most, noun)])]
+
+
+def listed(items: Sequence[str], most: int, noun: str = "") -> str:
+    """Return a text with the first ``most`` items and the number of the others; see :func:`remainder`."""
+    return " ".join(filter(None, (", ".join(items[:most]), remainder(len(items), most, noun))))
 
 
 class MasonryError(Exception):

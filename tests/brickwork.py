@@ -13,7 +13,9 @@ import shapely
 
 import masonry_opt as mo
 
-LENGTH, HEIGHT, MORTAR = 0.25, 0.065, 0.01
+LENGTH = 0.25
+HEIGHT = 0.065
+MORTAR = 0.01
 
 #: Thickness of the thinnest cut brick; thinner cuts are left out.
 THINNEST = 0.03

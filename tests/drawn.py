@@ -5,7 +5,7 @@ import functools
 import numpy as np
 
 import masonry_opt as mo
-from masonry_opt.drawing.elements import START, Elements, legend, result_elements, scene_elements
+from masonry_opt.drawing.elements import SHOWN_MOTION_SHARE, Elements, legend, result_elements, scene_elements
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
@@ -27,7 +27,7 @@ def marks(what: object, name: str, kind: str = "", shape: str = "") -> np.ndarra
     Lines and arrows have two ends, shape (marks, 2, 2). Other marks have one point, shape (marks, 1, 2).
     """
     elements, first = elements_of(what)
-    share = START if (kind or first) == "mechanism" else 0.0
+    share = SHOWN_MOTION_SHARE if (kind or first) == "mechanism" else 0.0
     found = [
         each.moved(share) + elements.assembly.geometry.origin
         for each in elements.shown(kind or first)

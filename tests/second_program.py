@@ -26,8 +26,10 @@ import masonry_opt as mo
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.solution.reasons import Status
 
-#: Number of sides of a friction polygon, and number of chords or tangents of a parabola of crushing.
-SIDES, TANGENTS = 24, 64
+#: Number of sides of a friction polygon.
+SIDES = 24
+#: Number of chords or tangents of a parabola of crushing.
+TANGENTS = 64
 
 #: Codes with which SciPy reports that HiGHS ended at its time limit, or without a verdict.
 UNDECIDED = (1, 4)

@@ -58,16 +58,16 @@ def _typed(of: type, names: list[str]) -> str:
     """Return the types and defaults of the fields that one entry describes."""
     # Annotations may name pandas although the module imports it only inside functions.
     hints = typing.get_type_hints(of, localns={"pd": pandas})
-    told = {}
+    types = {}
     for name in names:
         if name in hints:
             shown = stringify_annotation(hints[name], "smart").replace("~", "").replace(" | ", " or ")
             shown = re.sub(r"\b(?:masonry_opt|typing|collections)(?:\.\w+)*\.(\w+)", r"\1", shown)
             default = _default(of, name) if _is_model(of) else None
-            told[name] = shown if default in (None, "None") else f"{shown}, default {default}"
-    if len(set(told.values())) == 1:
-        return next(iter(told.values()))
-    return "; ".join(f"{name}: {kind}" for name, kind in told.items())
+            types[name] = shown if default in (None, "None") else f"{shown}, default {default}"
+    if len(set(types.values())) == 1:
+        return next(iter(types.values()))
+    return "; ".join(f"{name}: {kind}" for name, kind in types.items())
 
 
 def _entries(lines: list[str]) -> Iterator[tuple[list[str], list[str]]]:
@@ -95,7 +95,7 @@ def _rewritten(of: Any, names: list[str], text: list[str]) -> Iterator[str]:
 def _process(app: Sphinx, what: str, name: str, of: Any, options: Any, lines: list[str]) -> None:
     """Rewrite the sections of a docstring in place, before Napoleon reads them."""
     parts: list[str] = []
-    told: set[str] = set()
+    described: set[str] = set()
     at = 0
     while at < len(lines):
         header = lines[at].strip()
@@ -106,14 +106,14 @@ def _process(app: Sphinx, what: str, name: str, of: Any, options: Any, lines: li
             title = "Fields" if _is_model(of) else header
             parts += [title, "-" * len(title)]
             for names, text in _entries(lines[at + 2 : end]):
-                told.update(names)
+                described.update(names)
                 parts += list(_rewritten(of, names, text))
             parts.append("")
             at = end
         else:
             parts.append(lines[at])
             at += 1
-    if _is_model(of) and not told:
+    if _is_model(of) and not described:
         parts += ["", "Fields", "------"]
         for field in of.model_fields:
             parts += list(_rewritten(of, [field], []))

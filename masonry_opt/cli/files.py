@@ -50,7 +50,9 @@ _METHOD = (
     "Method whose optimisation problem is exported: static (default), kinematic or global; for .nl files "
     "also mpec or mcp. For solids: method whose mechanism and forces are exported (default: blocks at rest)."
 )
-_IN = "Drawing (.dxf), COMPAS data (.json), mesh (.obj, .ply, .stl, .glb, .gltf), or a folder of meshes."
+_INPUT_HELP = (
+    "Drawing (.dxf), COMPAS data (.json), mesh (.obj, .ply, .stl, .glb, .gltf), or a folder of meshes."
+)
 
 
 @command(mo.draw, file=typer.Argument(help="File to write (.png, .svg, .pdf)."))
@@ -128,7 +130,7 @@ def _direction(text: str) -> str | tuple[float, ...]:
         help="COMPAS: read blocks as solids (--space), or as outlines seen along a direction (--plane).",
     ),
     up=typer.Option(metavar="x|y|z"),
-    drawing=typer.Argument(metavar="IN", help=_IN),
+    drawing=typer.Argument(metavar="IN", help=_INPUT_HELP),
     out=typer.Argument(metavar="OUT", help="Case file (.toml or .json)."),
 )
 def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None:

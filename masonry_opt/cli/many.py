@@ -16,10 +16,10 @@ from masonry_opt.errors import InterruptedByUserError, OptionError, counted
 from masonry_opt.files import WRITER
 from masonry_opt.reporting.terminal import print_result
 from masonry_opt.scene.case_file import as_scene
-from masonry_opt.studies.compare.comparison import OUT
-from masonry_opt.studies.many.draws import BY, parse
+from masonry_opt.studies.compare.comparison import DEFAULT_FOLDER
+from masonry_opt.studies.many.draws import JOINT_GROUPS, parse
 from masonry_opt.studies.many.sweep import summary_text
-from masonry_opt.studies.writing import NEEDED
+from masonry_opt.studies.writing import MISSING_LIBRARY_MESSAGE
 
 #: Largest number of values that --vary accepts for one parameter of the scene. More values raise an error.
 _MOST_VALUES = 100_000
@@ -69,7 +69,7 @@ def _vary(text: str) -> tuple[str, list[float]]:
     distributions=typer.Option("--sample", help=_SAMPLE, parser=parse),
     n=typer.Option("-n", "--runs", min=1),
     seed=typer.Option(min=0),
-    by=typer.Option(help=f"With --sample: which joints share one random value ({', '.join(BY)})."),
+    by=typer.Option(help=f"With --sample: which joints share one random value ({', '.join(JOINT_GROUPS)})."),
     workers=typer.Option(min=1),
     force=typer.Option(
         "--force", help=f"Replace the table of another study, and existing files that {WRITER} did not write."
@@ -123,7 +123,11 @@ def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> 
                 f"interrupted: {complete} in the table; repeat the command to continue the sweep"
             ) from None
     print_result(summary_text(answer, list(values)) if vary else str(answer), bold_line=1 if vary else None)
-    charts = ", with charts in the same folder" if (out / "charts.html").exists() else f"; {NEEDED}"
+    charts = (
+        ", with charts in the same folder"
+        if (out / "charts.html").exists()
+        else f"; {MISSING_LIBRARY_MESSAGE}"
+    )
     errors.print(f"written: {out / 'runs.csv'}{charts}", markup=False, soft_wrap=True)
 
 
@@ -161,9 +165,13 @@ def compare(given: Given, scenes: list[str] | None = None) -> None:
     with waiting("comparing") as work, ended_by_kill():
         comparison = mo.compare(scenes or [], progress=work.show, **given)
     print_result(str(comparison), bold_line=None)
-    folder = given.get("out", OUT)
+    folder = given.get("out", DEFAULT_FOLDER)
     page, table = folder / "report.html", folder / "summary.csv"
-    written = f"{page}; tables and pictures are in the same folder" if page.exists() else f"{table}; {NEEDED}"
+    written = (
+        f"{page}; tables and pictures are in the same folder"
+        if page.exists()
+        else f"{table}; {MISSING_LIBRARY_MESSAGE}"
+    )
     Console(stderr=True).print(f"written: {written}", markup=False, soft_wrap=True)
     if comparison.interrupted:
         raise InterruptedByUserError("interrupted: repeat the command to continue the comparison")

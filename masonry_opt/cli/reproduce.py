@@ -32,7 +32,7 @@ from masonry_opt.studies.writing import csv_text
 #: hour.
 _NOT_IN_PAPER = "bracket"
 _EXAMPLE_HELP = "Name of an example, or all; without a name the command lists the examples."
-_OUT = "Folder for tables (CSV) and pictures (PNG, SVG)."
+_OUTPUT_HELP = "Folder for tables (CSV) and pictures (PNG, SVG)."
 _TABLE_PREFIX = "table"  #: Prefix of the names of variables that are saved as tables.
 _FIGURE = "figure"  #: Prefix of the names of variables that are saved as pictures.
 _PACKAGE = Path(__file__).parents[1]  #: Folder of the package.
@@ -46,7 +46,7 @@ def scripts() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.py"), key=lambda path: (len(path.stem), path))}
 
 
-@command(example=typer.Argument(help=_EXAMPLE_HELP), out=typer.Option(help=_OUT))
+@command(example=typer.Argument(help=_EXAMPLE_HELP), out=typer.Option(help=_OUTPUT_HELP))
 def reproduce(_: Given, example: str = "", out: Path = Path("results"), force: bool = False) -> bool:
     """Run an example of the paper, and compare its values with the published values.
 

@@ -29,7 +29,7 @@ _PLOT_KIND_HELP = (
     "is stable without live load."
 )
 _VERBOSE_HELP = "Print residuals, solvers and computing times in addition to the summary."
-_WHOSE = "Mechanism to draw: least (default, at the lowest load factor found) or incremental."
+_MECHANISM_HELP = "Mechanism to draw: least (default, at the lowest load factor found) or incremental."
 
 
 @command(
@@ -38,7 +38,7 @@ _WHOSE = "Mechanism to draw: least (default, at the lowest load factor found) or
     kind=typer.Option("--plot-kind", metavar="KIND", help=_PLOT_KIND_HELP, show_default=False),
     verbose=typer.Option("--verbose", "-v", help=_VERBOSE_HELP),
     quiet=typer.Option("--quiet", "-q", help="Print only the load factor, and warnings on standard error."),
-    mechanism=typer.Option(metavar="WHICH", help=_WHOSE),
+    mechanism=typer.Option(metavar="WHICH", help=_MECHANISM_HELP),
 )
 def solve(
     given: Given,

@@ -139,7 +139,7 @@ def crossing(
             work.show(f"crossing: first axle at {position:.4g}: λ = {value}")
 
         answer = mo.crossing(case, progress=progress, phases=work.phase, **given.rest(mo.crossing))
-    positions = "\n" + frame_text(answer.told, "positions") if table and answer.passages else ""
+    positions = "\n" + frame_text(answer.notebook_table, "positions") if table and answer.passages else ""
     if json:
         print_json(answer)
     else:

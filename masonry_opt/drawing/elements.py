@@ -33,11 +33,12 @@ PICTURE_KINDS = ("mechanism", "thrust", "utilisation")
 
 #: Largest displacement in the "full motion" of a drawn mechanism, relative to the scene's size. With a larger
 #: value, mechanisms are magnified more.
-FULL = 0.1
-#: Fraction of the full motion (see ``FULL``) that a picture shows, and that a page shows when it is opened.
-START = 0.6
+FULL_MOTION = 0.1
+#: Fraction of the full motion (see ``FULL_MOTION``) that a picture shows, and that a page shows when it is
+#: opened.
+SHOWN_MOTION_SHARE = 0.6
 _MARGIN_AT_REST = 0.07  #: Free space around the movable blocks at rest, relative to the scene's size.
-_PAD = 0.02  #: Free space around moved blocks and marks, relative to the scene's size.
+_PADDING = 0.02  #: Free space around moved blocks and marks, relative to the scene's size.
 _TEXT = 0.15  #: Width of the text next to a scale bar, relative to the scene's size.
 
 
@@ -51,8 +52,8 @@ class Elements:
     assembly: Assembly  #: assembly of the scene, with the shapes of the blocks
     heading: str  #: line below the scene's title
     movement: str  #: description of the motion for captions; "" if no block moves
-    #: Full motion of each block of the scene (see ``FULL``), in the form that ``marks.moved`` accepts, shape
-    #: (blocks, 3), in space (blocks, 6).
+    #: Full motion of each block of the scene (see ``FULL_MOTION``), in the form that ``marks.moved`` accepts,
+    #: shape (blocks, 3), in space (blocks, 6).
     motion: np.ndarray
     loads: list[Marks]  #: marks of loads and fill
     #: Marks on joints, by layer. An unsolved scene has the layer "scene". A result has one layer for each
@@ -101,8 +102,8 @@ class Elements:
         for each in marks:
             points += [each.moved(part).reshape(-1, 2) for part in (0.0, share)]
             if each.text:
-                points.append(each.points[:, -1] + [_TEXT * size, _PAD * size])
-        reach, pad = np.concatenate(points), _PAD * size
+                points.append(each.points[:, -1] + [_TEXT * size, _PADDING * size])
+        reach, pad = np.concatenate(points), _PADDING * size
         low = np.minimum(corners.min(axis=0) - _MARGIN_AT_REST * size, reach.min(axis=0) - pad)
         high = np.maximum(corners.max(axis=0) + _MARGIN_AT_REST * size, reach.max(axis=0) + pad)
         return np.array([low, high])
@@ -154,11 +155,12 @@ def _still(assembly: Assembly) -> np.ndarray:
 def motion_of(assembly: Assembly, d: np.ndarray, full: np.ndarray) -> np.ndarray:
     """Convert displacements d, shape (3b,), to motions of all blocks of the scene, scaled for drawing.
 
-    The scale is chosen so that the displacements ``full``, shape (3b,), become a full motion; see ``FULL``.
+    The scale is chosen so that the displacements ``full``, shape (3b,), become a full motion; see
+    ``FULL_MOTION``.
     """
     problem, motion = assembly.problem, _still(assembly)
     centroid = assembly.geometry.centroid[assembly.movable]
-    d = FULL * size_of(assembly) / fastest(assembly, full) * d
+    d = FULL_MOTION * size_of(assembly) / fastest(assembly, full) * d
     rates = np.column_stack([problem.forces(d), problem.moments(d) / problem.length_unit])
     # Convert the velocity of each block's centroid to the velocity of the block's point at the origin.
     rates[:, : centroid.shape[1]] = moved(-centroid, rates) + centroid

@@ -13,7 +13,7 @@ from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces, LoadedPiece, moment_of
 from masonry_opt.scene.rows import linked
 from masonry_opt.solution.outcome import Outcome
-from masonry_opt.solution.thresholds import IDLE
+from masonry_opt.solution.thresholds import IDLE_FORCE
 
 #: Largest numbers of arrows for parallel forces of one kind of load, by dimension of the scene: for weights,
 #: then for each other kind of load. If there are more forces, a single arrow shows their direction. In space
@@ -23,14 +23,15 @@ _MOST_ARROWS = {2: (30, 200), 3: (1, 8)}
 _LONGEST = 0.09  #: Length of the longest arrow of each kind of load, relative to the size of the scene.
 #: If a kind of load has more forces than this number, the length of their arrows is limited by
 #: ``_LARGEST_ARROW_LENGTH``.
-_LONE = 8
-#: Largest length of an arrow if a kind of load has more than ``_LONE`` forces, relative to the median size of
-#: a block.
+_MOST_UNLIMITED_ARROWS = 8
+#: Largest length of an arrow if a kind of load has more than ``_MOST_UNLIMITED_ARROWS`` forces, relative to
+#: the median size of a block.
 _LARGEST_ARROW_LENGTH = 0.6
 #: Distance between arrows of different kinds of load at one point, relative to the size of the scene.
 _SIDE_STEP = 0.02
-_ALONG = 8  #: Number of intervals into which arrows divide the line of an edge load.
-_SPACE = 0.3  #: Smallest distance between the arrows of an edge load, relative to the longest arrow.
+_EDGE_LOAD_INTERVALS = 8  #: Number of intervals into which arrows divide the line of an edge load.
+#: Smallest distance between the arrows of an edge load, relative to the longest arrow.
+_LEAST_ARROW_SPACING = 0.3
 #: In space, a single arrow that represents many forces is drawn above the blocks. This is its height above
 #: the highest block, relative to the size of the scene. With a smaller value, blocks that move upwards could
 #: reach the arrow.
@@ -155,7 +156,7 @@ def _forces(assembly: Assembly, forces: Forces, motion: np.ndarray) -> tuple[np.
     point, blocks = forces.point, assembly.movable[forces.block]
     sizes, dimension = np.linalg.norm(forces.force, axis=1), point.shape[1]
     longest = _LONGEST * size_of(assembly)
-    if len(sizes) > _LONE:
+    if len(sizes) > _MOST_UNLIMITED_ARROWS:
         median_side = float(np.median(assembly.geometry.size[blocks])) ** (1 / dimension)
         longest = min(longest, _LARGEST_ARROW_LENGTH * median_side)
     arrow = longest * forces.force / sizes.max()
@@ -176,7 +177,8 @@ def _rows(assembly: Assembly, pieces: list[LoadedPiece]) -> tuple[np.ndarray, np
         load = assembly.scene.edge_loads[piece.load]
         line = np.hypot(*(np.array(load.end) - load.start))
         length = np.hypot(*(piece.ends[1] - piece.ends[0]))
-        count = max(1, min(round(_ALONG * length / line), int(length / (_SPACE * longest)))) + 1
+        most_intervals = int(length / (_LEAST_ARROW_SPACING * longest))
+        count = max(1, min(round(_EDGE_LOAD_INTERVALS * length / line), most_intervals)) + 1
         share = np.linspace(0, 1, count)[:, None]
         arrow = longest / most * ((1 - share) * piece.intensity[0] + share * piece.intensity[1])
         on_edge = (1 - share) * piece.ends[0] + share * piece.ends[1]
@@ -279,7 +281,7 @@ def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> I
 
 #: A line of thrust is drawn through at least this number of successive blocks with exactly two joints each.
 #: In shorter rows, the resultant of each joint is drawn.
-_CHAIN = 3
+_FEWEST_BLOCKS_OF_THRUST_LINE = 3
 _RESULTANT = 0.12  #: Length of the longest resultant in the plane, relative to the size of the scene.
 #: Length of the longest resultant in space, relative to the size of the scene. It exceeds ``_RESULTANT``,
 #: because in space most resultants are much shorter than the longest.
@@ -300,7 +302,7 @@ def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
         return force, point
     n, s, m = (frame[name].to_numpy() for name in ("n", "s", "m"))
     force = n[:, None] * joints.normal + s[:, None] * joints.tangent
-    pressed = n > IDLE * np.abs(n).max(initial=0.0)
+    pressed = n > IDLE_FORCE * np.abs(n).max(initial=0.0)
     off = np.divide(m, n, out=np.full_like(n, np.nan), where=pressed)
     return force, frame[["x", "y"]].to_numpy() + off[:, None] * joints.tangent
 
@@ -308,8 +310,9 @@ def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
 def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
     """Return the pairs of joints that a line of thrust connects through a block, shape (pairs, 2).
 
-    Each pair belongs to a movable block with exactly two joints, both in compression. At least ``_CHAIN``
-    such blocks must form a row. ``acts``, shape (c,), is True for joints in compression.
+    Each pair belongs to a movable block with exactly two joints, both in compression. At least
+    ``_FEWEST_BLOCKS_OF_THRUST_LINE`` such blocks must form a row. ``acts``, shape (c,), is True for joints in
+    compression.
     """
     joints, count = assembly.joints, len(assembly.scene.blocks)
     sides = np.concatenate([joints.first, joints.second])
@@ -319,7 +322,7 @@ def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
     between = (joint_count == 2) & (pressed_count == 2) & np.isin(np.arange(count), assembly.movable)
     along = between[joints.first] & between[joints.second]
     row = linked(count, joints.first[along], joints.second[along])
-    in_chain = between & (np.bincount(row)[row] >= _CHAIN)
+    in_chain = between & (np.bincount(row)[row] >= _FEWEST_BLOCKS_OF_THRUST_LINE)
     order = np.argsort(sides, kind="stable")
     return joint_of_side[order][in_chain[sides[order]]].reshape(-1, 2)
 
@@ -351,7 +354,7 @@ def thrust_marks(result: Outcome) -> Iterable[Marks]:
     if contacts is not None:
         label = f"{label}; longest line: {largest:.3g}"
         contact_force = contacts[["fx", "fy", "fz"]].to_numpy()
-        carries = np.linalg.norm(contact_force, axis=1) > IDLE * largest
+        carries = np.linalg.norm(contact_force, axis=1) > IDLE_FORCE * largest
         at = contacts[["x", "y", "z"]].to_numpy()[carries] - assembly.geometry.origin
         lines, width = _through(at, unit * contact_force[carries], 0.4, 1.0)
         entry = "force at a contact point (one of many possible states)"

@@ -10,10 +10,10 @@ import shapely
 from masonry_opt.problem.assembly import Assembly
 
 #: Smallest number of joints at which marks on joints are drawn smaller, so that the marks do not overlap.
-MANY = 1000
+FEWEST_JOINTS_WITH_SMALL_MARKS = 1000
 
 #: Names of marks inside blocks. In space, such marks are drawn as if blocks were transparent.
-_INSIDE = ("resultants", "points", "contacts", "tie", "prop", "ends", "openings")
+_MARKS_INSIDE_BLOCKS = ("resultants", "points", "contacts", "tie", "prop", "ends", "openings")
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Marks:
     @property
     def through(self) -> bool:
         """True for marks that stay visible behind blocks in space: arrows, and marks inside blocks."""
-        return self.shape == "arrow" or self.name in _INSIDE
+        return self.shape == "arrow" or self.name in _MARKS_INSIDE_BLOCKS
 
     def moved(self, share: float) -> np.ndarray:
         """Return the points after a fraction of the magnified motion, in an array of the same shape."""
@@ -64,7 +64,7 @@ def movable_box(assembly: Assembly) -> tuple[np.ndarray, np.ndarray]:
 
 def shrink_of(assembly: Assembly) -> float:
     """Return the factor by which marks on joints shrink: 1, or 0.6 in scenes with many joints."""
-    return 1.0 if len(assembly.joints.first) < MANY else 0.6
+    return 1.0 if len(assembly.joints.first) < FEWEST_JOINTS_WITH_SMALL_MARKS else 0.6
 
 
 def moved(points: np.ndarray, motion: np.ndarray) -> np.ndarray:

@@ -13,7 +13,14 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.drawing.colours import BLOCK, HINGING_COLOUR, SLIDING_COLOUR, SUPPORT_COLOUR, UTILISATION
-from masonry_opt.drawing.elements import PICTURE_KINDS, START, Elements, counts, motion_of, result_elements
+from masonry_opt.drawing.elements import (
+    PICTURE_KINDS,
+    SHOWN_MOTION_SHARE,
+    Elements,
+    counts,
+    motion_of,
+    result_elements,
+)
 from masonry_opt.drawing.figure import curve_picture, is_page, refuse_file, refuse_kind
 from masonry_opt.drawing.forces import utilisation_label
 from masonry_opt.drawing.keyframes import Keyframes, keyframes_of
@@ -37,16 +44,16 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import library
 from masonry_opt.solution.motion import fastest
 from masonry_opt.solution.outcome import Outcome
-from masonry_opt.solution.thresholds import IDLE
+from masonry_opt.solution.thresholds import IDLE_FORCE
 
 HISTORY = "history"  #: Name of the layer with joints that have slid or opened during the load history.
 #: Rotations in the data of a page are integers: radians times this factor, rounded. With a smaller value,
 #: animated rotations are less smooth.
-_TURN = 100_000
+_ROTATION_FACTOR = 100_000
 
 #: Size of the scene in the integer units of a figure in space. Coordinates are rounded to whole units; a
 #: larger value makes larger pages.
-_UNITS = 20_000
+_FIGURE_SIZE = 20_000
 
 #: Radius with which a mark of ``width`` 1 is drawn, relative to the size of the scene. This radius is for
 #: marks that stay visible behind blocks.
@@ -60,7 +67,7 @@ _OF_JOINT = 1 / 80
 
 #: Text at the end of the library three.js in the pages that trimesh writes. It separates the library from the
 #: rest of the page.
-_END = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
+_END_OF_LIBRARY = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
 
 
 def refuse_saving(
@@ -117,7 +124,7 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
     joints = _joints(result, re.findall(r'data-of="(\w+)"', values["joint"])) | data.pop("joints")
     values |= {"writer": WRITER, "data": _json({"blocks": blocks, "joints": joints, **data})}
     values |= {"answer": answer(result), "caption": caption(elements), "last": result.size.joints - 1}
-    values |= {"start": START, "still": "" if elements.movement else " disabled"}
+    values |= {"start": SHOWN_MOTION_SHARE, "still": "" if elements.movement else " disabled"}
     values |= {"choices": _choices(layers, kind), "legends": _legends(elements, layers)}
     values["history"] = "" if frames is None else fill_template("page_history.html")
     values["details"] = _curve(result) + certificate(result) + described(result) + _foot(result)
@@ -163,7 +170,7 @@ def _space(
     source = elements_picture(elements, view=view).source()
     fixed = np.setdiff1d(np.arange(len(moves)), result.assembly.movable)
     values = {"source": source, "view": "{:g} {:g}".format(*view), "library": f"<script>{three()}</script>\n"}
-    scale = _UNITS / size_of(elements.assembly)
+    scale = _FIGURE_SIZE / size_of(elements.assembly)
     data = {"figure": _figure(elements, view, scale), "rates": moves, "fixed": fixed.tolist()}
     if frames is not None:
         data["motions"] = motions_of(result, frames) * np.repeat([scale, 1.0], 3)
@@ -244,7 +251,7 @@ def _rounded(values: np.ndarray, scale: float = 0.0) -> list[float | None]:
 
     Numbers become 0 if they are negligible relative to the larger of ``scale`` and the largest number.
     """
-    negligible = IDLE * np.nan_to_num(np.abs([*values, scale])).max()
+    negligible = IDLE_FORCE * np.nan_to_num(np.abs([*values, scale])).max()
     rounded = (0 if abs(value) <= negligible else float(f"{value:.5g}") for value in values)
     return [None if np.isnan(value) else value for value in rounded]
 
@@ -252,7 +259,7 @@ def _rounded(values: np.ndarray, scale: float = 0.0) -> list[float | None]:
 def motions_of(result: Outcome, frames: Keyframes) -> np.ndarray:
     """Return the motions of movable blocks at each keyframe, shape (k, b, 3), in space (k, b, 6).
 
-    Motions are scaled so that the last motion is a full motion; see ``elements.FULL``.
+    Motions are scaled so that the last motion is a full motion; see ``elements.FULL_MOTION``.
     """
     assembly = result.assembly
     return np.stack([motion_of(assembly, d, frames.d[-1])[assembly.movable] for d in frames.d])
@@ -285,7 +292,7 @@ def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dic
     )
     joints = [[np.flatnonzero(row).tolist() for row in table] for table in (frames.has_slid, frames.is_open)]
     # Round lengths and scaled rotations to integers, to limit the size of pages of large scenes.
-    scales = np.where(np.arange(motions.shape[-1]) < assembly.scene.dimension, 1, _TURN)
+    scales = np.where(np.arange(motions.shape[-1]) < assembly.scene.dimension, 1, _ROTATION_FACTOR)
     whole = np.rint(motions * scales).astype(int).reshape(len(motions), -1)
     marks = [[each.colour, each.width, each.dashes] for each in history_marks(result)]
     data = {"displacement": u, "load_factor": loads, "incremental": result.incremental}
@@ -328,7 +335,7 @@ def three() -> str:
     why = "pages of scenes in space need trimesh; install it with: pip install '.[meshes]'"
     trimesh, viewer = library("trimesh", why), library("trimesh.viewer", why)
     whole = viewer.scene_to_html(trimesh.creation.box().scene())
-    script, end, _ = whole.partition("<script>")[2].partition(_END)
+    script, end, _ = whole.partition("<script>")[2].partition(_END_OF_LIBRARY)
     if not end or "</script" in script:
         raise OptionError(
             f"trimesh {trimesh.__version__} contains an unknown version of three.js: install the version of "
@@ -345,10 +352,9 @@ def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any
     contacts, drawn = elements.assembly.joints, surface(elements)
     areas = contacts.extent[contacts.extent > 0]
     median_side = np.sqrt(np.median(areas)) if len(areas) else np.inf
-    radius = min(_RADIUS * _UNITS, _OF_JOINT * median_side * scale)
-    # Index of each distinct motion of marks. Index 0 is reserved for the mark of the joint that the reader
-    # selects; the motion of this mark is zero until a joint is selected.
-    table: dict[tuple[float, ...], int] = {(0.0,) * 6: 0}
+    radius = min(_RADIUS * _FIGURE_SIZE, _OF_JOINT * median_side * scale)
+    # Index of each distinct motion of marks.
+    table: dict[tuple[float, ...], int] = {}
 
     def at(points: np.ndarray) -> list[int]:
         """Return the coordinates of points in integer units of the figure, as one flat list."""
@@ -365,7 +371,7 @@ def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any
         motion = None
         if marks.motion is not None:
             motion = [table.setdefault(in_figure(each), len(table)) for each in marks.motion]
-        half = marks.width * (_RADIUS_THROUGH * _UNITS if marks.through else radius)
+        half = marks.width * (_RADIUS_THROUGH * _FIGURE_SIZE if marks.through else radius)
         placed = {"shape": marks.shape, "points": at(marks.points), "motion": motion}
         look = {"radius": round(half, 2), "colour": marks.colour, "dashes": marks.dashes}
         return {**placed, **look, "through": marks.through}
@@ -379,7 +385,7 @@ def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any
     lines, joint = contacts.lines()
     layers = elements.layers | {"loads": elements.loads}
     return {
-        "size": _UNITS,
+        "size": _FIGURE_SIZE,
         "middle": middle.tolist(),
         "view": view,
         "block": BLOCK,

@@ -21,6 +21,7 @@ const figure = (() => {
   let [azimuth, elevation] = view.map(THREE.MathUtils.degToRad);
   let half = 1; // half the height of the visible area, in units of the figure
   let share = 0, what = "mechanism";
+  let chosen = -1; // number of the selected joint, -1 if no joint is selected
   renderer.setClearColor(0xffffff);
   camera.up.set(0, 0, 1);
   element.prepend(renderer.domElement);
@@ -107,8 +108,8 @@ const figure = (() => {
     return pieces;
   }
 
-  // Return one mesh of all marks of a kind.
-  function marked({shape, points, motion, radius, colour, dashes, through}) {
+  // Return one mesh of all marks of a kind. ``motion`` are the indices of their motions in a table; null if no mark moves.
+  function marked({shape, points, motion, radius, colour, dashes, through}, table = data.figure.table) {
     const rest = [], step = [], index = [], ends = ["line", "arrow", "bar"].includes(shape) ? 2 : 1;
     const add = (corners, motionOf, joined) => {
       const first = rest.length / 3;
@@ -117,7 +118,7 @@ const figure = (() => {
     };
     for (let mark = 0; mark < points.length / 3 / ends; mark++) {
       const from = point(points, ends * mark), to = point(points, ends * mark + ends - 1);
-      const motionOf = motion ? data.figure.table[motion[mark]] : still;
+      const motionOf = motion ? table[motion[mark]] : still;
       const sequence = (corners) => add(corners, motionOf, corners.map((_, at) => at));
       if (shape === "line")
         for (const piece of dashes.length ? dashed(from, to, dashes, radius) : [[from, to]]) add(bar(...piece, radius), motionOf, around);
@@ -177,9 +178,9 @@ const figure = (() => {
     });
   }
 
-  // Move all registered coordinates by the share of the full motion.
-  function place() {
-    for (const {at, rest, step} of moving) {
+  // Move registered coordinates by the share of the full motion.
+  function place(selected) {
+    for (const {at, rest, step} of selected) {
       const now = at.array;
       for (let i = 0; i < now.length; i++) now[i] = rest[i] + share * step[i];
       at.needsUpdate = true;
@@ -188,10 +189,14 @@ const figure = (() => {
 
   // Show the mechanism after a share of its full motion.
   function move(value) {
-    if (motions !== ofMechanism) removeMeshes(yielded);
+    const returns = motions !== ofMechanism;
     motions = ofMechanism;
     share = value;
-    place();
+    if (returns) {
+      removeMeshes(yielded);
+      outline();
+    }
+    place(moving);
     render();
   }
 
@@ -210,6 +215,7 @@ const figure = (() => {
         sides[joint].flat().flatMap((end) => plus(end, stepOf(end, now[block])))));
       if (points.length) yielded.add(marked({shape: "line", points, motion: null, radius: (width * data.figure.radius) / 3, colour, dashes, through: false}));
     }
+    outline();
     render();
   }
 
@@ -235,17 +241,24 @@ const figure = (() => {
 
   // Highlight a joint and its first block.
   function pick(joint) {
-    removeMeshes(picked);
-    const points = sides[joint].flat(2), motion = sides[joint].map(() => 0);
-    data.figure.table[0] = midway(joint);
-    const radius = data.figure.radius;
-    for (const [colour, factor] of [[0x000000, 1.5], [0xcc79a7, 1]])
-      picked.add(marked({shape: "line", points, motion, radius: factor * radius, colour, dashes: [], through: true}));
-    picked.children[0].renderOrder = 3;
-    picked.children[1].renderOrder = 4;
-    place();
+    chosen = joint;
+    outline();
     paint(joints.first[joint]);
     render();
+  }
+
+  // Draw the outline of the selected joint, which moves with the mean motion of its two blocks in the present view.
+  function outline() {
+    removeMeshes(picked);
+    if (chosen < 0) return;
+    const points = sides[chosen].flat(2), motion = sides[chosen].map(() => 0), table = [midway(chosen)];
+    const radius = data.figure.radius;
+    for (const [colour, factor] of [[0x000000, 1.5], [0xcc79a7, 1]])
+      picked.add(marked({shape: "line", points, motion, radius: factor * radius, colour, dashes: [], through: true}, table));
+    picked.children[0].renderOrder = 3;
+    picked.children[1].renderOrder = 4;
+    const drawn = picked.children.map((made) => made.geometry);
+    place(moving.filter(({made}) => drawn.includes(made)));
   }
 
   // Paint one block blue, which is the first block of the selected joint, and all others in their usual colours.

@@ -13,7 +13,7 @@ from matplotlib.path import Path
 
 from masonry_opt.drawing import figure
 from masonry_opt.drawing.colours import AT_REST, UTILISATION
-from masonry_opt.drawing.elements import START, Elements, result_elements, scene_elements
+from masonry_opt.drawing.elements import SHOWN_MOTION_SHARE, Elements, result_elements, scene_elements
 from masonry_opt.drawing.figure import Handle, Picture
 from masonry_opt.drawing.forces import utilisation_label
 from masonry_opt.drawing.marks import Marks, moved, outlines
@@ -28,15 +28,15 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.sense import warnings_of
 
-#: Smallest font size of block names in scenes of up to ``_MANY`` blocks, in points. A name of this size may
-#: be wider than its block.
+#: Smallest font size of block names in scenes of up to ``_MANY_BLOCKS`` blocks, in points. A name of this
+#: size may be wider than its block.
 _SMALLEST_NAME_SIZE = 3.0
-#: Smallest font size of block names in scenes of more than ``_MANY`` blocks, in points. Names of this size
-#: are legible only if the picture is enlarged.
+#: Smallest font size of block names in scenes of more than ``_MANY_BLOCKS`` blocks, in points. Names of this
+#: size are legible only if the picture is enlarged.
 _TINY_NAME = 1.0
 #: Number of blocks above which names of blocks may be smaller than ``_SMALLEST_NAME_SIZE`` and have no white
 #: rim.
-_MANY = 200
+_MANY_BLOCKS = 200
 
 
 @suggests_arguments
@@ -113,8 +113,8 @@ def draw_mechanism(result: Outcome, axes: Axes) -> list[Handle]:
     """Draw a mechanism in the plane, without loads, on existing axes, and return its legend entries."""
     elements = result_elements(result)
     marks = elements.layers["mechanism"]
-    _frame(axes, elements, marks, START)
-    _draw(axes, elements, marks, START)
+    _frame(axes, elements, marks, SHOWN_MOTION_SHARE)
+    _draw(axes, elements, marks, SHOWN_MOTION_SHARE)
     return figure.handles(marks)
 
 
@@ -129,7 +129,7 @@ def elements_picture(
 
     See :func:`draw` for the other parameters and the exceptions. ``notes`` are sentences below the picture.
     """
-    marks, share = elements.shown(kind), START if kind == "mechanism" else 0.0
+    marks, share = elements.shown(kind), SHOWN_MOTION_SHARE if kind == "mechanism" else 0.0
     with figure.style():
         made = Picture()
         axes = made.add_subplot()
@@ -201,7 +201,7 @@ def _draw_names(axes: Axes, elements: Elements, share: float) -> None:
     origin = assembly.geometry.origin
     visible_area = shapely.box(*(np.column_stack([axes.get_xlim(), axes.get_ylim()]) - origin).ravel())
     points_per_unit = figure.points_in_unit(axes)
-    least = _SMALLEST_NAME_SIZE if len(blocks) <= _MANY else _TINY_NAME
+    least = _SMALLEST_NAME_SIZE if len(blocks) <= _MANY_BLOCKS else _TINY_NAME
     for number, (block, polygon) in enumerate(zip(blocks, assembly.geometry.polygons, strict=True)):
         if block.fixed:
             polygon = shapely.intersection(polygon, visible_area)
@@ -218,4 +218,4 @@ def _draw_names(axes: Axes, elements: Elements, share: float) -> None:
         # the name of a support, which has no loads, in the middle.
         look = {"xytext": (0, 0 if block.fixed else 1), "textcoords": "offset points", "clip_on": True}
         look["va"] = "center" if block.fixed else "bottom"
-        figure.write_name(axes, block.name, at, letters, 0.15 if len(blocks) <= _MANY else 0.0, **look)
+        figure.write_name(axes, block.name, at, letters, 0.15 if len(blocks) <= _MANY_BLOCKS else 0.0, **look)

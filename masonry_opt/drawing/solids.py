@@ -39,7 +39,7 @@ _AZIMUTHS = (-60.0, -120.0, -30.0, -150.0, 30.0, 60.0, 120.0, 150.0)
 
 #: Weight of the live load's direction, relative to the visible width of the scene, in the choice of the
 #: default view. With a larger value, the live load more often pushes towards the viewer.
-_TOWARDS = 0.25
+_LIVE_DIRECTION_WEIGHT = 0.25
 #: Largest cosine of the angle between the live load and the direction to the viewer. With a larger value, the
 #: live load's arrow would look too short in the default view.
 _MOST_TOWARDS = 0.95
@@ -55,7 +55,7 @@ _DEPTH_BUFFER_PIXELS = 1400
 _LIGHT = np.array([-0.35, 0.55, 0.75])  #: Direction towards the light, in the picture's axes.
 _SHADE = 0.68  #: Brightness of faces that are turned away from the light, relative to faces in full light.
 #: Fraction of white that is added to the colours of faces in pictures of blocks at rest.
-_PALE = 0.55
+_WHITE_SHARE = 0.55
 #: Free space around the drawn elements, relative to the longer side of their bounding box.
 _MARGIN_IN_SPACE = 0.03
 #: Largest length of the drawn coordinate axes, relative to the longer side of the drawn elements.
@@ -64,7 +64,7 @@ _LARGEST_AXIS_LENGTH = 0.1
 _AXIS_LETTER_DISTANCE = 1.4
 #: Smallest distance of a block's name from the boundary of its visible face, relative to the distance of the
 #: innermost point of this face from the boundary.
-_INNER = 0.8
+_LEAST_NAME_DISTANCE = 0.8
 #: Smallest font size of block names, in points. Names that would have to be smaller are omitted.
 _SMALLEST_NAME_SIZE_IN_SPACE = 2.0
 
@@ -214,7 +214,9 @@ def best_view(assembly: Assembly) -> ViewAngles:
         """
         right, _, towards = axes_of((azimuth, 0.0))
         push = float(direction @ towards)
-        return float(np.abs(right[:2]) @ wide) + _TOWARDS * (push if abs(push) <= _MOST_TOWARDS else -1.0)
+        return float(np.abs(right[:2]) @ wide) + _LIVE_DIRECTION_WEIGHT * (
+            push if abs(push) <= _MOST_TOWARDS else -1.0
+        )
 
     return max(_AZIMUTHS, key=lambda azimuth: round(quality(azimuth), 9)), _ELEVATION
 
@@ -271,13 +273,13 @@ def _middle_pixel(pixels: np.ndarray) -> np.ndarray:
     """Return a pixel near the middle of an area and far from its boundary.
 
     ``pixels`` are the columns and rows of all pixels of the area, shape (pixels, 2). The result is the pixel
-    nearest to their mean among all pixels that are far from the boundary, see ``_INNER``.
+    nearest to their mean among all pixels that are far from the boundary, see ``_LEAST_NAME_DISTANCE``.
     """
     at = pixels - pixels.min(axis=0) + 1
     area = np.zeros(at.max(axis=0) + 2, dtype=bool)
     area[tuple(at.T)] = True
     distance = distance_transform_edt(area)[tuple(at.T)]
-    inner = pixels[distance >= _INNER * distance.max()]
+    inner = pixels[distance >= _LEAST_NAME_DISTANCE * distance.max()]
     return inner[np.argmin(((inner - pixels.mean(axis=0)) ** 2).sum(axis=1))]
 
 
@@ -393,7 +395,7 @@ class Solids:
         colours = np.where(is_movable[:, None], to_rgb(BLOCK), to_rgb(SUPPORT_COLOUR))
         colours = colours * (_SHADE + (1 - _SHADE) * light)[:, None]
         if not self.share:
-            colours = 1 - (1 - colours) * (1 - _PALE)
+            colours = 1 - (1 - colours) * (1 - _WHITE_SHARE)
         # Pixels without a triangle have index -1. This index selects the last row of the table, which is
         # transparent.
         table = np.vstack([np.column_stack([colours, np.ones(len(colours))]), np.zeros(4)])

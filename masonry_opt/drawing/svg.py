@@ -9,11 +9,11 @@ import shapely
 
 from masonry_opt.drawing.colours import AT_REST, BLOCK, HATCH, SUPPORT_COLOUR
 from masonry_opt.drawing.elements import Elements, legend
-from masonry_opt.drawing.marks import MANY, Marks, hatching, line_parts, outlines
+from masonry_opt.drawing.marks import FEWEST_JOINTS_WITH_SMALL_MARKS, Marks, hatching, line_parts, outlines
 
 #: Length of the longer side of an SVG picture, in units of the picture. Coordinates are rounded to whole
 #: units, so a larger value makes coordinates more exact and files larger.
-SIDE = 10_000
+LONGER_SIDE = 10_000
 #: Pixels on a page for each point (1/72 inch) of a mark's width. The value exceeds 1, because screens are
 #: read from farther away than prints. A larger value makes marks thicker.
 _PIXELS_PER_POINT = 1.5
@@ -41,9 +41,11 @@ class Canvas:
     def __init__(self, elements: Elements, marks: Iterable[Marks]) -> None:
         (self.left, bottom), (right, self.top) = elements.box(marks, 1.0).tolist()
         self.pixels = (
-            _PIXELS_PER_POINT if len(elements.assembly.joints.extent) < MANY else _PIXELS_PER_POINT_OF_MANY
+            _PIXELS_PER_POINT
+            if len(elements.assembly.joints.extent) < FEWEST_JOINTS_WITH_SMALL_MARKS
+            else _PIXELS_PER_POINT_OF_MANY
         )
-        self.scale = SIDE / max(right - self.left, self.top - bottom)
+        self.scale = LONGER_SIDE / max(right - self.left, self.top - bottom)
         self.width = round((right - self.left) * self.scale)
         self.height = round((self.top - bottom) * self.scale)
 
@@ -63,7 +65,7 @@ class Canvas:
         "" if the motion is too small to see.
         """
         vx, vy, omega = self.motions(motion).tolist()
-        if abs(vx) + abs(vy) + SIDE * abs(omega) < _LEAST_DRAWN_MOTION:
+        if abs(vx) + abs(vy) + LONGER_SIDE * abs(omega) < _LEAST_DRAWN_MOTION:
             return ""
         return f' data-motion="{round(vx)} {round(vy)} {round(omega, 5) + 0.0:.5f}"'
 
@@ -167,7 +169,7 @@ def _mark(marks: Marks, points: np.ndarray) -> str:
         (left, y), (right, _) = points
         return f"M{left} {y}h{right - left}M{left} {y - 75}v150M{right} {y - 75}v150"
     if marks.shape == "cross":
-        (x, y), half = points[0], SIDE // 160
+        (x, y), half = points[0], LONGER_SIDE // 160
         return f"M{x - half} {y - half}l{2 * half} {2 * half}m0-{2 * half}l-{2 * half} {2 * half}"
     return _polyline(points[[0, -1]])
 

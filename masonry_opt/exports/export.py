@@ -136,14 +136,14 @@ _PAIR_NAMES = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "produ
 #: variable or row for each yield condition.
 _OF_FACES = {"p": "p", "y": "y", "within_yield": "yield", "at_rest": "at_rest", "at_yield": "at_yield"}
 #: Names of the components of a program that consist of a single variable or row.
-_SINGLE = ("load_factor", "live_work", "raising", "objective")
+_SINGLE_COMPONENTS = ("load_factor", "live_work", "raising", "objective")
 
 
 def names_in(program: pyo.ConcreteModel, assembly: Assembly, legal: bool) -> dict[int, str]:
     """Return a dictionary from the ``id`` of each variable, row and objective to its unique name."""
     names = assembly.problem_names(legal)
     faces = names.conditions
-    by_component: dict[str, list[str]] = {name: [name] for name in _SINGLE}
+    by_component: dict[str, list[str]] = {name: [name] for name in _SINGLE_COMPONENTS}
     by_component |= {"q": names.forces, "compatibility": names.motions}
     by_component |= {"d": names.velocities, "equilibrium": names.balances}
     by_component |= {name: [f"{kind}_{face}" for face in faces] for name, kind in _OF_FACES.items()}

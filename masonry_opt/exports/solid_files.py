@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.drawing.colours import BLOCK, SUPPORT_COLOUR
-from masonry_opt.drawing.elements import START, result_elements
+from masonry_opt.drawing.elements import SHOWN_MOTION_SHARE, result_elements
 from masonry_opt.drawing.marks import moved
 from masonry_opt.errors import OptionError
 from masonry_opt.files import JSON_KEY, MARK, WRITER
@@ -65,7 +65,7 @@ def solid_file(solids: Scene | Result, end: str, share: float | None) -> str | b
     origin, motion = np.zeros(3), np.zeros((len(scene.blocks), 6))
     if elements:
         origin = elements.assembly.geometry.origin
-        motion = (START if share is None else share) * elements.motion
+        motion = (SHOWN_MOTION_SHARE if share is None else share) * elements.motion
     bodies = _bodies(scene, origin, motion)
     return _obj(bodies) if end == ".obj" else _gltf(bodies, end)
 

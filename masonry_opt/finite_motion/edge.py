@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
 from masonry_opt.finite_motion.moved_blocks import least_missed, overlapping
-from masonry_opt.finite_motion.path import BORNE, PathProgress, PathState
+from masonry_opt.finite_motion.path import LARGEST_ADMISSIBLE_VIOLATION, PathProgress, PathState
 from masonry_opt.finite_motion.struts import strut_ends
 from masonry_opt.problem.displaced import moved, placed, turned
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
@@ -201,7 +201,7 @@ class EdgePath:
         if optimum is None:
             return reason(Code.FORCES_UNDECIDED)
         violation, d, _ = optimum
-        if violation <= BORNE:
+        if violation <= LARGEST_ADMISSIBLE_VIOLATION:
             return None
         slips = problem.slip_speed(d)
         # Compute the opening rates at the contact points, without the opening that associative flow adds to

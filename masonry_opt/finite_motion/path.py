@@ -24,10 +24,10 @@ from masonry_opt.solution.thresholds import ZERO, same
 
 #: Largest violation of equilibrium and yield, in the unit of force, at which the forces of displaced blocks
 #: count as admissible.
-BORNE = 1e-8
+LARGEST_ADMISSIBLE_VIOLATION = 1e-8
 #: The bisection for the opening of a joint stops if the violation of equilibrium is less than this multiple
-#: of ``BORNE``, the largest admissible violation. With a smaller value, openings are located more exactly,
-#: but in more steps.
+#: of ``LARGEST_ADMISSIBLE_VIOLATION``, the largest admissible violation. With a smaller value, openings are
+#: located more exactly, but in more steps.
 _JUST_OPENING = 10.0
 #: A hinge counts as closed when the edges of its two blocks overlap by more than this angle (rad). The value
 #: must exceed rounding errors.
@@ -330,7 +330,7 @@ class HingingPath:
         optimum = self.blocks.optimum(touch, poses, load_factor, self.effort)
         if optimum is None:
             raise _PathEnded(reason(Code.FORCES_UNDECIDED))
-        if optimum.value > BORNE:
+        if optimum.value > LARGEST_ADMISSIBLE_VIOLATION:
             return _PathEvent(Code.JOINT_OPENS, [], optimum)
         return None
 
@@ -349,7 +349,10 @@ class HingingPath:
                 if at_zero is not None:
                     before = at_zero
                     break
-            middle, excess = (low + high) / 2, event.borne.value - BORNE if event.borne else 0.0
+            middle, excess = (
+                (low + high) / 2,
+                event.borne.value - LARGEST_ADMISSIBLE_VIOLATION if event.borne else 0.0,
+            )
             if 0 < excess < farther_excess:
                 root = high - excess * (farther_step - high) / (farther_excess - excess)
                 middle = min(max(root + 0.01 * (high - root), low + 0.01 * (high - low)), high)
@@ -361,7 +364,7 @@ class HingingPath:
                 continue
             farther_step, farther_excess = high, excess
             high, event = middle, trial_event
-            if event.borne and event.borne.value < _JUST_OPENING * BORNE:
+            if event.borne and event.borne.value < _JUST_OPENING * LARGEST_ADMISSIBLE_VIOLATION:
                 before = ahead
                 break
         if event.code in (Code.REACHES_ZERO, Code.BLOCKS_MEET):

@@ -30,7 +30,7 @@ from masonry_opt.solution.solution import Solution
 from masonry_opt.solvers.registry import find_solver
 
 #: Ratio of ε in a relaxation to ε in the previous relaxation. With a larger ratio a series needs more solves.
-_FALL = 0.1
+_EPSILON_RATIO = 0.1
 
 #: If a series of relaxations fails, the next series begins with this fraction of the first ε of the failed
 #: series.
@@ -139,9 +139,9 @@ class CasadiIpopt:
             "ipopt.sb": "yes",
         }
         options |= {f"ipopt.{name}": value for name, value in _OPTIONS.items()}
-        left = seconds_left()
-        if math.isfinite(left):
-            options["ipopt.max_wall_time"] = max(left, SAME_TIME)  # IPOPT refuses zero
+        remaining_time = seconds_left()
+        if math.isfinite(remaining_time):
+            options["ipopt.max_wall_time"] = max(remaining_time, SAME_TIME)  # IPOPT refuses zero
         return casadi.nlpsol("program", "ipopt", self._functions, options)
 
     def solve(self, epsilon: float) -> tuple[bool, str, int]:
@@ -258,6 +258,6 @@ def _epsilons(epsilon: float, smallest: float) -> Iterator[float]:
     """Generate the bounds ε of the products z p in a series of relaxations, in descending order."""
     while epsilon > smallest:
         yield epsilon
-        following = _FALL * epsilon
+        following = _EPSILON_RATIO * epsilon
         epsilon = following if following >= 2 * smallest else smallest
     yield smallest

@@ -31,7 +31,7 @@ from masonry_opt.solution.answer import Answer
 from masonry_opt.solution.only_state import is_only_load_factor
 from masonry_opt.solution.reasons import LOAD_FACTORS, Code, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import APART, ZERO
+from masonry_opt.solution.thresholds import LEAST_OPPOSING_WORK, ZERO
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import find_solver
 
@@ -111,7 +111,7 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
         at = load_factor
         growing, rest = problem.live + share / at * problem.dead, (1 - share) * problem.dead
         moved = replace(problem, live=growing, dead=rest)
-        solution = run(replace(task, problem=moved, kept=ProgramCache(), incremental=None)).accepted()
+        solution = run(replace(task, problem=moved, cache=ProgramCache(), incremental=None)).accepted()
         answer = solution.answer
         if answer is None:
             return None
@@ -131,7 +131,9 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
             solution = _as_of_scene(solution, found, alike, at, share)
             solution = replace(solution, associative=upper, associative_ended=Status.OPTIMAL)
             is_only = is_only_load_factor(problem, load_factor)
-            return solution.telling_first(reason(Code.NO_WORK, fixed=is_only, against=work < -APART))
+            return solution.telling_first(
+                reason(Code.NO_WORK, fixed=is_only, against=work < -LEAST_OPPOSING_WORK)
+            )
     return None
 
 
@@ -143,7 +145,7 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
     the live load does positive work in it.
     """
     problem = task.problem.by_cone
-    upper = associative(Task(task.problem, kept=task.kept), by_chords=True)
+    upper = associative(Task(task.problem, cache=task.cache), by_chords=True)
     answer = upper.accepted().answer
     if answer is None or answer.load_factor <= ZERO or not problem.dead.any():
         return None

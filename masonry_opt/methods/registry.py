@@ -28,10 +28,10 @@ from masonry_opt.solvers.registry import (
 )
 
 #: Property of scenes that some methods do not support: dilatancy that falls with stress.
-_VARYING = frozenset({"dilatancy"})
+_VARYING_DILATANCY = frozenset({"dilatancy"})
 
 #: Properties of scenes that method "global" does not support.
-_REFUSED_BY_GLOBAL = _VARYING | {"strength", "forces", "space"}
+_REFUSED_BY_GLOBAL = _VARYING_DILATANCY | {"strength", "forces", "space"}
 
 #: Solvers of the loop by modelling language, interior-point methods first. A simplex method returns a vertex,
 #: at which some joints have no normal force. The shear limits of the next sub-problem then permit almost no
@@ -47,11 +47,11 @@ _NONLINEAR = {"pyomo": capable("pyomo", lambda solver: solver.nonlinear)}
 #: Solver of method "global", by modelling language.
 _PYOMO = {"pyomo": ("highs",)}
 
-_own = partial(Method, own_tolerances=True, refuses=_VARYING)
+_own = partial(Method, own_tolerances=True, refuses=_VARYING_DILATANCY)
 _lowest = partial(_own, seeks_lowest=True)
 _lowest_from_rest = partial(_lowest, begins_with_load_history=True)
 
-_ALL = (
+_ALL_METHODS = (
     Method("static", "associative:associative", associative=True),
     Method("kinematic", "associative:kinematic", associative=True),
     Method("nonassociative", "loop.nonassociative:nonassociative", "loop.options:LoopOptions", _OF_LOOP),
@@ -70,7 +70,7 @@ _ALL = (
 )
 
 #: All methods by name.
-METHODS = {method.name: method for method in _ALL}
+METHODS = {method.name: method for method in _ALL_METHODS}
 
 DEFAULT = "coulomb"  #: Name of the default method.
 INCREMENTAL_METHOD = "incremental"  #: Name of the method whose answer is the incremental load factor.
@@ -86,7 +86,7 @@ FORMER_METHODS = {
 _TIME_LIMIT = "time_limit"
 
 #: Name of the argument for movements of supports, which only some functions accept.
-_SETTLED = "settled"
+_SETTLED_ARGUMENT = "settled"
 
 #: Arguments that functions accept in addition to the options of a method. An error about an unknown option
 #: suggests the argument with a similar name.
@@ -186,7 +186,7 @@ class HowToSolve:
 
     def _instead(self, option: str, known: Iterable[str]) -> str:
         """Return the end of an error message that suggests what to use instead of an unknown option."""
-        if option == _SETTLED:
+        if option == _SETTLED_ARGUMENT:
             return "; functions that accept 'settled': solve, solve_cases, directions, crossing"
         homes = _homes(option)
         if homes:

@@ -13,7 +13,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import SAME
+from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE
 
 #: If a Coulomb method finds no load factor, :func:`run_method` searches for a collapse without work of the
 #: live load. On scenes with more joints than this number, the search is omitted.
@@ -104,5 +104,9 @@ def _exact_without_work(task: Task, method: Method, before: Solution) -> Solutio
     limits = before.values_of(Code.RANGE)
     if exact is None or exact.load_factor is None:
         return before
-    is_within = limits["carried"] * (1 - SAME) <= exact.load_factor <= limits["not_carried"] * (1 + SAME)
+    is_within = (
+        limits["carried"] * (1 - EQUALITY_TOLERANCE)
+        <= exact.load_factor
+        <= limits["not_carried"] * (1 + EQUALITY_TOLERANCE)
+    )
     return exact if is_within else before

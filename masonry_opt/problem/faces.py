@@ -60,7 +60,7 @@ CHORDS = ChordCoefficients(1 - _KNOTS[:-1] - _KNOTS[1:], _KNOTS[:-1] * _KNOTS[1:
 
 #: Largest relative error of the moment limit if chords replace the parabola. The error is largest at the
 #: chords next to the vertex.
-MISSED = 0.0065
+LARGEST_CHORD_ERROR = 0.0065
 
 
 def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:

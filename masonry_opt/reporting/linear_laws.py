@@ -1,9 +1,12 @@
 """Describe the linear laws by which linear programs replace the friction cone and the crushing parabola."""
 
-from masonry_opt.problem.faces import CHORDS, MISSED, Layout
+from masonry_opt.problem.faces import CHORDS, LARGEST_CHORD_ERROR, Layout
 
 #: Description of the crushing law in linear programs, where chords replace the parabola.
-BY_CHORDS = f"{len(CHORDS.slope)} chords inside the crushing parabola, at most {100 * MISSED:.2f} % below it"
+BY_CHORDS = (
+    f"{len(CHORDS.slope)} chords inside the crushing parabola, "
+    f"at most {100 * LARGEST_CHORD_ERROR:.2f} % below it"
+)
 #: Remark on a load factor that was computed with chords of the crushing parabola: how the parabola itself
 #: would change the result, and which method uses the parabola.
 PARABOLA_REMARK = (

@@ -23,30 +23,30 @@ LEAST_AT_POSITION = "least at this position, proven"
 LEAST_SO_FAR = "the least at the positions solved so far"
 #: Name of the load factor of a state that is not exact. The name is also used for an exact state whose λ is
 #: larger than λ at the end of the load history.
-FOUND = "found"
+STATE_FOUND = "found"
 INCREMENTAL = "incremental"  #: Name of the largest load factor of the load history.
 #: Name of the load factor that moving blocks carry after the collapse begins, if it is smaller than the
 #: incremental load factor.
 AFTER_INCREMENTAL = "after incremental collapse"
 ASSOCIATIVE = "associative"  #: Name of the load factor of classical limit analysis.
 
-_SEARCHES = "coulomb"  #: Name of the method that has the option ``search``.
+_METHOD_WITH_SEARCH = "coulomb"  #: Name of the method that has the option ``search``.
 
 #: Reason codes that compare the lowest load factor found with a lower bound of all load factors.
-_BOUNDS = (
+_BOUND_CODES = (
     *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),
     *(Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED),
 )
 
 #: Reason codes of a search that began from a state given by the user and found no exact state.
-_MISSED = (Code.NOT_FOUND, Code.NO_TIME)
+_FAILED_SEARCH_CODES = (Code.NOT_FOUND, Code.NO_TIME)
 
 #: Remarks on the incremental load factor, by the reason for which the load history ended.
 _HISTORY_END_REMARKS = {
     Code.NO_WORK: "collapse in which the live load does no work",
 }
 #: Remark on an incremental load factor whose load history ended with the loss of equilibrium.
-_LOST = "equilibrium is lost as the live load grows from zero"
+_EQUILIBRIUM_LOST = "equilibrium is lost as the live load grows from zero"
 #: Remark on possible states with a lower λ, for results of method "incremental".
 _LOWER_MAY_EXIST = "collapse states with a lower load factor may exist (method 'coulomb' looks for them)"
 #: Remark on the incremental load factor, if a method other than "incremental" reports it because no exact
@@ -62,7 +62,9 @@ _LOAD_FACTOR_MEANINGS = {
         "solved positions; λ may be less at positions that were not solved"
     ),
     LEAST_SO_FAR: "the crossing ended early, so λ may be less at positions that were not solved",
-    FOUND: "collapse states that are not exact, or whose λ is larger than at the end of the load history",
+    STATE_FOUND: (
+        "collapse states that are not exact, or whose λ is larger than at the end of the load history"
+    ),
     INCREMENTAL: (
         "equilibrium is lost as the live load grows from zero; collapse states with a lower load factor may "
         "exist"
@@ -75,7 +77,7 @@ _LOAD_FACTOR_MEANINGS = {
 }
 
 #: Remark on a load factor if equilibrium alone fixes all forces (see :mod:`masonry_opt.solution.only_state`).
-_ONLY = "equilibrium alone fixes all forces, so no other λ above zero is possible"
+_ONLY_LOAD_FACTOR = "equilibrium alone fixes all forces, so no other λ above zero is possible"
 
 _NAME_WIDTH = 15  #: Width of the column of names in characters; the longest name has 13 letters.
 
@@ -168,7 +170,7 @@ def own_name(result: Outcome) -> str:
         return AFTER_INCREMENTAL if _carries_less_after_collapse(result) else INCREMENTAL
     if known_least(result):
         return LEAST
-    return LOWEST if result.exact and not load_history_ends_lower(result) else FOUND
+    return LOWEST if result.exact and not load_history_ends_lower(result) else STATE_FOUND
 
 
 def named_factor(result: Outcome, name: str | None = None) -> str:
@@ -202,7 +204,7 @@ def known_least(result: Outcome) -> str:
     if result.solution.has(Code.PROVEN) and not _falls_by_itself(result):
         return "exact collapse state; proven: no state has a lower load factor"
     if result.solution.is_only_state and result.exact and not _falls_by_itself(result):
-        return f"exact collapse state; {_ONLY}"
+        return f"exact collapse state; {_ONLY_LOAD_FACTOR}"
     if not result.assembly.problem.flow_is_associative or result.kind is Kind.INCREMENTAL:
         return ""
     if result.kind is not Kind.ASSOCIATIVE and not result.exact:
@@ -280,7 +282,9 @@ def _incremental_remark(result: Outcome) -> str:
     """Return the remark on the end of the load history, and on the load that moving blocks carry."""
     state = result.solution.at_incremental
     assert state is not None
-    remark = next((words for code, words in _HISTORY_END_REMARKS.items() if state.has(code)), _LOST)
+    remark = next(
+        (words for code, words in _HISTORY_END_REMARKS.items() if state.has(code)), _EQUILIBRIUM_LOST
+    )
     if state.has(Code.RANGE):
         carried, not_carried = (
             factor_text(state.values_of(Code.RANGE)[name]) for name in ("carried", "not_carried")
@@ -300,7 +304,7 @@ def _coulomb_remark(result: Outcome) -> str:
 
 def _missed(result: Outcome) -> list[str]:
     """Return a list of one sentence if a search from the user's state found no exact state, otherwise []."""
-    return list(sentences([reason for reason in result.reasons if reason.code in _MISSED]))
+    return list(sentences([reason for reason in result.reasons if reason.code in _FAILED_SEARCH_CODES]))
 
 
 def state_found(result: Outcome) -> str:
@@ -349,9 +353,9 @@ def _starts(result: Outcome) -> str:
 
 def _lower_states(result: Outcome) -> list[str]:
     """Return phrases that state whether states with a lower load factor exist, or were searched for."""
-    phrases = list(sentences([reason for reason in result.reasons if reason.code in _BOUNDS]))
+    phrases = list(sentences([reason for reason in result.reasons if reason.code in _BOUND_CODES]))
     if result.solution.is_only_state:
-        phrases = [_ONLY]
+        phrases = [_ONLY_LOAD_FACTOR]
     elif not phrases:
         few_starts = [reason for reason in result.reasons if reason.code is Code.FEW_STARTS]
         phrases = [*sentences(few_starts), _not_proven(result)]
@@ -390,7 +394,11 @@ def search_advice(method: str, states: str) -> str:
     Only the default method has the option ``search``, so the advice names this method if another method was
     used. ``states`` is the object of the search, such as "lower load factors".
     """
-    option = "option search=10" if method == _SEARCHES else f"--method {_SEARCHES} -o search=10"
+    option = (
+        "option search=10"
+        if method == _METHOD_WITH_SEARCH
+        else f"--method {_METHOD_WITH_SEARCH} -o search=10"
+    )
     return f" ({option} looks for {states})"
 
 

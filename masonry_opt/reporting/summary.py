@@ -5,17 +5,17 @@ from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
-from masonry_opt.errors import counted, printable
+from masonry_opt.errors import counted, printable, shortened
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.reporting.linear_laws import BY_CHORDS, PARABOLA_REMARK
 from masonry_opt.reporting.load_factors import (
     AFTER_INCREMENTAL,
     ASSOCIATIVE,
-    FOUND,
     INCREMENTAL,
     LEAST,
     LOWEST,
+    STATE_FOUND,
     factor_text,
     friction_law,
     known_least,
@@ -36,7 +36,7 @@ from masonry_opt.solution.thresholds import ZERO
 
 #: Codes of reasons that describe the analysis instead of the scene. The line that states why there is no load
 #: factor omits reasons with these codes if the result also has other reasons.
-_TRIED = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
+_ANALYSIS_CODES = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
 
 #: The summary explains a low λ by self-stress if λ is below this fraction of the incremental load factor.
 #: With a larger value, the summary also explains ordinary differences.
@@ -117,16 +117,16 @@ def _why(result: Outcome) -> str:
     """
     if result.status.usable:
         return "".join(_sentences_of(result, Code.NO_WORK))
-    reasons = [reason for reason in result.reasons if reason.code not in _TRIED] or result.reasons
+    reasons = [reason for reason in result.reasons if reason.code not in _ANALYSIS_CODES] or result.reasons
     return "\n".join(dict.fromkeys(sentences(reasons, result.method)))
 
 
 #: Labels of the printed line that counts moving blocks and joints, by the name of the load factor at which
 #: they move.
-_AT = {
+_MOTION_LABELS = {
     LOWEST: "at the lowest",
     LEAST: "at the least",
-    FOUND: "at the state found",
+    STATE_FOUND: "at the state found",
     AFTER_INCREMENTAL: "after incremental collapse",
     INCREMENTAL: "at incremental collapse",
     ASSOCIATIVE: "at associative collapse",
@@ -155,7 +155,7 @@ def motion(result: Outcome) -> tuple[str, str] | None:
     blocks = f"{moving} of {counted(result.size.blocks, 'block')}"
     if result.load_factor is None:
         return "falls" if result.status is Status.UNSTABLE else "moves", f"{blocks}{joints}"
-    return _AT[own_name(result)], f"{blocks} {verb(moving, 'move')}{joints}"
+    return _MOTION_LABELS[own_name(result)], f"{blocks} {verb(moving, 'move')}{joints}"
 
 
 def _self_stress(result: Outcome) -> str:
@@ -204,8 +204,7 @@ def _ties(result: Outcome) -> str:
         carried = 0.0 if abs(tie["force"]) <= ZERO else tie["force"]
         force = "" if np.isnan(carried) else f" {predicate} {numeral(carried, '.5g')}"
         phrases.append(f"{tie['kind']} '{tie['name']}'{force}")
-    more = [f"and {len(phrases) - _MOST_TIES} more"] if len(phrases) > _MOST_TIES else []
-    return "; ".join([*phrases[:_MOST_TIES], *more])
+    return "; ".join(shortened(phrases, _MOST_TIES))
 
 
 def _live_load(result: Outcome) -> str:

@@ -36,7 +36,7 @@ Positive = Annotated[Number, Field(gt=0)]
 Point = tuple[Number, Number]
 YesNo = Annotated[bool, Strict()]
 #: Pairs of keys that exclude each other in a record: setting the first key removes the second key.
-INSTEAD = {
+EXCLUSIVE_KEYS = {
     "weight": "unit_weight",
     "unit_weight": "weight",
     "friction_angle": "friction",
@@ -164,7 +164,7 @@ class Record(BaseModel, metaclass=_RecordType):
         names = {field.alias: name for name, field in fields.items()}
         values = {name: getattr(self, name) for name in self.model_fields_set}
         for name, change in self._nested({names.get(key, key): changes[key] for key in changes}).items():
-            other = INSTEAD.get(name, "")
+            other = EXCLUSIVE_KEYS.get(name, "")
             if change is not None and other not in changes:
                 values.pop(other, None)
             values[name] = self._changed(name, change)
@@ -186,7 +186,9 @@ class Record(BaseModel, metaclass=_RecordType):
             return changes
         within = {name: _keys(getattr(self, name)) for name in fields}
         for key in [key for key in changes if key not in fields]:
-            holders = [name for name, keys in within.items() if not keys.isdisjoint({key, INSTEAD.get(key)})]
+            holders = [
+                name for name, keys in within.items() if not keys.isdisjoint({key, EXCLUSIVE_KEYS.get(key)})
+            ]
             given = changes.get(holders[0], {}) if len(holders) == 1 else None
             in_record = isinstance(getattr(self, holders[0]), Record) if holders else False
             if in_record and isinstance(given, Mapping) and key not in given:

@@ -45,7 +45,7 @@ TOLERANCE_OVER_ERROR = 3.0
 
 #: A corner is removed if its distance from the line between the previous and the next corner is at most this
 #: value, relative to the tolerance.
-STRAIGHT = 0.1
+LARGEST_STRAIGHT_DISTANCE = 0.1
 
 
 def frame_of(scene: Scene, corners: np.ndarray, block: np.ndarray) -> tuple[np.ndarray, float]:
@@ -255,14 +255,16 @@ def geometry(scene: Scene) -> Geometry:
     hulls = shapely.convex_hull(outlines)
     thickness = mean_thickness(shapely.area(hulls), shapely.length(hulls))
     default = RELATIVE_TOLERANCE * float(np.hypot.reduce(np.ptp(corners, axis=0)))
-    refuse_too_thin(scene, np.arange(len(blocks)), thickness, (STRAIGHT * 2 * tolerance, default))
-    flat = shapely.area(hulls) <= STRAIGHT * tolerance * shapely.length(hulls)
+    refuse_too_thin(
+        scene, np.arange(len(blocks)), thickness, (LARGEST_STRAIGHT_DISTANCE * 2 * tolerance, default)
+    )
+    flat = shapely.area(hulls) <= LARGEST_STRAIGHT_DISTANCE * tolerance * shapely.length(hulls)
     # Exclude outlines that are completely covered by holes: they raise another error below.
     flat &= ~shapely.is_empty(outlines)
     raise_for(np.flatnonzero(flat), scene, "{} has no area: its corners are on one line or coincide")
     # The simplification never removes the first corner of an outline. Therefore begin at the lowest leftmost
     # corner, which is never on a straight side.
-    polygons = shapely.simplify(shapely.normalize(outlines), STRAIGHT * tolerance)
+    polygons = shapely.simplify(shapely.normalize(outlines), LARGEST_STRAIGHT_DISTANCE * tolerance)
     crossed = np.flatnonzero(~shapely.is_valid(polygons))
     raise_for(crossed, scene, "the outline of {} crosses itself: list the corners in order along the outline")
     area = shapely.area(outlines)

@@ -11,7 +11,7 @@ from typing import Any, ParamSpec, TypeVar, get_args
 from pydantic import BaseModel, Tag, ValidationError
 from pydantic.fields import FieldInfo
 
-from masonry_opt.errors import CaseError, OptionError, printable
+from masonry_opt.errors import CaseError, OptionError, printable, remainder
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -80,9 +80,7 @@ def wrong_values(
     head, mistakes = head or called(record, values), _without_misspelt(error.errors(include_url=False))
     most_mistakes = _MOST_MESSAGE_LINES - 1  # the last line counts the others
     lines = [_line(dict(item), record, values) for item in mistakes[:most_mistakes]]
-    more = len(mistakes) - len(lines)
-    if more:
-        lines.append(f"and {more} more mistakes")
+    lines += filter(None, [remainder(len(mistakes), most_mistakes, "mistake")])
     return CaseError("\n".join(f"{head}: {text}" for text in lines))
 
 

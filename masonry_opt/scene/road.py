@@ -33,7 +33,7 @@ class AxleSet(NamedTuple):
 
 _LM1 = "EN 1991-2:2003, 4.3.2, load model 1, tandem system of {}, characteristic, without the uniform load"
 _LM71 = "EN 1991-2:2003, 6.3.2, load model 71 (UIC 702), its four axles without the uniform load"
-_CS = "CS 454 (UK), table 7.3.1a, normal traffic, {}, without axle lift-off; a tonne is 9.81 kN"
+_CS_SOURCE = "CS 454 (UK), table 7.3.1a, normal traffic, {}, without axle lift-off; a tonne is 9.81 kN"
 
 SETS = {
     "LM1 lane 1": AxleSet((1.2,), (300.0,) * 2, _LM1.format("lane 1")),
@@ -41,10 +41,16 @@ SETS = {
     "LM1 lane 3": AxleSet((1.2,), (100.0,) * 2, _LM1.format("lane 3")),
     "LM2": AxleSet((), (400.0,), "EN 1991-2:2003, 4.3.3, load model 2, single axle, characteristic"),
     "LM71": AxleSet((1.6,) * 3, (250.0,) * 4, _LM71),
-    "CS 454 single": AxleSet((), (11.5 * _TONNE,), _CS.format("single axle of 11.5 t")),
-    "CS 454 double 1.0 m": AxleSet((1.0,), (8.0 * _TONNE,) * 2, _CS.format("double axle bogie of 2 × 8 t")),
-    "CS 454 double 1.3 m": AxleSet((1.3,), (9.5 * _TONNE,) * 2, _CS.format("double axle bogie of 2 × 9.5 t")),
-    "CS 454 double 1.8 m": AxleSet((1.8,), (10.0 * _TONNE,) * 2, _CS.format("double axle bogie of 2 × 10 t")),
+    "CS 454 single": AxleSet((), (11.5 * _TONNE,), _CS_SOURCE.format("single axle of 11.5 t")),
+    "CS 454 double 1.0 m": AxleSet(
+        (1.0,), (8.0 * _TONNE,) * 2, _CS_SOURCE.format("double axle bogie of 2 × 8 t")
+    ),
+    "CS 454 double 1.3 m": AxleSet(
+        (1.3,), (9.5 * _TONNE,) * 2, _CS_SOURCE.format("double axle bogie of 2 × 9.5 t")
+    ),
+    "CS 454 double 1.8 m": AxleSet(
+        (1.8,), (10.0 * _TONNE,) * 2, _CS_SOURCE.format("double axle bogie of 2 × 10 t")
+    ),
 }
 
 

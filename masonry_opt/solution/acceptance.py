@@ -103,11 +103,11 @@ PROOF = 1e-8
 
 #: Largest relative difference between λ and its lower bound at which λ counts as proven to be the least load
 #: factor.
-CLOSED = 1e-5
+PROVEN_GAP = 1e-5
 
 #: Largest accepted distance of λ from the interval between its certified bounds, relative to the middle of
 #: this interval. Up to this distance, λ agrees with the bounds in four digits.
-OUTSIDE = 1e-4
+LARGEST_BOUND_EXCESS = 1e-4
 
 #: A lower bound that assumes force limits counts as valid if no force exceeds its limit by more than this
 #: fraction of the limit plus this fraction of the median block weight.
@@ -115,12 +115,12 @@ BEYOND_LIMITS = 1e-6
 
 #: Largest residual, relative to the load, at which a solution counts as feasible. The objective value of a
 #: feasible solution is a certified bound.
-FEASIBLE = 1e-11
+FEASIBILITY_TOLERANCE = 1e-11
 
 #: A mechanism proves that a scene is unstable only if it almost satisfies the associative flow rule. The
 #: violation, times the median block weight, must be at most this fraction of the mechanism's power. Only
 #: joint forces with a sum above a million median block weights could then stop the mechanism.
-DEPARTS = 1e-6
+LARGEST_FLOW_VIOLATION = 1e-6
 
 #: A slip, a shear or a violation of the associative flow rule below this magnitude counts as a rounding
 #: error.

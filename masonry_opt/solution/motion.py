@@ -10,7 +10,16 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.rows import dots, lengths, sums
 from masonry_opt.solution.load_history import LoadStep
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import CRUSHES, DRIVES, HINGES, IDLE, MOVES, SEPARATES, SLIDES, ZERO
+from masonry_opt.solution.thresholds import (
+    CRUSHES,
+    DRIVING_POWER,
+    HINGES,
+    IDLE_FORCE,
+    MOVES,
+    SEPARATES,
+    SLIDES,
+    ZERO,
+)
 
 
 @dataclass(frozen=True)
@@ -72,7 +81,7 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
     slips = joints.most(touching * slip) > SLIDES * speed
     if solution.q is not None:
         n = problem.normal_forces(solution.q)
-        pressed = joints.most((n > IDLE * np.abs(n).max(initial=0.0))[of_point])
+        pressed = joints.most((n > IDLE_FORCE * np.abs(n).max(initial=0.0))[of_point])
         touches &= pressed | ((farthest + nearest) / 2 <= SEPARATES * speed) | ~slips
     share = touching / np.bincount(joints.joint, touching)[joints.joint]
     return JointMotion(
@@ -178,4 +187,4 @@ def weightless(problem: Problem, load_factor: float, d: np.ndarray) -> bool:
     net = np.abs(dead + live).max(axis=1)
     sizes = np.abs(dead).max(axis=1) + np.abs(live).max(axis=1)
     moving = speeds > MOVES * speeds.max()
-    return bool((net[moving] <= DRIVES * sizes[moving]).all())
+    return bool((net[moving] <= DRIVING_POWER * sizes[moving]).all())

@@ -34,7 +34,7 @@ _FORCE_ROUNDING_TOLERANCE = 1e-9
 
 #: Unbalanced forces up to this fraction of the largest force count as rounding errors. With a smaller value,
 #: uniqueness of the load factor is proven for fewer scenes.
-_BALANCED = 1e-8
+_LARGEST_IMBALANCE = 1e-8
 
 
 def is_only_load_factor(problem: Problem, load_factor: float) -> bool:
@@ -48,7 +48,7 @@ def is_only_load_factor(problem: Problem, load_factor: float) -> bool:
     loads = np.column_stack([problem.dead, problem.dead + load_factor * problem.live])
     forces = solve_independent(problem.B, -loads)
     largest = float(np.abs(forces).max())
-    if np.abs(problem.B @ forces + loads).max() > _BALANCED * largest:
+    if np.abs(problem.B @ forces + loads).max() > _LARGEST_IMBALANCE * largest:
         return False
     without_live, at_collapse = (problem.slacks(q) / largest for q in forces.T)
     if min(without_live.min(), at_collapse.min()) < -_MAY_YIELD:

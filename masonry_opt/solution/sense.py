@@ -22,7 +22,7 @@ from masonry_opt.solution.force_units import (
 )
 from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import IDLE
+from masonry_opt.solution.thresholds import IDLE_FORCE
 from masonry_opt.solution.typical_units import in_other_unit
 from masonry_opt.solution.wedges import uneven_sides, wedges
 
@@ -96,13 +96,13 @@ _WEIGHT_TO_FORCE_RATIO = 1000.0
 
 #: A force causes a warning if its distance from its block exceeds this fraction of the block's width (square
 #: root of its area, cube root of its volume). Smaller distances count as rounding errors.
-_OUTSIDE = 0.02
+_LARGEST_FORCE_DISTANCE = 0.02
 
 #: Fraction of a block's weight below which a difference of forces counts as a rounding error.
 _FORCE_DIFFERENCE_TOLERANCE = 1e-9
 
 #: Map from the dimension to the code of the warning about blocks that meet without a joint.
-_MEETING = {2: Code.CORNERS_MEET, 3: Code.WITHOUT_NORMAL}
+_MEETING_CODES = {2: Code.CORNERS_MEET, 3: Code.WITHOUT_NORMAL}
 
 
 def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, ...]:
@@ -218,7 +218,7 @@ def _blocks(assembly: Assembly) -> Iterator[Reason]:
         yield reason(Code.JOINT_AT_CORNERS, pairs=at_corners)
     meeting = [assembly.names(np.array(pair)) for pair in assembly.joints.without_normal]
     if meeting:
-        yield reason(_MEETING[assembly.scene.dimension], pairs=meeting)
+        yield reason(_MEETING_CODES[assembly.scene.dimension], pairs=meeting)
     mixed = assembly.geometry.mixed
     if len(mixed):
         yield reason(Code.FACES_TURNED, blocks=assembly.names(mixed))
@@ -243,7 +243,7 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
             return [reason(Code.CORNERS_BEAR, pairs=pairs, normal_forces=[])]
         return []
     n = problem.normal_forces(solution.q)
-    pressed = limited[n[limited] > IDLE * np.abs(n).max(initial=0.0)]
+    pressed = limited[n[limited] > IDLE_FORCE * np.abs(n).max(initial=0.0)]
     order = pressed[np.argsort(-n[pressed], kind="stable")]
     forces = (n[order] * problem.force_unit).tolist()
     return [reason(Code.CORNERS_BEAR, pairs=assembly.pairs(order), normal_forces=forces)] if forces else []
@@ -313,7 +313,7 @@ def _acting_outside(assembly: Assembly) -> Iterator[Reason]:
         index = np.array([index for index, _ in placed])
         distance = shapes.outside(index, np.array([point for _, point in placed]) - shapes.origin)
         order = np.argsort(-distance, kind="stable")
-        outside = order[(distance > _OUTSIDE * shapes.width[index])[order]]
+        outside = order[(distance > _LARGEST_FORCE_DISTANCE * shapes.width[index])[order]]
         if len(outside):
             values = {"blocks": assembly.names(index[outside]), "distance": float(distance[outside[0]])}
             yield reason(Code.ACTS_OUTSIDE, load=load, **values)
@@ -361,7 +361,7 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
     of_blocks = unit_weights(assembly)
     heavy = of_blocks[of_blocks > 0]
     fills = assembly.scene.fills
-    beside = "blocks" if len(heavy) else "fill"
+    kind = "blocks" if len(heavy) else "fill"
     zones = [zone.unit_weight for fill in fills for zone in fill.zones if zone.unit_weight > 0]
     compared = heavy if len(heavy) else np.array(zones)
     if not len(compared):
@@ -372,7 +372,7 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
             ratio = zone.unit_weight / other
             is_extreme = not 1 / _OTHER_UNITS <= ratio <= _OTHER_UNITS
             if is_extreme or in_other_unit(np.array(zone.unit_weight), other):
-                values = {"unit_weight": zone.unit_weight, "beside": beside, "other": other}
+                values = {"unit_weight": zone.unit_weight, "beside": kind, "other": other}
                 yield reason(Code.FILL_WEIGHT_DIFFERS, fill=number, backing=backing, **values)
 
 

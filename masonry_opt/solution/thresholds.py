@@ -33,11 +33,11 @@ AT_HIGHEST = 1 - MOVES
 
 #: Power of the loads, in median block weights, below which the loads do not drive the mechanism. Solvers
 #: return up to 1e-9 for a power of zero.
-DRIVES = 1e-7
+DRIVING_POWER = 1e-7
 
 #: A joint counts as free of force if its normal force is below this fraction of the scene's largest normal
 #: force.
-IDLE = 1e-6
+IDLE_FORCE = 1e-6
 
 #: Messages about locking list the joints whose departure from associative flow exceeds this fraction of the
 #: largest departure. Messages about self-stress list the joints whose normal force exceeds this fraction of
@@ -46,11 +46,11 @@ LISTED_JOINT_SHARE = 1e-2
 
 #: Relative difference below which two load factors count as equal. On the case files, methods differ by up to
 #: 2e-8 for one state, and different states differ by at least 8e-4.
-SAME = 1e-6
+EQUALITY_TOLERANCE = 1e-6
 
 #: Relative difference above which one load factor counts as lower than another. The value is the residual
 #: limit of exact states.
-LOWER = 1e-8
+LEAST_DECREASE = 1e-8
 
 #: Magnitude below which a load factor counts as zero.
 ZERO = 1e-6
@@ -61,7 +61,7 @@ FEW_STARTS = 8
 
 #: A message states that the mechanism moves against the live load if the live load's work is negative and
 #: large enough. Its magnitude must exceed this fraction of the dead load's work.
-APART = 1e-2
+LEAST_OPPOSING_WORK = 1e-2
 
 #: Smallest change of the load factor in a narrow interval of a varied parameter that counts as a jump,
 #: relative to the largest load factor.
@@ -69,10 +69,10 @@ JUMP = 1e-3
 
 
 def same(one: float, other: float) -> bool:
-    """Return True if two load factors are equal up to the relative difference ``SAME``."""
-    return abs(one - other) <= SAME * max(abs(one), abs(other), SMALLEST)
+    """Return True if two load factors are equal up to the relative difference ``EQUALITY_TOLERANCE``."""
+    return abs(one - other) <= EQUALITY_TOLERANCE * max(abs(one), abs(other), SMALLEST)
 
 
 def is_lower(load_factor: float, than: float) -> bool:
     """Return True if a load factor is lower than another by more than rounding."""
-    return load_factor < than - LOWER * max(abs(than), SMALLEST)
+    return load_factor < than - LEAST_DECREASE * max(abs(than), SMALLEST)

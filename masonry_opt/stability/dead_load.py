@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from masonry_opt.problem.problem import Problem
-from masonry_opt.solution.thresholds import DRIVES
+from masonry_opt.solution.thresholds import DRIVING_POWER
 
 #: Key of ``result.solvers`` for the solver that decides if a scene is stable under its dead load.
 DEAD_LOAD = "dead load"
 
 
-def carries(problem: Problem, q: np.ndarray, most: float = DRIVES) -> bool:
+def carries(problem: Problem, q: np.ndarray, most: float = DRIVING_POWER) -> bool:
     """Return True if joint forces q, shape (3c + t,), carry the dead load within a tolerance.
 
     The sum of the unbalanced forces, and the largest violation of a yield condition, may be up to ``most``.

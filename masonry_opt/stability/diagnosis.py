@@ -18,12 +18,12 @@ from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpySt
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.solution.acceptance import DEPARTS, ROUNDING, Kind
+from masonry_opt.solution.acceptance import LARGEST_FLOW_VIOLATION, ROUNDING, Kind
 from masonry_opt.solution.answer import FinalState
 from masonry_opt.solution.motion import joint_motion, moving_blocks, moving_names
 from masonry_opt.solution.reasons import Code, Reason, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import DRIVES, LISTED_JOINT_SHARE, SLIDES
+from masonry_opt.solution.thresholds import DRIVING_POWER, LISTED_JOINT_SHARE, SLIDES
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine, has_optimum
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
@@ -52,7 +52,7 @@ _MOST_FACTORS = 12
 #: The search for the smallest friction multiplier with which a scene is stable ends at this accuracy. The
 #: smallest multiplier found stable and the largest found unstable then differ by at most this fraction. A
 #: smaller value needs more programs.
-_NEAR = 1e-3
+_MULTIPLIER_ACCURACY = 1e-3
 
 #: Largest friction coefficient in the search for the smallest friction multiplier with which a scene is
 #: stable. Solvers are less accurate with larger coefficients.
@@ -60,7 +60,7 @@ _LARGEST_FRICTION = 100.0
 
 #: A joint supports a block if the cosine of the angle between the joint's normal and the block's dead load
 #: exceeds this value.
-_BEARS = 1e-6
+_LEAST_SUPPORT_COSINE = 1e-6
 
 
 class DeadLoadUndecided(Exception):
@@ -101,17 +101,17 @@ class _Standing:
 
 
 def falling_mechanism(
-    problem: Problem, solver: Solver, effort: Effort, kept: ProgramCache | None = None
+    problem: Problem, solver: Solver, effort: Effort, cache: ProgramCache | None = None
 ) -> np.ndarray | None:
     """Return block velocities, shape (3b,), of a fall under the dead load; None if the scene is stable.
 
     See :func:`mechanism_or_forces`.
     """
-    return mechanism_or_forces(problem, solver, effort, kept)[0]
+    return mechanism_or_forces(problem, solver, effort, cache)[0]
 
 
 def mechanism_or_forces(
-    problem: Problem, solver: Solver, effort: Effort, kept: ProgramCache | None = None
+    problem: Problem, solver: Solver, effort: Effort, cache: ProgramCache | None = None
 ) -> tuple[np.ndarray, None] | tuple[None, np.ndarray]:
     """Return a mechanism that the dead load drives; if there is none, joint forces that carry the dead load.
 
@@ -120,23 +120,23 @@ def mechanism_or_forces(
     The scene is stable if eq. (9) without live load is feasible. Otherwise the mechanism is a bounded dual
     ray of the program. Every analysis checks this first, because a largest λ may exist although the scene is
     not in equilibrium at λ = 0. A scene counts as stable at its limit, and beyond its limit by up to
-    ``DRIVES``.
+    ``DRIVING_POWER``.
 
     Raises DeadLoadUndecided if neither forces nor a mechanism are verified.
     """
-    by_cone, kept = problem.by_cone, kept or ProgramCache()
+    by_cone, cache = problem.by_cone, cache or ProgramCache()
     chosen = in_cvxpy(solver, by_cone.by_friction.conic)
 
     def declared() -> _Standing:
         """Declare the program in CVXPY, and return it with the :class:`CvxpyEngine` that solves it."""
         model = CvxpyStanding(by_cone, ShearLimits.true(problem))
-        engine = CvxpyEngine(model.program, chosen, effort, DEAD_LOAD, repeats=kept.keeps)
+        engine = CvxpyEngine(model.program, chosen, effort, DEAD_LOAD, repeats=cache.keeps)
         return _Standing(model, engine)
 
     # Replace the live load, which the check does not need, by the dead load. Scenes with equal dead loads
     # then share one compiled program.
     unloaded = replace(problem, live=problem.dead)
-    standing = kept.of((DEAD_LOAD, chosen.key), unloaded, effort, declared)
+    standing = cache.of((DEAD_LOAD, chosen.key), unloaded, effort, declared)
     if standing.forces is not None and carries(problem, standing.forces):
         return None, standing.forces
     standing.engine.solve()
@@ -150,8 +150,8 @@ def mechanism_or_forces(
 def _drives(problem: Problem, d: np.ndarray) -> bool:
     """Return True if velocities d, shape (3b,), are an associative mechanism that the dead load drives.
 
-    The net power must exceed ``DRIVES``, and the violation of the flow rule must be small compared with the
-    net power.
+    The net power must exceed ``DRIVING_POWER``, and the violation of the flow rule must be small compared
+    with the net power.
     """
     problem = problem.by_cone
     p = problem.rates(d, problem.friction)
@@ -159,7 +159,7 @@ def _drives(problem: Problem, d: np.ndarray) -> bool:
     # Subtract the power that cohesion, strength and limited forces dissipate from the power of the dead load.
     power = float(problem.dead @ d - resisted)
     departure = float(np.abs(problem.departure(d, p, problem.friction)).max())
-    return power > DRIVES and departure <= max(DEPARTS * power, ROUNDING)
+    return power > DRIVING_POWER and departure <= max(LARGEST_FLOW_VIOLATION * power, ROUNDING)
 
 
 def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.ndarray:
@@ -176,7 +176,7 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
     across = (square.sum(axis=1)[:, None] - square)[:, problem.layout.dimension - problem.layout.rows :]
     gyration = np.sqrt(across / 12) / problem.length_unit
     inertia = float(problem.force_sizes(problem.dead) @ problem.by_block(falling**2).sum(axis=1))
-    scale = min(max(inertia / float(problem.dead @ falling), 1.0), 1 / DRIVES)
+    scale = min(max(inertia / float(problem.dead @ falling), 1.0), 1 / DRIVING_POWER)
     model = CvxpyFalling(problem.by_cone, ShearLimits.true(problem), gyration, scale)
     if not has_optimum(model.program, find_solver("cvxpy", None), effort, DEAD_LOAD):
         return falling
@@ -196,7 +196,7 @@ def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Eff
     effort.begins("reason why there is no load factor")
     with suppress(DeadLoadUndecided):
         own_flow, associative = (
-            _driven(_of_live_load(problem, slope), solver, effort.beside(), DIAGNOSIS)
+            _driven(_of_live_load(problem, slope), solver, effort.separate_counter(), DIAGNOSIS)
             for slope in (problem.dilatancy, problem.friction)
         )
         if associative is None and own_flow is not None:
@@ -244,7 +244,7 @@ def locking_joints(
     else:
         return none
     order = np.argsort(-amount, kind="stable")
-    return order[amount[order] > max(LISTED_JOINT_SHARE * amount.max(), DRIVES)]
+    return order[amount[order] > max(LISTED_JOINT_SHARE * amount.max(), DRIVING_POWER)]
 
 
 def _carrying_live_load(
@@ -416,17 +416,17 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
     largest = float(problem.friction.max(initial=0.0))
     if not largest or problem.joints > FACTOR_UP_TO:
         return stands, falls
-    largest_factor, kept = _LARGEST_FRICTION / largest, ProgramCache(keeps=True)
+    largest_factor, cache = _LARGEST_FRICTION / largest, ProgramCache(keeps=True)
     for _ in range(_MOST_FACTORS):
         if stands is None and falls < largest_factor:
             factor = min(max(2.0, falls**2), largest_factor)
-        elif stands is not None and stands > falls * (1 + _NEAR):
+        elif stands is not None and stands > falls * (1 + _MULTIPLIER_ACCURACY):
             factor = sqrt(stands * falls)
         else:
             break
         stronger = replace(problem, law=replace(problem.law, friction=factor * problem.friction))
         try:
-            is_stable = falling_mechanism(stronger, solver, effort, kept) is None
+            is_stable = falling_mechanism(stronger, solver, effort, cache) is None
         except DeadLoadUndecided:
             break
         if is_stable:
@@ -448,8 +448,8 @@ def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
     down[movable] = forces
     size = np.hypot.reduce(down, axis=1)
     down = np.where(size[:, None] > 0, down / np.where(size > 0, size, 1.0)[:, None], scene.down)
-    first_borne = (joints.normal * down[joints.first]).sum(axis=1) < -_BEARS
-    second_borne = (joints.normal * down[joints.second]).sum(axis=1) > _BEARS
+    first_borne = (joints.normal * down[joints.first]).sum(axis=1) < -_LEAST_SUPPORT_COSINE
+    second_borne = (joints.normal * down[joints.second]).sum(axis=1) > _LEAST_SUPPORT_COSINE
     # Supports are fixed blocks, and movable blocks with support forces, such as supports that can rotate.
     support_forces = [force for force in assembly.limited if force.role is Role.SUPPORT]
     supported = [action.block for force in support_forces for action in force.actions]

@@ -11,13 +11,13 @@ import matplotlib
 
 from masonry_opt.errors import OptionError
 from masonry_opt.files import image_source
-from masonry_opt.studies.writing import NEEDED, render
+from masonry_opt.studies.writing import MISSING_LIBRARY_MESSAGE, render
 
 try:
     import altair as alt
     import vl_convert
 except ImportError:
-    raise OptionError(NEEDED) from None
+    raise OptionError(MISSING_LIBRARY_MESSAGE) from None
 
 # Other modules import Altair from this module, because the import here raises an OptionError if Altair is
 # missing.

@@ -41,7 +41,7 @@ _MEMORY_INTERVAL = 0.02  #: Seconds between two measurements of the memory of a 
 _TASKS_PER_WORKER = 3
 #: Time in seconds within which a Dask scheduler must answer and must have a worker. After this time, an
 #: OptionError is raised.
-PATIENCE = 10
+SCHEDULER_TIMEOUT = 10
 #: Environment variables of worker processes that restrict numerical libraries to one thread. The libraries
 #: read them when they are imported.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -52,10 +52,10 @@ _MODULES_OF_WORKERS = ("studies.many.runs", "methods.coulomb.method")
 _MODULES_OF_RUN_ALONE = ("studies.compare.runs", "methods.bracket.bracket", "methods.mpec")
 #: Start method of processes. Windows has no fork server, so processes are spawned on Windows.
 _START_METHOD = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
-_STANDARD: Any = multiprocessing.get_context(_START_METHOD)
+_PROCESS_CONTEXT: Any = multiprocessing.get_context(_START_METHOD)
 #: Lock for starting processes: only one thread at a time may start a process, because each start temporarily
 #: changes sys.modules and os.environ.
-_STARTING = threading.Lock()
+_START_LOCK = threading.Lock()
 
 
 @dataclass(frozen=True)
@@ -163,20 +163,20 @@ def run_alone(task: Task, time_limit: float, memory_limit: float) -> TaskEnd:
         return replace(end, seconds=end.seconds or time.perf_counter() - start, peak=max(peak, end.peak))
 
 
-class _Process(_STANDARD.Process):  # type: ignore[misc]  # the base class depends on the operating system
+class _Process(_PROCESS_CONTEXT.Process):  # type: ignore[misc]  # the base class depends on the operating system
     """Worker process that does not import the main script. Its numerical libraries use one thread."""
 
     def start(self) -> None:
         """Start the process. The file of the main script is hidden, so the process does not import it."""
         hidden = ModuleType("__main__")
-        with _STARTING:
+        with _START_LOCK:
             vars(hidden).update(vars(sys.modules["__main__"]) | {"__spec__": None, "__file__": None})
             with _replaced(sys.modules, {"__main__": hidden}), _replaced(os.environ, _ONE_THREAD):
                 _start_server()
                 super().start()
 
 
-class Context(type(_STANDARD)):  # type: ignore[misc]
+class Context(type(_PROCESS_CONTEXT)):  # type: ignore[misc]
     """Multiprocessing context whose processes do not import the main script.
 
     A script without a main guard would start its study again in every process that imports it.
@@ -267,7 +267,7 @@ class Processes:
 
     def __init__(self, count: int, modules: Sequence[str] = ()) -> None:
         if _START_METHOD == "forkserver":
-            _STANDARD.set_forkserver_preload([f"masonry_opt.{name}" for name in modules])
+            _PROCESS_CONTEXT.set_forkserver_preload([f"masonry_opt.{name}" for name in modules])
         self.context, self.room = Context(), _TASKS_PER_WORKER * count
         self._open = partial(ProcessPool, count, initializer=_prepare_process, context=self.context)
         self._pool: Any = self._open()
@@ -294,15 +294,18 @@ class _Cluster:
         except ImportError:
             raise OptionError("--dask needs 'distributed': install it with pip install '.[dask]'") from None
         try:
-            self._client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
+            self._client = distributed.Client(address, timeout=SCHEDULER_TIMEOUT, set_as_default=False)
         except (OSError, ValueError) as error:
             raise OptionError(f"no Dask scheduler answers at '{address}': {error}") from None
         self._address, self._executor = address, self._client.get_executor(pure=False)
 
     def submit(self, task: Task) -> Future[TaskEnd]:
-        """Submit a task to the cluster. Raises OptionError if no worker is available within ``PATIENCE``."""
+        """Submit a task to the cluster.
+
+        Raises OptionError if no worker is available within ``SCHEDULER_TIMEOUT``.
+        """
         try:
-            self._client.wait_for_workers(1, timeout=PATIENCE)
+            self._client.wait_for_workers(1, timeout=SCHEDULER_TIMEOUT)
         except TimeoutError:
             raise OptionError(
                 f"the Dask scheduler at '{self._address}' has no worker: start one with 'dask worker "

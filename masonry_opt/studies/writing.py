@@ -24,14 +24,16 @@ from typing import Any
 import pandas as pd
 import psutil
 
-from masonry_opt.errors import OptionError, printable
+from masonry_opt.errors import OptionError, printable, remainder
 from masonry_opt.files import WRITER, write_whole, writing
 from masonry_opt.reporting.names import labelled, some, warning_lines
 from masonry_opt.solution.frames import unsigned
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
 #: Message of the error that is raised if a library for charts or pages is missing.
-NEEDED = "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
+MISSING_LIBRARY_MESSAGE = (
+    "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
+)
 
 JOURNAL = "journal.jsonl"  #: Name of the journal in the folder of a study.
 _SHOWN_ROWS = 30  #: Largest number of table rows that a notebook shows; the number of omitted rows is stated.
@@ -193,7 +195,7 @@ class StudyAnswer(ABC):
 
     @property
     @abstractmethod
-    def told(self) -> pd.DataFrame:
+    def notebook_table(self) -> pd.DataFrame:
         """Table that a notebook displays between the printed text and the picture of the answer."""
 
     def plot(self) -> Any:
@@ -212,7 +214,7 @@ class StudyAnswer(ABC):
         source = ""
         with suppress(OptionError):  # raised if there is no picture, or a library is missing
             source = self._source()
-        return notebook_html(self._text(), self.told, source)
+        return notebook_html(self._text(), self.notebook_table, source)
 
     def _source(self) -> str:
         """Return the picture as a data URL, for an image in an HTML page."""
@@ -295,9 +297,10 @@ def frame_table(
 def notebook_html(words: str, frame: pd.DataFrame, source: str = "") -> str:
     """Return HTML for a notebook: a text, the first rows of a table, and the picture at a URL."""
     rows = in_words(frame.head(_SHOWN_ROWS)).to_html(index=False, border=0) if len(frame) else ""
-    more = f"<div>and {len(frame) - _SHOWN_ROWS} more rows</div>\n" if len(frame) > _SHOWN_ROWS else ""
+    others = remainder(len(frame), _SHOWN_ROWS, "row")
+    below = f"<div>{others}</div>\n" if others else ""
     drawn = f'<img alt="" style="max-width:100%" src="{source}">' if source else ""
-    return f'<pre style="white-space:pre-wrap">{escape(words, quote=False)}</pre>\n{rows}\n{more}{drawn}'
+    return f'<pre style="white-space:pre-wrap">{escape(words, quote=False)}</pre>\n{rows}\n{below}{drawn}'
 
 
 def render(template: str, **values: object) -> str:
@@ -308,7 +311,7 @@ def render(template: str, **values: object) -> str:
     try:
         import jinja2
     except ImportError:
-        raise OptionError(NEEDED) from None
+        raise OptionError(MISSING_LIBRARY_MESSAGE) from None
     loader, strict = jinja2.PackageLoader("masonry_opt.studies"), jinja2.StrictUndefined
     trimmed: dict[str, Any] = {"trim_blocks": True, "lstrip_blocks": True}
     environment = jinja2.Environment(loader=loader, autoescape=True, undefined=strict, **trimmed)

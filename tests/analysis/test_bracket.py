@@ -18,8 +18,10 @@ from masonry_opt.solution.reasons import Code
 WEDGES = CASES / "livesley" / "wedges.toml"
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 
-#: Largest residual of an exact state, and relative difference between the two ends of a closed bracket.
-EXACT, CLOSED = 1e-8, 1.1e-5
+#: Largest residual of an exact state.
+EXACT = 1e-8
+#: Largest relative difference between the two ends of a closed bracket.
+CLOSED = 1.1e-5
 
 
 @pytest.mark.parametrize("path", [TWO_BLOCKS, WEDGES], ids=lambda path: path.stem)

@@ -13,7 +13,8 @@ from masonry_opt.methods.exact.alternation import Alternation
 from masonry_opt.solution.acceptance import LIMITS, Kind
 from masonry_opt.solution.reasons import Code
 
-WEDGES, ARCH = CASES / "livesley" / "wedges.toml", CASES / "casapulla_lauro" / "arch.toml"
+WEDGES = CASES / "livesley" / "wedges.toml"
+ARCH = CASES / "casapulla_lauro" / "arch.toml"
 #: Largest residual of an exact state.
 EXACT = 1e-8
 #: Residual of complementarity of the interior-point programs, relative to λ.

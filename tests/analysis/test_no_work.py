@@ -59,7 +59,8 @@ def solid(
     return mo.Solid(name=name, box=[[0, 2], [0, 2], list(z)], weight=weight, dead=dead, live=live)
 
 
-UP, SLOPE = (0, 1), 0.2
+UP = (0, 1)
+SLOPE = 0.2
 PUSHED = scene(stone(push=2, live=UP))
 LINTEL = scene(
     stone("left", (0, 1), (0, 1), weight=20),

@@ -9,7 +9,8 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.solution.acceptance import MOST_ENERGY
 from masonry_opt.solution.reasons import Code
 
-WALL_3, WALL_6 = WALLS[2], WALLS[5]
+WALL_3 = WALLS[2]
+WALL_6 = WALLS[5]
 
 #: Options for the loop of the paper alone, without an exact state at the end or a second run.
 RAW = {"preset": "paper", "remedies": "none"}

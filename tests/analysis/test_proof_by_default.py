@@ -25,7 +25,8 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.solution.reasons import Code
 
 FOLDER = Path(__file__).parent / "low_states"
-WALL, STONES = FOLDER / "wall_13_joints.toml", FOLDER / "stones_14_joints.toml"
+WALL = FOLDER / "wall_13_joints.toml"
+STONES = FOLDER / "stones_14_joints.toml"
 
 #: Least load factors of the scenes. The comment in each file says how the value is known.
 LEAST = {WALL: 16.4710309, STONES: 2.3410936}

@@ -8,7 +8,9 @@ import masonry_opt as mo
 from masonry_opt.solution.acceptance import LIMITS, Kind
 from masonry_opt.solution.reasons import Code, Status
 
-WALL_2, WALL_3, WALL_6 = WALLS[1], WALLS[2], WALLS[5]
+WALL_2 = WALLS[1]
+WALL_3 = WALLS[2]
+WALL_6 = WALLS[5]
 
 #: Options with which the shear limits follow only the last normal forces, so that the loop oscillates.
 SWINGING = {"alpha": 0.0, "alpha_min": 0.0, "beta": 1.0}

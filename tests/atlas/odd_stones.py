@@ -7,8 +7,10 @@ from atlas.random_scenes import Points, Rng, assembled
 from masonry_opt.scene.blocks import rectangle
 from masonry_opt.scene.scene import Scene
 
-#: Least and greatest strength, as multiples of the mean pressure below all stones.
-_WEAKEST, _STRONGEST = 4.0, 100.0
+#: Least strength, as a multiple of the mean pressure below all stones.
+_WEAKEST = 4.0
+#: Greatest strength, as a multiple of the mean pressure below all stones.
+_STRONGEST = 100.0
 
 
 def odd_scene(seed: int) -> Scene:

@@ -24,7 +24,8 @@ def test_the_atlas_is_written_scene_by_scene_with_its_answers(tmp_path):
         assert right_claims(entry).items() <= known.items()
 
 
-CONFINED, REFUSED = {"associative": Status.LOCKED, "Coulomb": "answer"}, {"associative": "refused"}
+CONFINED = {"associative": Status.LOCKED, "Coulomb": "answer"}
+REFUSED = {"associative": "refused"}
 
 
 @pytest.mark.parametrize(

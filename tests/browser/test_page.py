@@ -15,7 +15,7 @@ from masonry_opt.drawing.elements import result_elements
 from masonry_opt.drawing.keyframes import keyframes_of
 from masonry_opt.drawing.marks import moved
 from masonry_opt.drawing.page import HISTORY, motions_of
-from masonry_opt.drawing.svg import SIDE, Canvas
+from masonry_opt.drawing.svg import LONGER_SIDE, Canvas
 from masonry_opt.solution.motion import fastest
 
 pytestmark = pytest.mark.slow
@@ -100,7 +100,7 @@ def test_keys_move_along_the_load_history_and_the_mechanism_comes_back(page, res
         for row, block in enumerate(result.assembly.movable):
             vx, vy, omega = motions[at, row]
             expected = [[1, -omega, vx], [omega, 1, vy]]
-            assert np.abs((transform(page, block) - expected) / [1, 1, SIDE]).max() <= 1e-4
+            assert np.abs((transform(page, block) - expected) / [1, 1, LONGER_SIDE]).max() <= 1e-4
         lines = [len(page.find_elements("css selector", f".yielded g:nth-child({k}) path")) for k in (1, 2)]
         assert lines == moves[at].sum(axis=1).tolist()
         numbers = re.findall(r"\d+\.?\d*(?:e-?\d+)?", found(page, "#now").text)
@@ -177,7 +177,7 @@ def test_forces_are_shown_at_rest_and_the_mechanism_comes_back(page, result):
         assert page.execute_script("return document.documentElement.scrollHeight") == tall
         if kind != "mechanism":
             # The matrix is the identity up to rounding. Translations are divided by the side of the picture.
-            assert np.abs((transform(page, moving) - np.eye(2, 3)) / [1, 1, SIDE]).max() <= 1e-13
+            assert np.abs((transform(page, moving) - np.eye(2, 3)) / [1, 1, LONGER_SIDE]).max() <= 1e-13
     assert transform(page, moving) == pytest.approx(before)
 
 

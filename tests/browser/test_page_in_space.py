@@ -144,6 +144,27 @@ def test_keys_move_along_the_load_history(browser, loaded, width):
     assert quiet(page)
 
 
+@pytest.mark.parametrize("width", WIDTHS[:1])
+def test_a_selected_joint_moves_with_the_load_history_and_moves_no_block(browser, loaded, width):
+    """A state of the load history looks the same right after a joint is selected and after the slider returns
+    to the state. At first, under the dead load, all blocks are at rest."""
+    page = show(browser, loaded[1], width)
+    slider, number = found(page, "#loaded"), found(page, "#joint")
+    slider.send_keys(Keys.ARROW_RIGHT)
+    for state, joint, neighbour in ((Keys.HOME, "7", Keys.ARROW_RIGHT), (Keys.END, "9", Keys.ARROW_LEFT)):
+        slider.send_keys(state)
+        before = image(page)
+        number.clear()
+        number.send_keys(joint)
+        selected = image(page)
+        assert selected != before
+        slider.send_keys(neighbour)
+        assert image(page) != selected
+        slider.send_keys(state)
+        assert image(page) == selected
+    assert quiet(page)
+
+
 @pytest.mark.parametrize("width", WIDTHS[1:])
 def test_a_joint_tells_its_forces_and_moves_nothing_else(page, result):
     height = "return document.documentElement.scrollHeight"

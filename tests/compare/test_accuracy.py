@@ -12,7 +12,7 @@ from scenes_in_space import box_on_floor, corner_wall, pushed_box
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.solvers.driver import Driver
-from masonry_opt.studies.compare.accuracy import CLOSE, certified_bounds
+from masonry_opt.studies.compare.accuracy import LARGEST_BOUND_WIDTH, certified_bounds
 
 #: Relative rounding error of a bound in double precision.
 _ROUNDING = 1e-12
@@ -43,7 +43,7 @@ def test_bounds_hold_what_is_known(scene, load_factor, rounding):
     bounds = certified_bounds(assemble(scene).problem)
     assert bounds.lower <= load_factor * (1 + rounding)
     assert bounds.upper >= load_factor * (1 - rounding)
-    assert bounds.width <= CLOSE
+    assert bounds.width <= LARGEST_BOUND_WIDTH
 
 
 @pytest.mark.parametrize("scene", [small_wall(), corner_wall(2, 2, 2)])

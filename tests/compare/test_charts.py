@@ -140,7 +140,7 @@ def test_what_is_no_answer_says_why(comparison):
     shown = cells(comparison)
     verdicts = {
         (BLOCKS, "mpec"): ("wrong", "flow"),
-        (WALL, "nonassociative"): ("failed but said so", "time limit"),
+        (WALL, "nonassociative"): ("reported failure", "time limit"),
         (WALL, "coulomb"): ("named correctly", "unstable under dead load"),
         (WALL, "mpec"): ("wrong", "0.63898"),
     }

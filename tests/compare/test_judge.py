@@ -101,7 +101,9 @@ def test_verdicts(known, verdict, reason):
 
 
 INF = float("inf")
-FALLS, UNLIMITED, UNKNOWN = CertifiedBounds(-INF, -INF), CertifiedBounds(INF, INF), CertifiedBounds(-INF, INF)
+FALLS = CertifiedBounds(-INF, -INF)
+UNLIMITED = CertifiedBounds(INF, INF)
+UNKNOWN = CertifiedBounds(-INF, INF)
 
 
 @pytest.mark.parametrize(
@@ -204,7 +206,7 @@ def test_success_counts_every_end():
         line(scene="e", load_factor=None, status="unstable under dead load", wall=50.0),
     ]
     (counted,) = judging.success(judging.summary(rows, ABOUT_ONE | {"e": FALLS}, {})).to_dict("records")
-    verdicts = ("scenes", "certified", "named correctly", "failed but said so", "wrong")
+    verdicts = ("scenes", "certified", "named correctly", "reported failure", "wrong")
     assert [counted[verdict] for verdict in verdicts] == [5, 2, 1, 1, 1]
     assert (counted["success"], counted["largest error"]) == (0.6, pytest.approx(5e-5))
     assert counted["time"] == 2.0

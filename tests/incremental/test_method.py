@@ -119,7 +119,8 @@ def test_settings_are_an_option():
 #: Width b and height h of a block of weight 1 on a floor, and its displacement under a unit horizontal force
 #: at its centroid. The unit of length is the closing of the joint under half the weight. The joint shears by
 #: twice the force, and the rotation adds (h/b)² times the force.
-WIDE, HIGH = 1.0, 2.0
+WIDE = 1.0
+HIGH = 2.0
 SOFT = 2 + (HIGH / WIDE) ** 2
 
 

@@ -18,7 +18,7 @@ from masonry_opt.problem.fill import Road
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.solution import Solution
-from masonry_opt.studies.crossing.crossing import _passages
+from masonry_opt.studies.crossing.passages import passages_of
 from masonry_opt.studies.crossing.search import PassageTrials, least_associative, moving_load
 
 
@@ -98,7 +98,7 @@ def test_interrupted_in_its_last_solve_it_keeps_what_was_found(method, watched):
 def test_positions_without_an_answer_are_told_and_end():
     """If the solver fails right of the support, the search does not halve ranges there, and proves no
     bound."""
-    ((passage,),), _ = _passages(OVERHANG, axles(3.0))
+    ((passage,),), _ = passages_of(OVERHANG, axles(3.0))
     problem = replace(passage.assembly.problem, live=passage.live(-1.0))
     exact, solved = moving_load(problem, Effort()), 0
 
@@ -166,10 +166,10 @@ def test_each_load_case_has_the_road_of_its_own_settlement(monkeypatch):
     def settles(scene, _):
         return settled_scene(scene, movements[scene.load_case.name])
 
-    monkeypatch.setattr("masonry_opt.studies.crossing.crossing.settled_scene", settles)
+    monkeypatch.setattr("masonry_opt.studies.crossing.passages.settled_scene", settles)
     cases = [mo.LoadCase(name=name, live={"axles": 1}) for name in movements]
     scene = beam(live=(0, 0)).replace(load_cases=cases)
-    (passages,), _ = _passages(scene, axles(3.0, road=[(0, 2), (5, 2)]), movements)
+    (passages,), _ = passages_of(scene, axles(3.0, road=[(0, 2), (5, 2)]), movements)
     assert [passage.case for passage in passages] == [*movements]
     at_the_pier = [float(np.interp(4.0, *passage.road.line.T)) for passage in passages]
     assert at_the_pier == pytest.approx([2 - 0.02 * 3 / 4, 2 - 0.04 * 3 / 4], abs=3e-4)

@@ -176,10 +176,15 @@ def test_what_goes_with_no_fill():
         mo.extrude(scene([LOW], flat), 1.0)
 
 
-ANGLE, SHARE = 32.0, 0.4
+ANGLE = 32.0
+SHARE = 0.4
 ACTIVE = (1 - math.sin(math.radians(ANGLE))) / (1 + math.sin(math.radians(ANGLE)))
 PASSIVE = SHARE / ACTIVE
-WIDTH, HEIGHT, DEEP, WEIGHT, THICK = 1.2, 2.5, 2.0, 40.0, 0.7
+WIDTH = 1.2
+HEIGHT = 2.5
+DEEP = 2.0
+WEIGHT = 40.0
+THICK = 0.7
 
 
 def retaining(push, friction, **keys):
@@ -235,7 +240,9 @@ def test_a_fill_without_friction_presses_like_a_fluid(push, method, keys):
     assert "fill angle low" not in [warning.code for warning in found.warnings]
 
 
-UPPER, BACKED, BACKED_SHARE = 1.2, 3.0, 0.9
+UPPER = 1.2
+BACKED = 3.0
+BACKED_SHARE = 0.9
 
 
 @pytest.mark.parametrize("factor", [1.0, 1.35, 0.0])

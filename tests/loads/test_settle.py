@@ -11,9 +11,10 @@ from mappings import mapped, turned
 import masonry_opt as mo
 from masonry_opt.scene.blocks import rectangle
 from masonry_opt.solution.reasons import Status
-from masonry_opt.studies.settle.answer import Bound
+from masonry_opt.studies.settle.bound import Bound
 
-DOWN, RIGHT = (0.0, -1.0), (1.0, 0.0)
+DOWN = (0.0, -1.0)
+RIGHT = (1.0, 0.0)
 #: Tolerance of reactions, relative to the weight of all blocks: the error that solvers leave.
 CLOSE = 1e-7
 

@@ -71,7 +71,7 @@ def test_threads_of_one_worker_share_no_session(distributed):
 
 
 def test_a_scheduler_without_workers_is_told(distributed, monkeypatch):
-    monkeypatch.setattr("masonry_opt.studies.runner.PATIENCE", 1)
+    monkeypatch.setattr("masonry_opt.studies.runner.SCHEDULER_TIMEOUT", 1)
     with (
         distributed.LocalCluster(n_workers=0, processes=False, **QUIET) as scheduler,
         pytest.raises(mo.OptionError, match="no worker"),

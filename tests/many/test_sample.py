@@ -17,7 +17,8 @@ from masonry_opt.studies.charts import chart_contents
 from masonry_opt.studies.many.draws import Draws, lognormal
 from masonry_opt.studies.run_columns import RUN_COLUMNS
 
-FRICTION, SLENDER = lognormal(0.4, 0.1), 0.5
+FRICTION = lognormal(0.4, 0.1)
+SLENDER = 0.5
 ASKED = {"method": "static", "seed": 1}
 
 UNLIMITED = [("nonassociative", {"preset": "paper"}, 2), ("static", {}, 0)]

@@ -27,7 +27,8 @@ from masonry_opt.scene.blocks import rectangle
 cli_solve = import_module("masonry_opt.cli.solve")
 WALL_1 = WALLS[0]
 LOOP = ["--method", "nonassociative"]
-AS_LOOP, AS_DEFAULT = ("nonassociative", "cvxpy", "clarabel"), ("coulomb", "matrices", "newton")
+AS_LOOP = ("nonassociative", "cvxpy", "clarabel")
+AS_DEFAULT = ("coulomb", "matrices", "newton")
 
 
 @pytest.fixture
@@ -282,7 +283,8 @@ def prints(effort, part, seconds):
 Effort.add = prints
 """
 
-SMALL, IN_SPACE = CASES / "gilbert" / "two_blocks.toml", CASES / "space" / "corner_wall.toml"
+SMALL = CASES / "gilbert" / "two_blocks.toml"
+IN_SPACE = CASES / "space" / "corner_wall.toml"
 #: Commands whose standard output is one JSON object.
 WITH_JSON = {
     "solve": ["solve", SMALL],

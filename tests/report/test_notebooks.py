@@ -62,10 +62,10 @@ def shows(answer, *words):
     html = answer._repr_html_()
     assert not re.findall(r"<script|<style", html)
     cells = re.findall(r"<td>(.*?)</td>", html)
-    assert len(cells) >= answer.told.size
+    assert len(cells) >= answer.notebook_table.size
     for word in words:
         assert word in html
-    assert f"{answer.told.select_dtypes('number').iloc[0, 0]:.6g}" in cells
+    assert f"{answer.notebook_table.select_dtypes('number').iloc[0, 0]:.6g}" in cells
     return pictures(html)
 
 

@@ -8,8 +8,10 @@ import scipy.sparse as sp
 from scipy.optimize import linprog
 from second_program import Points
 
-#: Number of sides of the first polygons, and largest number of refinements.
-SIDES, MOST = 96, 20
+#: Number of sides of the first polygons.
+SIDES = 96
+#: Largest number of refinements.
+MOST = 20
 #: Smallest tolerances that HiGHS accepts.
 TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
 SMALL_ENTRY = 1e-8

@@ -19,7 +19,8 @@ from masonry_opt.stability import diagnosis
 
 #: Unbalanced forces in median block weights. A scene is stable if they are below ``CARRY``, and unstable if
 #: they are above ``FALL`` for all joint forces. The limit of the package lies between, at 1e-7.
-CARRY, FALL = 1e-8, 1e-6
+CARRY = 1e-8
+FALL = 1e-6
 
 #: Largest force at a contact point of states that must be found, in median block weights. Stones between
 #: faces near the angle of friction may be stable by forces of any size. Above a million, a residual is not

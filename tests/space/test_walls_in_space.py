@@ -18,8 +18,10 @@ from masonry_opt.problem.laws import Cone
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.reasons import Code
 
-#: Blocks and friction of the wall in fast tests; number of blocks up to which exact states are tested.
-FAST, MOST = (13, 0.6), 42
+#: Number of blocks and friction of the wall in fast tests.
+FAST = (13, 0.6)
+#: Largest number of blocks of a wall whose exact states are tested.
+MOST = 42
 #: Blocks and friction of the corner whose load history ends in a range, because its blocks move slowly.
 IN_A_RANGE = 42, 0.6
 

@@ -20,11 +20,13 @@ from masonry_opt.solution.reasons import Code
 
 #: Relative tolerances of two programs solved to 1e-9. Random scenes have thin cells and light blocks, which
 #: cost digits.
-EXACT, RANDOM = 1e-7, 1e-6
+EXACT = 1e-7
+RANDOM = 1e-6
 #: The tolerance of the loop is 1e-5 on λ, and rounding may lead to another optimal state on the way.
 LOOP = 5e-4
 
-BASE, SMALL = small_wall(6, 4), small_wall(3, 2)
+BASE = small_wall(6, 4)
+SMALL = small_wall(3, 2)
 
 
 #: Kinematics have the same load factors as statics for every case and kind of joint: see the tests of

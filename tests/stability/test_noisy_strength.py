@@ -12,7 +12,9 @@ from masonry_opt.solution.reasons import Status
 #: Relative tolerance of two conic programs solved to 1e-9; the largest difference in 500 noisy scenes is
 #: 5e-8.
 SAME = 1e-6
-FIRST, SCENES, FAST = 960_000, 8, 3
+FIRST = 960_000
+SCENES = 8
+FAST = 3
 
 #: This scene is solved again with parabolas scaled by the forces of the first solve, as one of 250 scenes is.
 AGAIN = 991_175

@@ -12,8 +12,10 @@ from masonry_opt.brief import brief
 from masonry_opt.effort import Effort
 from masonry_opt.methods.task import Task
 
-#: Largest number of lines and characters of the ``repr`` of an object.
-MOST_LINES, MOST_CHARACTERS = 2, 400
+#: Largest number of lines of the ``repr`` of an object.
+MOST_LINES = 2
+#: Largest number of characters of the ``repr`` of an object.
+MOST_CHARACTERS = 400
 
 
 def assert_short(thing: object) -> None:

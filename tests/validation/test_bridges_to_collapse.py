@@ -19,7 +19,9 @@ from masonry_opt.solution.motion import joint_motion
 
 SPREAD = math.tan(math.radians(30))
 #: Rankine's coefficients at φ = 30°, and the share of the passive coefficient that the cases count on.
-ACTIVE, PASSIVE, MOBILISED = 1 / 3, 3.0, 0.33
+ACTIVE = 1 / 3
+PASSIVE = 3.0
+MOBILISED = 0.33
 
 
 def arch(span, rise, thickness, cover, width, **keys):

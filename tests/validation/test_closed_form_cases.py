@@ -14,7 +14,7 @@ from scenes import CASES, solved
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.solution.acceptance import CLOSED
+from masonry_opt.solution.acceptance import PROVEN_GAP
 from masonry_opt.solution.answer import certify
 
 METHODS = ["static", "coulomb", "nonassociative"]
@@ -33,7 +33,8 @@ def changed(name: str, friction: float, *exceptions: mo.Joint) -> mo.Scene:
 # W, the reaction R of the wedge at an angle a to the vertical, and the push N of the guide with its friction
 # are in equilibrium: R sin a = N, and R cos a = W + μ N if the block rises, W - μ N if it sinks.
 
-FRICTION, WEDGE = 0.35, math.radians(8)
+FRICTION = 0.35
+WEDGE = math.radians(8)
 ANGLE = math.atan(FRICTION)
 
 
@@ -45,7 +46,8 @@ def on_wedge(reaction: float, guide: float) -> float:
     return 400.0 / (1 + guide * math.tan(reaction)) * (math.tan(reaction) + FRICTION)
 
 
-RAISING, LOWERING = on_wedge(ANGLE + WEDGE, -FRICTION), on_wedge(ANGLE - WEDGE, FRICTION)
+RAISING = on_wedge(ANGLE + WEDGE, -FRICTION)
+LOWERING = on_wedge(ANGLE - WEDGE, FRICTION)
 #: If the dilatancy is μ, it exceeds the slope: the block rises although the wedge is pulled out.
 DILATING = on_wedge(ANGLE - WEDGE, -FRICTION)
 
@@ -57,7 +59,8 @@ ABOVE, BETWEEN, BELOW = (
     friction * weight * math.sqrt(0.75)
     for friction, weight in ((0.30, TOP), (0.40, TOP + MIDDLE), (0.45, TOP + MIDDLE + BOTTOM))
 )
-ALONE, TOGETHER = ABOVE + BETWEEN - MIDDLE / 2, ABOVE + BELOW - (MIDDLE + BOTTOM) / 2
+ALONE = ABOVE + BETWEEN - MIDDLE / 2
+TOGETHER = ABOVE + BELOW - (MIDDLE + BOTTOM) / 2
 
 
 def tan(degrees: float) -> float:
@@ -87,7 +90,8 @@ def by_four_hinges(name: str) -> float:
 #: Unit weight of the dam's masonry divided by that of water, and width over height of its triangular section.
 #: Down to any depth y, the dam weighs γ (b/h) y² / 2, at a third of its width from the water. The water
 #: pushes with y² / 2, at a third of the depth above the joint there. Therefore λ is the same for every joint.
-GAMMA, SLENDER = 2.4, 0.65
+GAMMA = 2.4
+SLENDER = 0.65
 
 
 class Known(NamedTuple):
@@ -185,8 +189,8 @@ def test_closed_forms_are_the_published_numbers():
 @pytest.mark.parametrize(
     ("name", "near"),
     [
-        ("beer_johnston/wedge_raises", CLOSED),
-        ("beer_johnston/wedge_lowers", CLOSED),
+        ("beer_johnston/wedge_raises", PROVEN_GAP),
+        ("beer_johnston/wedge_lowers", PROVEN_GAP),
         ("livesley/wedges", 1e-9),
         ("oppenheim/seven_voussoirs", 1e-9),
     ],
@@ -197,8 +201,8 @@ def test_no_coulomb_state_is_lower(name, near):
     If the case closes the gap to the solver's own tolerance, the load factor is optimal too.
     """
     result, expected = solved(CASES / f"{name}.toml", "global"), KNOWN[name].coulomb
-    assert result.bound == pytest.approx(expected, rel=CLOSED)
-    if near < CLOSED:
+    assert result.bound == pytest.approx(expected, rel=PROVEN_GAP)
+    if near < PROVEN_GAP:
         assert result.status is mo.Status.OPTIMAL
         assert result.load_factor == pytest.approx(expected, rel=near)
 

@@ -10,7 +10,7 @@ from scipy.optimize import linprog
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.faces import CHORDS, MISSED, chord_rates, crushing_energy, parabola
+from masonry_opt.problem.faces import CHORDS, LARGEST_CHORD_ERROR, chord_rates, crushing_energy, parabola
 
 BY_PARABOLA = [("static", {}), ("kinematic", {})]
 BY_CHORDS = [
@@ -43,7 +43,7 @@ def test_a_solid_block_crushes_at_its_toe(method, how, strength):
 def test_chords_err_on_the_safe_side_and_by_no_more_than_they_say(method, how):
     result = mo.solve(block(2.0), method, **how)
     missed = 1 - result.required() / ((1.0 - 1.0 / 2.0) / 2.0)
-    assert -1e-9 <= missed <= MISSED
+    assert -1e-9 <= missed <= LARGEST_CHORD_ERROR
     assert result.certificate.worst < (1e-3 if method == "nonassociative" else 1e-8)
 
 
@@ -69,7 +69,7 @@ def test_what_chords_miss():
     by_chords = (np.multiply.outer(CHORDS.slope, x) + CHORDS.constant[:, None]).min(axis=0)
     missed = 1 - by_chords / parabola(x, np.ones_like(x))
     assert missed.min() > -1e-12
-    assert 0.98 * MISSED < missed.max() <= MISSED
+    assert 0.98 * LARGEST_CHORD_ERROR < missed.max() <= LARGEST_CHORD_ERROR
     low = x < 1e-4
     assert missed[low].max() < 1e-4
 

@@ -32,7 +32,11 @@ from masonry_opt.solution.reasons import Code
 SLOPE = CASES / "goodman_bray" / "slope.toml"
 LIMITING = CASES / "goodman_bray" / "slope_limiting.toml"
 
-COLUMNS, CREST, WIDTH, UNIT_WEIGHT, RISE = 16, 10, 10.0, 25.0, 5.0
+COLUMNS = 16
+CREST = 10
+WIDTH = 10.0
+UNIT_WEIGHT = 25.0
+RISE = 5.0
 BOLT = 10_000.0
 
 

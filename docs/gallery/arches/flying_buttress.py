@@ -8,7 +8,9 @@ of the thrust to a buttress outside. By how much does the flyer increase the thr
 
 import masonry_opt as mo
 
-HEIGHT, WIDTH, UNIT_WEIGHT = 8.0, 1.0, 22.0
+HEIGHT = 8.0
+WIDTH = 1.0
+UNIT_WEIGHT = 22.0
 THRUST_AT = (6.9, 7.1)  # m above the ground
 
 

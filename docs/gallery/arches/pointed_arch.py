@@ -8,7 +8,8 @@ the crown, where a semicircular arch is weakest and a pointed arch is strong.
 
 import masonry_opt as mo
 
-SPAN, VOUSSOIRS = 4.0, 16
+SPAN = 4.0
+VOUSSOIRS = 16
 
 
 def arch(rise: float) -> mo.Scene:

@@ -8,7 +8,8 @@ block. At which fraction of its weight does the block move, and does the block s
 
 import masonry_opt as mo
 
-WIDTH, FRICTION = 1.0, 0.6
+WIDTH = 1.0
+FRICTION = 0.6
 
 
 def pushed(height: float) -> mo.Scene:

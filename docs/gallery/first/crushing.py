@@ -8,7 +8,9 @@ inwards until the weight rests on a strip at the compressive strength of the sto
 
 import masonry_opt as mo
 
-WIDTH, HEIGHT, WEIGHT = 1.0, 4.0, 80.0  # m and kN, for 1 m out of the plane
+WIDTH = 1.0  # m
+HEIGHT = 4.0  # m
+WEIGHT = 80.0  # kN, for 1 m out of the plane
 
 
 def pier(strength: float | None) -> mo.Scene:

@@ -11,7 +11,9 @@ from math import atan, radians, tan
 
 import masonry_opt as mo
 
-FRICTION, WEIGHT, LEAN = 0.35, 400, radians(8)
+FRICTION = 0.35
+WEIGHT = 400
+LEAN = radians(8)
 
 
 def on_the_wedge(x: float) -> tuple[float, float]:

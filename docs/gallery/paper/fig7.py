@@ -17,7 +17,8 @@ import masonry_opt as mo
 from masonry_opt.scene.case_file import case_folder
 
 scene = mo.load(case_folder() / "gilbert" / "two_blocks.toml")
-MU, MOSEK = scene.joints.friction, 1.9535
+MU = scene.joints.friction
+MOSEK = 1.9535
 PANELS = {"(a) α = 0": {"alpha": 0.0, "alpha_min": 0.0}, "(b) α = 0.3": {}}
 SOLVERS = [("cvxpy", "clarabel"), ("cvxpy", "highs-ipm"), ("cvxpy", "highs"), ("pyomo", "highs")]
 

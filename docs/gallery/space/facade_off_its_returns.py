@@ -9,7 +9,9 @@ the load factor. How much of the associative load factor is available with Coulo
 
 import masonry_opt as mo
 
-LENGTH, DEPTH, COURSES = 8, 3, 4  # in thicknesses of the wall
+LENGTH = 8  # in thicknesses of the wall
+DEPTH = 3  # in thicknesses of the wall
+COURSES = 4
 
 
 def facade(friction: float) -> mo.Scene:

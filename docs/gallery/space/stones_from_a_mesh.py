@@ -13,7 +13,10 @@ from tempfile import TemporaryDirectory
 
 import masonry_opt as mo
 
-RADIUS, HEIGHT, DRUMS, SIDES = 2.0, 12.0, 6, 8
+RADIUS = 2.0
+HEIGHT = 12.0
+DRUMS = 6
+SIDES = 8
 
 
 # %%

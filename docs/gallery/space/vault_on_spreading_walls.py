@@ -8,7 +8,9 @@ toothed into both side walls. How much thinner may the side walls be with an end
 
 import masonry_opt as mo
 
-SPAN, HEIGHT, LENGTH = 3.0, 3.0, 3.0  # m
+SPAN = 3.0  # m
+HEIGHT = 3.0  # m
+LENGTH = 3.0  # m
 VAULT = {"span": SPAN, "rise": 1.0, "thickness": 0.3, "voussoirs": 7, "skewbacks": 0.3, "abutments": False}
 STONE = {"unit_weight": 20}  # kN/m³
 FRICTION = mo.JointDefaults(friction=0.7)

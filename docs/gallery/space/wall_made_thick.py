@@ -10,7 +10,9 @@ first in its plane and then out of its plane.
 import masonry_opt as mo
 from masonry_opt.scene.case_file import case_folder
 
-THICKNESS, HEIGHT, FRICTION = 0.7, 10.5, 0.65
+THICKNESS = 0.7
+HEIGHT = 10.5
+FRICTION = 0.65
 
 # %%
 # In its plane the wall has the same load factors in space, for any thickness. The associative load factor is

@@ -9,8 +9,11 @@ largest thrust?
 
 import masonry_opt as mo
 
-HEIGHT, UNIT_WEIGHT, FRICTION = 4.0, 22.0, 0.75
-LOW, HIGH = 1.5, 2.0  # m above ground: the vault thrusts against this drum
+HEIGHT = 4.0
+UNIT_WEIGHT = 22.0
+FRICTION = 0.75
+LOW = 1.5  # m above ground: the vault thrusts against the drum between LOW and HIGH
+HIGH = 2.0  # m above ground
 
 
 def buttress(foot: float, top: float) -> mo.Scene:

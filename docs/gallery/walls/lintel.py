@@ -9,7 +9,8 @@ uplifts at the acceleration b/h of a single column, for any weight of the beam.
 
 import masonry_opt as mo
 
-WIDTH, HEIGHT = 1.0, 4.0
+WIDTH = 1.0
+HEIGHT = 4.0
 
 
 def upright(name: str, x: float) -> mo.Block:

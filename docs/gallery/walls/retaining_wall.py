@@ -8,7 +8,10 @@ the factor of safety: the number by which the pressure must be multiplied to mak
 
 import masonry_opt as mo
 
-WIDTH, HEIGHT, UNIT_WEIGHT, FRICTION = 1.2, 3.0, 22.0, 0.65
+WIDTH = 1.2
+HEIGHT = 3.0
+UNIT_WEIGHT = 22.0
+FRICTION = 0.65
 PRESSURE = 18.0  # kN/m² at the foot
 
 

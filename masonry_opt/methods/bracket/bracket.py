@@ -34,7 +34,7 @@ _MANY_JOINTS = 60
 #: On scenes with more than ``_MANY_JOINTS`` joints, method "global" spends at most this fraction of its time
 #: limit on the search for states with a λ below the lowest known λ. With a larger fraction, less time remains
 #: for the lower bound.
-_SEARCHING = 0.05
+_SEARCH_TIME_SHARE = 0.05
 
 
 class GlobalOptions(Options):
@@ -68,7 +68,7 @@ def global_search(task: Task) -> Solution:
         upper = replace(upper, kind=Kind.EXACT)
     if upper.load_factor is None and upper.status is not Status.LOCKED:
         return upper
-    search = _SEARCHING * options.time_limit if problem.joints > _MANY_JOINTS else None
+    search = _SEARCH_TIME_SHARE * options.time_limit if problem.joints > _MANY_JOINTS else None
     start = _lowest_state(task, search, began)
     if start.interrupted and not start.has(Code.TIME_LIMIT):
         raise KeyboardInterrupt
@@ -105,9 +105,9 @@ def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
     ``search`` is the time of an additional search in seconds, or None. At the time limit the lowest state so
     far is returned, or a solution without an answer if no state is known.
     """
-    left = max(began + task.options.time_limit - time.perf_counter(), 0.0)
+    remaining_time = max(began + task.options.time_limit - time.perf_counter(), 0.0)
     try:
-        with limited(left):
+        with limited(remaining_time):
             own = task.with_options(CoulombOptions(search=search), find_solver(MATRICES, None))
             start = coulomb(own)
             # If no search was made, look for an exact state near the forces of the solution, even if the

@@ -21,7 +21,7 @@ from masonry_opt.models.pyomo_products import Pairs, PyomoProducts
 from masonry_opt.problem.edges import EdgeFactors
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.solution.acceptance import BEYOND_LIMITS, CLOSED, SMALLEST
+from masonry_opt.solution.acceptance import BEYOND_LIMITS, PROVEN_GAP, SMALLEST
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 
@@ -42,12 +42,12 @@ _FEW_ROWS = 20_000
 
 #: Tolerance of HiPO, as a fraction of the relative gap between the bounds of λ. With a smaller tolerance,
 #: twice as many iterations would improve the bound by only 1 %.
-_COARSE = 0.05
+_TOLERANCE_OVER_GAP = 0.05
 
 #: Largest rate or velocity from which limits of variables without bounds are computed, relative to the mean
 #: velocity of the points at which the live load acts. Without bounds, solvers may stall or fail. The proof of
 #: the lower bound does not use this number.
-_FASTEST = 20.0
+_LARGEST_RATE = 20.0
 
 #: Motions below this value, relative to the mean velocity of the points at which the live load acts, count as
 #: zero when forces are computed from products of forces and motions.
@@ -293,7 +293,7 @@ def relaxed(
     # of both factors.
     column, (i, k) = np.concatenate(list(lp.columns.values())), np.array(list(model.product)).T
     of_statics, velocities = np.append(of.forces, [highest, 1.0])[i], model.factors.velocities
-    fastest = np.full(model.factors.unit + 1, _FASTEST)
+    fastest = np.full(model.factors.unit + 1, _LARGEST_RATE)
     fastest[-1] = 1.0
     # The limit of angular velocities is half the limit of velocities, because joints are about 2 units of
     # length long.
@@ -349,7 +349,7 @@ def _solved(
     The shapes are (columns,) and (rows,). Both arrays are zero if no solver ends with finite numbers.
     """
     lowest, highest = within
-    coarse = max(_COARSE * (1 - lowest / highest), _TOLERANCE)
+    coarse = max(_TOLERANCE_OVER_GAP * (1 - lowest / highest), _TOLERANCE)
     scaled = replace(lp, cost=lp.cost / highest)
     ends = time.perf_counter() + seconds
     free = np.isinf(lp.low)
@@ -451,5 +451,5 @@ def sum_of_rates(problem: Problem, d: np.ndarray) -> float:
 
 
 def closed(bound: float, load_factor: float) -> bool:
-    """Return True if a lower bound and a load factor are equal up to a relative difference of ``CLOSED``."""
-    return load_factor - bound <= CLOSED * max(abs(load_factor), SMALLEST)
+    """Return True if the relative gap between a lower bound and a load factor is at most ``PROVEN_GAP``."""
+    return load_factor - bound <= PROVEN_GAP * max(abs(load_factor), SMALLEST)

@@ -19,7 +19,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.answer import Answer
 from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import SAME, ZERO, is_lower, same
+from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE, ZERO, is_lower, same
 
 #: Kind of a start, and the exact state found from this start, or None if no state was found.
 Candidate = tuple[str, ExactState | None]
@@ -231,7 +231,7 @@ class Search:
                 return None
             q, p = forces_and_rates
             last, cost = cost, closing * problem.table.slip_speed(p)
-            if np.abs(cost - last).max(initial=0.0) <= SAME * max(1.0, last.max(initial=0.0)):
+            if np.abs(cost - last).max(initial=0.0) <= EQUALITY_TOLERANCE * max(1.0, last.max(initial=0.0)):
                 break
         return q
 
@@ -244,7 +244,7 @@ class Search:
         assert isinstance(self._finder, Refiner)
         if state is None or not state.duals.any():
             return None
-        holding = np.flatnonzero(state.duals > SAME * state.duals.max())
+        holding = np.flatnonzero(state.duals > EQUALITY_TOLERANCE * state.duals.max())
         drawn = rng.random(self.problem.faces)[holding]
         rates = state.rates.copy()
         rates[holding[drawn <= max(self._settings.released_share, drawn.min())]] = 0.0

@@ -38,7 +38,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.answer import Answer
 from masonry_opt.solution.load_history import LoadHistory, LoadStep
 from masonry_opt.solution.motion import weightless
-from masonry_opt.solution.thresholds import SAME
+from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE
 
 
 class End(StrEnum):
@@ -111,7 +111,7 @@ class IncrementalResult:
 
 def _is_between(state: Answer, carried: float, not_carried: float, size: float) -> bool:
     """Return True if the load factor of a state is between two load factors, up to rounding errors."""
-    rounding = SAME * size
+    rounding = EQUALITY_TOLERANCE * size
     return carried - rounding <= state.load_factor <= not_carried + rounding
 
 
@@ -187,7 +187,7 @@ def analysis_of(task: Task, settings: IncrementalSettings | None = None) -> Incr
     def build() -> IncrementalAnalysis:
         return IncrementalAnalysis(problem, settings)
 
-    return task.kept.of(("incremental", settings), problem, task.effort, build, own=True)
+    return task.cache.of(("incremental", settings), problem, task.effort, build, own=True)
 
 
 def is_meaningful(analysis: IncrementalAnalysis, load_factor: float, d: np.ndarray) -> bool:
@@ -405,7 +405,7 @@ class _LoadRaising:
             # If the live load is negligible compared with the dead load, do not bisect the load factor,
             # because rounding errors would determine the result.
             is_negligible = self.carried == 0
-            is_fine = self.unreached - self.carried <= SAME * size
+            is_fine = self.unreached - self.carried <= EQUALITY_TOLERANCE * size
             return self.state is not None or is_negligible or is_fine
         if self.state is None or self.not_carried - self.carried > settings.smallest_increment * size:
             return False

@@ -34,7 +34,7 @@ from masonry_opt.solution.answer import Answer, FinalState, certified
 from masonry_opt.solution.load_history import LoadStep
 from masonry_opt.solution.reasons import Code, Reason, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import SAME
+from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE
 
 
 class IncrementalOptions(Options):
@@ -99,17 +99,17 @@ def _solution(analysis: IncrementalAnalysis, result: IncrementalResult) -> Solut
 
 def _at_collapse(analysis: IncrementalAnalysis, result: IncrementalResult, solution: Solution) -> Solution:
     """Return the solution after a collapse: an exact state, or a range of the load factor."""
-    told: dict[str, Any] = {"steps": len(result.history.steps), "jumps": result.history.jumps}
+    values: dict[str, Any] = {"steps": len(result.history.steps), "jumps": result.history.jumps}
     if result.state is not None:
-        ended = replace(solution, found=result.state).ended(Status.CONVERGED, Code.COLLAPSE, **told)
+        ended = replace(solution, found=result.state).ended(Status.CONVERGED, Code.COLLAPSE, **values)
         return replace(ended, followed_to_end=True)
-    told |= {"carried": result.carried, "not_carried": result.not_carried}
+    values |= {"carried": result.carried, "not_carried": result.not_carried}
     lower = result.state_in_motion
     if lower is not None and is_meaningful(analysis, lower.load_factor, lower.d):
-        ended = replace(solution, found=lower).ended(Status.CONVERGED, Code.RANGE, **told)
+        ended = replace(solution, found=lower).ended(Status.CONVERGED, Code.RANGE, **values)
         return replace(ended, followed_to_end=True, peak=result.carried)
     found = _last_state(analysis, result)
-    return replace(solution, found=found).ended(Status.CONVERGED, Code.RANGE, **told)
+    return replace(solution, found=found).ended(Status.CONVERGED, Code.RANGE, **values)
 
 
 def _last_state(analysis: IncrementalAnalysis, result: IncrementalResult) -> Answer:
@@ -127,7 +127,7 @@ def _falling_state(analysis: IncrementalAnalysis) -> Answer | None:
     raised = replace(problem, dead=np.zeros_like(problem.dead), live=problem.dead, settled=None)
     result = IncrementalAnalysis(raised, analysis.solver.settings).run()
     state = result.state or result.state_in_motion
-    return state if state is not None and state.load_factor <= 1 + SAME else None
+    return state if state is not None and state.load_factor <= 1 + EQUALITY_TOLERANCE else None
 
 
 def _undecided(result: IncrementalResult) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from masonry_opt.solution.acceptance import LIMITS, MOST_ENERGY, SMALLEST, Kind
 from masonry_opt.solution.answer import Answer, FinalState, certified
 from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import SAME
+from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE
 from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Solver, in_cvxpy
@@ -29,21 +29,21 @@ _NEARLY_TRUE = 5e-3
 
 #: If the search for an exact state fails in a run that may end early, the loop solves this number of
 #: sub-problems before it searches again. With a smaller number, more searches fail.
-_PAUSE = 2
+_SUB_PROBLEMS_BETWEEN_TRIALS = 2
 
 #: Number of successive doublings of λ, from one sub-problem to the next, after which the loop counts as
 #: divergent. The run then ends.
-_DOUBLINGS = 5
+_MOST_DOUBLINGS = 5
 
 #: Smallest relative increase of λ from one sub-problem to the next that counts as steady growth of the loop.
-_RISE = 1e-2
+_LEAST_STEADY_INCREASE = 1e-2
 
 #: The loop counts as divergent after this number of successive increases of λ by at least the fraction
-#: ``_RISE``, if λ then exceeds ``_GROWN`` times its first value.
-_RISES = 30
+#: ``_LEAST_STEADY_INCREASE``, if λ then exceeds ``_DIVERGENCE_RATIO`` times its first value.
+_MOST_STEADY_INCREASES = 30
 
 #: If λ grows steadily and exceeds this multiple of its first value, the loop counts as divergent.
-_GROWN = 1e3
+_DIVERGENCE_RATIO = 1e3
 
 #: Length of the longest cycle that the loop detects, in sub-problems. A loop with a longer cycle runs until
 #: its iteration limit.
@@ -51,7 +51,7 @@ LONGEST_PERIOD = 6
 
 #: An oscillation of λ counts as a cycle, which ends the run, if λ changes by less than this fraction of its
 #: range from one period to the next. With a larger value, slowly damped oscillations also count as cycles.
-_STEADY = 0.05
+_LARGEST_CYCLE_DRIFT = 0.05
 
 #: Rates above this fraction of the largest rate count as nonzero. The first fraction exceeds the rates that
 #: solvers return in place of zero. The second fraction is tried if the first leads to no exact state.
@@ -99,7 +99,7 @@ def _recorded(problem: Problem, last: SubProblem, before: State | None, attempt:
     state, limits = last.state, last.limits
     n, slip = problem.normal_forces(state.q), problem.slip(state.p)
     coulomb = ShearLimits.true(problem).at(n[problem.sliding])
-    limit = limits.at(n[problem.sliding]) - last.small_cohesion
+    limit = limits.at(n[problem.sliding]) - last.added_cohesion
     change = np.nan if before is None else np.abs(n - problem.normal_forces(before.q)).max()
     unit = problem.live_norm
     return Iteration(
@@ -204,7 +204,7 @@ class Run:
                 exact = self._exact_end(last)
                 if exact:
                     return exact
-                self.next_try = last.number + _PAUSE
+                self.next_try = last.number + _SUB_PROBLEMS_BETWEEN_TRIALS
             if last.stands_still and not self.early:
                 return self._converged(last)
         if diverges(self.load_factors):
@@ -267,7 +267,7 @@ def obeys_own_flow(problem: Problem, state: State) -> bool:
     limits = ShearLimits(problem.friction - problem.dilatancy_at(n), problem.cohesion)
     energy = float(limits.at(n[problem.sliding]) @ problem.slip(state.p))
     has_resistance = problem.dead.any() or problem.face_cohesion.any()
-    return not has_resistance or energy <= SAME * abs(state.load_factor) * problem.live_norm
+    return not has_resistance or energy <= EQUALITY_TOLERANCE * abs(state.load_factor) * problem.live_norm
 
 
 def diverges(load_factors: Sequence[float]) -> bool:
@@ -285,9 +285,12 @@ def diverges(load_factors: Sequence[float]) -> bool:
         last = np.array(load_factors[-times - 1 :])
         return len(last) > times and last[0] > 0 and bool((last[1:] > (1 + rise) * last[:-1]).all())
 
-    if has_risen(1, _DOUBLINGS):
+    if has_risen(1, _MOST_DOUBLINGS):
         return True
-    return has_risen(_RISE, _RISES) and load_factors[-1] > _GROWN * load_factors[0] > 0
+    return (
+        has_risen(_LEAST_STEADY_INCREASE, _MOST_STEADY_INCREASES)
+        and load_factors[-1] > _DIVERGENCE_RATIO * load_factors[0] > 0
+    )
 
 
 def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
@@ -304,7 +307,7 @@ def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
         earlier, before, now = values[-3 * length :].reshape(3, length)
         drift = max(np.abs(now - before).max(), np.abs(before - earlier).max())
         forces_return = np.abs(normal[-1] - normal[-1 - length]).max() < 1e-2 * largest
-        if drift < _STEADY * np.ptp(now) and forces_return:
+        if drift < _LARGEST_CYCLE_DRIFT * np.ptp(now) and forces_return:
             return length
     return 0
 

@@ -24,7 +24,7 @@ _RAISE_FACTOR = 4
 #: A joint's small cohesion is proportional to the largest normal force in its connected component. This force
 #: counts only up to this multiple of the largest force on the joint's own blocks. Without the limit, very
 #: large forces on other blocks could make the cohesion too large.
-_DWARFS = 1e3
+_LARGEST_FORCE_RATIO = 1e3
 
 
 @dataclass(frozen=True)
@@ -36,9 +36,9 @@ class SubProblem:
     state: State  #: the optimum
     limits: ShearLimits  #: the shear limits of the program
     alpha: float  #: slope α of the shear limits; NaN for the first sub-problem, whose limits have no α
-    #: Small cohesion c⁰ of each joint that can slide, shape (k,). The program adds it to the shear limits of
-    #: joints with less dilatancy than friction.
-    small_cohesion: np.ndarray
+    #: Small cohesion that the program adds to the shear limit of each joint that can slide, shape (k,). It is
+    #: 0 at joints that dilate at their friction angle.
+    added_cohesion: np.ndarray
     stands_still: bool  #: True if λ has converged: its relative change is below option ``tol``
 
 
@@ -57,6 +57,19 @@ class LimitUpdate:
     #: plus the small cohesion if any.
     about: np.ndarray
 
+    @property
+    def dilatancy(self) -> np.ndarray:
+        """Dilatancy of each joint that can slide, under the normal forces ``about``, shape (k,)."""
+        return self.problem.dilatancy_at(self.about)
+
+    @property
+    def added_cohesion(self) -> np.ndarray:
+        """Small cohesion that :meth:`limits` adds to each shear limit, shape (k,).
+
+        It is 0 at joints that dilate at their friction angle, because their limits do not change.
+        """
+        return np.where(self.dilatancy < self.problem.friction, self.small_cohesion, 0.0)
+
     def limits(self) -> ShearLimits:
         """Return the shear limits of the next sub-problem: step 4 of the paper's section 4.2.
 
@@ -67,11 +80,9 @@ class LimitUpdate:
         dilate at their friction angle are associative: their limits do not change.
         """
         problem, mu = self.problem, self.problem.friction
-        dilatancy, n = problem.dilatancy_at(self.about), self.about[problem.sliding]
-        turns = dilatancy < mu
-        slope = np.where(turns, dilatancy - self.alpha * mu, mu)
-        added = np.where(turns, self.small_cohesion + (mu - slope) * n, 0.0)
-        return ShearLimits(slope, problem.cohesion + added)
+        n, dilatancy = self.about[problem.sliding], self.dilatancy
+        slope = np.where(dilatancy < mu, dilatancy - self.alpha * mu, mu)
+        return ShearLimits(slope, problem.cohesion + (self.added_cohesion + (mu - slope) * n))
 
 
 def sub_problems(
@@ -84,7 +95,7 @@ def sub_problems(
     function :func:`corrected` is step 6. Raises OptionError if the option ``revise`` returns no ShearLimits.
     """
     alpha, next_alpha = float("nan"), parameters.alpha
-    small_cohesion = np.zeros(len(problem.sliding))
+    small_cohesion = added_cohesion = np.zeros(len(problem.sliding))
     # Step 1: begin with Coulomb's limits or, for the cohesive start, with a trial cohesion.
     limits = ShearLimits.true(problem)
     if parameters.start == "cohesive":
@@ -108,7 +119,7 @@ def sub_problems(
             return
         change = abs(state.load_factor - previous.load_factor) if previous else float("inf")
         stands_still = change < parameters.tol * abs(state.load_factor)
-        last = SubProblem(number, answer.solved, state, limits, alpha, small_cohesion, stands_still)
+        last = SubProblem(number, answer.solved, state, limits, alpha, added_cohesion, stands_still)
         yield last
         if number == 1:
             small_cohesion = parameters.c0 * _largest_nearby(problem, state)[problem.sliding]
@@ -123,6 +134,7 @@ def sub_problems(
         about = parameters.beta * n + (1 - parameters.beta) * previous_n
         update = LimitUpdate(problem, last, alpha, small_cohesion, about)
         limits = parameters.revise(update) if parameters.revise else update.limits()  # step 4
+        added_cohesion = update.added_cohesion
         if not isinstance(limits, ShearLimits):
             raise OptionError(f"the function of option 'revise' must return ShearLimits (found {limits!r})")
         previous = state
@@ -134,18 +146,18 @@ def corrected(problem: Problem, last: SubProblem) -> float:
     This is step 6 of the paper's section 4.2.
     """
     state = last.state
-    turns = problem.dilatancy_at(problem.normal_forces(state.q)) < problem.friction
-    dissipated = np.where(turns, last.small_cohesion, 0.0) @ problem.slip(state.p)
+    dissipated = last.added_cohesion @ problem.slip(state.p)
     return state.load_factor - float(dissipated) / problem.live_norm
 
 
 def _largest_nearby(problem: Problem, state: State) -> np.ndarray:
     """Return the largest normal force near each joint, shape (c,). The small cohesion is proportional to it.
 
-    The force is the largest normal force in the joint's connected component, but at most ``_DWARFS`` times
-    the largest force on the joint's own blocks. The cohesion is then small for each joint.
+    The force is the largest normal force in the joint's connected component, but at most
+    ``_LARGEST_FORCE_RATIO`` times the largest force on the joint's own blocks. The cohesion is then small for
+    each joint.
     """
     largest = np.zeros(problem.part.max() + 1)
     np.maximum.at(largest, problem.part, problem.normal_forces(state.q))
     force_on_blocks = of_lesser_block(problem, largest_acting(problem, state.load_factor, state.q))
-    return np.minimum(largest[problem.part], _DWARFS * force_on_blocks)
+    return np.minimum(largest[problem.part], _LARGEST_FORCE_RATIO * force_on_blocks)

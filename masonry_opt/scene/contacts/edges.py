@@ -10,7 +10,7 @@ import shapely
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.contacts import sides
 from masonry_opt.scene.contacts.bisectors import Sectors, contact_normals
-from masonry_opt.scene.contacts.sides import LEAN, Items, Meetings, Touches, near_items, to_line
+from masonry_opt.scene.contacts.sides import LARGEST_GAP_RATIO, Items, Meetings, Touches, near_items, to_line
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.scene import Scene
 
@@ -19,8 +19,8 @@ from masonry_opt.scene.scene import Scene
 _COINCIDENT_EDGE_TOLERANCE = 1e-3
 
 #: Smallest length that two nearly parallel edges must share to form a joint, relative to the tolerance. Edges
-#: at an angle must share a longer length, see :data:`~.sides.LEAN`. With a smaller value, errors of corners
-#: produce false joints.
+#: at an angle must share a longer length, see :data:`~.sides.LARGEST_GAP_RATIO`. With a smaller value, errors
+#: of corners produce false joints.
 _SHORTEST_PARALLEL = 3.0
 
 #: Largest number of pairs of edges that are compared. A scene with more pairs raises an error. A larger value
@@ -147,7 +147,7 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
         If more pairs of edges are near each other than can be compared.
     """
     corners = PlaneCorners(shapes)
-    pairs_of_edges = [corners.edges.beside(shapes, both, far)[0] for both in (pairs, pairs[:, ::-1])]
+    pairs_of_edges = [corners.edges.near(shapes, both, far)[0] for both in (pairs, pairs[:, ::-1])]
     first_edges, second_edges = (np.bincount(pair, minlength=len(pairs)) for pair in pairs_of_edges)
     if (first_edges * second_edges).sum() > _MOST_EDGES:
         edges_of_block = np.bincount(corners.edges.block)
@@ -163,7 +163,7 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
     touching = _join_parts(parts.where(touch), shapes.tolerance)
     # Leave out segments that are short compared with the gap between their edges. Such segments occur at
     # bends of curved edges that are drawn as chains of short edges.
-    is_wide = touching.extent > LEAN * touching.most
+    is_wide = touching.extent > LARGEST_GAP_RATIO * touching.most
     touching = touching.where((touching.most <= shapes.tolerance) | is_wide)
     if shapes.contact_tolerance == shapes.tolerance:
         touching = _without_corners(touching, shapes.tolerance)
@@ -184,11 +184,11 @@ def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
     """Leave out the touching segments at which one block may touch the other only with a corner.
 
     A block may touch only with a corner if the two edges are not parallel, and if the segment is short
-    relative to the distance between the edges; see :data:`~.sides.LEAN`. Very short segments of parallel
-    edges are left out too.
+    relative to the distance between the edges; see :data:`~.sides.LARGEST_GAP_RATIO`. Very short segments of
+    parallel edges are left out too.
     """
-    is_long = touching.most <= LEAN * touching.extent
-    is_parallel = touching.angle <= LEAN
+    is_long = touching.most <= LARGEST_GAP_RATIO * touching.extent
+    is_parallel = touching.angle <= LARGEST_GAP_RATIO
     return touching.where(is_long | (is_parallel & (touching.extent >= _SHORTEST_PARALLEL * tolerance)))
 
 
@@ -198,7 +198,7 @@ def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
     In a chain, each segment is followed by the segment that begins nearest to its end. The distance may be at
     most two tolerances, or a fifth of the widest gap between the edges, whichever is larger.
     """
-    nearest = max(tolerance, LEAN * float(parts.most.max()))
+    nearest = max(tolerance, LARGEST_GAP_RATIO * float(parts.most.max()))
     distance = np.hypot(*np.moveaxis(parts.end[:, None] - parts.start[None], 2, 0))
     np.fill_diagonal(distance, np.inf)
     has_follower = np.flatnonzero(distance.min(axis=1) <= 2 * nearest)

@@ -22,12 +22,12 @@ NARROWEST = 10
 #: Two faces can face each other if the angle between the normal of one face and the reversed normal of the
 #: other face is less than the angle with this cosine. With a smaller value, faces at a larger angle can face
 #: each other too.
-_FACING = 0.94
+_LEAST_FACING_COSINE = 0.94
 
 #: Two crossing edges form a contact only if their vectors ``SolidCorners.inwards`` differ by more than this
 #: value along the common normal of the edges. If they differ less, the faces at both edges are nearly in one
 #: plane.
-_FLAT = 1e-3
+_LEAST_INWARDS_DIFFERENCE = 1e-3
 
 #: Sine of the largest angle between two faces that counts as a rounding error.
 _FACE_ANGLE_TOLERANCE = 1e-7
@@ -123,10 +123,10 @@ def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> 
     # The sine of the angle between two faces limits how far the second face rises above the plane of the
     # first face.
     lean = np.sqrt(np.maximum(1 - cosine**2, 0)) + _FACE_ANGLE_TOLERANCE
-    reach = far[pair] / _FACING + lean * lengths(faces.high - faces.low)[j]
+    reach = far[pair] / _LEAST_FACING_COSINE + lean * lengths(faces.high - faces.low)[j]
     # Two faces can be near each other only if the base point of the second face is within `reach` of the
     # plane of the first face.
-    near = (cosine > _FACING) & (np.abs(frame.above(frame.base[j], i)) <= reach)
+    near = (cosine > _LEAST_FACING_COSINE) & (np.abs(frame.above(frame.base[j], i)) <= reach)
     return _shared_polygons(shapes, pair[near], i[near], j[near], far[pair[near]])
 
 
@@ -414,7 +414,7 @@ def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Touches:
     # Crossing edges form a contact only if the blocks are on opposite sides of the plane through both edges.
     # The vectors ``inwards`` of the edges then differ along the normal of this plane.
     towards = dots(normal, corners.inwards[i] - corners.inwards[j])
-    touches &= np.abs(towards) > _FLAT
+    touches &= np.abs(towards) > _LEAST_INWARDS_DIFFERENCE
     point = corners.start[i] + along[0][:, None] * one + gap[:, None] / 2 * normal
     sign = np.sign(towards)[:, None]
     # Errors of the edges rotate the common normal more if the angle between the edges is smaller.

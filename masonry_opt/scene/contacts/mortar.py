@@ -1,4 +1,13 @@
-"""Find stones that are drawn without their mortar, and the contact tolerance that joins them."""
+"""Find stones that are drawn without their mortar, and the contact tolerance that joins them.
+
+Three functions decide which gaps are mortar joints. They differ, because they have different evidence:
+
+- :func:`find_bridge`: Floating blocks prove that gaps must be closed, so even one narrow gap counts.
+- :func:`bridged_by_tolerance`: The tolerance of a rough survey also closes many gaps, so the gaps count only
+  if they are wide compared with the errors of their sides.
+- :func:`mortar_gaps`: Blocks overlap, so errors may be as large as the gaps, and the number of the gaps is
+  decisive.
+"""
 
 from bisect import bisect_left
 from dataclasses import dataclass, replace
@@ -8,7 +17,7 @@ import numpy as np
 from masonry_opt.errors import counted
 from masonry_opt.scene.contacts.gaps import Closing, aligning_tolerance, closing
 from masonry_opt.scene.contacts.neighbours import facing_sides, near_pairs
-from masonry_opt.scene.contacts.sides import LEAN, Facing
+from masonry_opt.scene.contacts.sides import LARGEST_GAP_RATIO, Facing
 from masonry_opt.scene.geometry import (
     MORTAR,
     NEAR_MISS,
@@ -151,7 +160,7 @@ def find_bridge(
     widths = np.unique(facing.most)
     needed = widths[bisect_left(widths, -len(remaining), key=lambda gap: -len(floating(gap)))]
     usual = float(np.median(facing.most[facing.most <= needed]))
-    is_mortar = (facing.most <= needed) | (_mean_gap(facing) <= _WIDEST_OF_MORTAR * usual)
+    is_mortar = (facing.most <= needed) | _is_no_opening(facing, usual)
     gap = float(facing.most[is_mortar].max())
     connected = before - len(floating(gap))
     # Find the facing sides again: with the new ``contact_tolerance``, the parts of a curved edge become one
@@ -235,10 +244,10 @@ def mortar_gaps(scene: Scene, shapes: Extents) -> Facing:
     median gap are openings, and are left out.
     """
     pairs, facing = _facing_across_mortar(scene, shapes)
-    wide = facing.where(facing.most > NEAR_MISS * shapes.width[pairs[facing.pair]].min(axis=1))
+    wide = facing.where(facing.most > _widest_error(shapes, pairs, facing))
     if not _are_usual(wide, len(facing.pair)):
         return wide.where(np.zeros(0, dtype=int))
-    return wide.where(_mean_gap(wide) <= _WIDEST_OF_MORTAR * float(np.median(_mean_gap(wide))))
+    return wide.where(_is_no_opening(wide, float(np.median(_mean_gap(wide)))))
 
 
 def is_drawn_apart(scene: Scene, shapes: Extents) -> bool:
@@ -273,7 +282,7 @@ def lost_joints(
     is_lost = (facing.most <= shapes.reach[ends].min(axis=1)) & ~np.isin(
         _codes(ends, scene), _codes(np.column_stack(joined), scene)
     )
-    is_lost &= facing.width > LEAN * shapes.width[ends].min(axis=1)
+    is_lost &= facing.width > LARGEST_GAP_RATIO * shapes.width[ends].min(axis=1)
     gaps = np.where(facing.most > _fine_tolerance(scene, shapes), facing.most, 0.0)
     lost: dict[tuple[int, int], float] = {}
     for (i, j), width in zip(ends[is_lost].tolist(), gaps[is_lost].tolist(), strict=True):
@@ -310,15 +319,28 @@ def bridged_by_tolerance(
         return {}, 0.0
     # Width up to which ``contact_tolerance`` closes gaps. Such gaps do not need a large ``tolerance``.
     closed = (1 + _ROUNDING) * (scene.contact_tolerance or 0.0)
-    wide = joined.where(
-        joined.most > np.maximum(NEAR_MISS * shapes.width[pairs[joined.pair]].min(axis=1), closed)
-    )
+    wide = joined.where(joined.most > np.maximum(_widest_error(shapes, pairs, joined), closed))
     if len(wide.pair) < 2 or not (_are_parallel(wide) or _are_surveyed(wide, len(joined.pair))):
         return {}, 0.0
     bridged: dict[tuple[int, int], float] = {}
     for (i, j), width in zip(pairs[wide.pair].tolist(), wide.most.tolist(), strict=True):
         bridged[i, j] = max(bridged.get((i, j), 0.0), width)
     return bridged, 0.0 if _are_parallel(wide) else aligning_tolerance(wide)
+
+
+def _widest_error(shapes: Extents, pairs: np.ndarray, facing: Facing) -> np.ndarray:
+    """Return the width up to which each gap may be an error of the drawing, shape (n,).
+
+    Wider gaps may be mortar. ``pairs`` lists the blocks of each pair.
+    """
+    widest: np.ndarray = NEAR_MISS * shapes.width[pairs[facing.pair]].min(axis=1)
+    return widest
+
+
+def _is_no_opening(gaps: Facing, usual: float) -> np.ndarray:
+    """Return a mask of the gaps that are not much wider than the ``usual`` gap; wider gaps are openings."""
+    mask: np.ndarray = _mean_gap(gaps) <= _WIDEST_OF_MORTAR * usual
+    return mask
 
 
 def _are_parallel(gaps: Facing) -> bool:
@@ -347,7 +369,7 @@ def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
 
     The message names the thinnest block.
     """
-    is_large = shapes.tolerance > LEAN * shapes.width[~scene.fixed].min()
+    is_large = shapes.tolerance > LARGEST_GAP_RATIO * shapes.width[~scene.fixed].min()
     if scene.contact_tolerance is None and not is_large:
         return
     thickness = np.where(scene.fixed, np.inf, shapes.thickness())

@@ -20,7 +20,7 @@ from masonry_opt.scene.rows import Rows, chunks, combine, dots, lengths, ranges
 #: apart form no joint, unless they are nearly parallel. The tolerance limits the distance too, so the ratio
 #: matters only for segments shorter than ten tolerances. With a larger value, edges at a larger angle form
 #: joints.
-LEAN = 0.1
+LARGEST_GAP_RATIO = 0.1
 
 #: Sine of the largest angle between two sides that face each other across a gap, such as undrawn mortar. A
 #: larger value also joins sides that meet at a corner.
@@ -34,7 +34,7 @@ def faces_across(sine: np.ndarray, gap: np.ndarray, width: np.ndarray) -> np.nda
     than the gap times the sine of the angle between them. A smaller shared width may belong to a corner, and
     would depend on the choice of the bisector.
     """
-    is_facing: np.ndarray = (sine <= _MOST_ANGLE_ACROSS) & (width > np.maximum(sine, LEAN) * gap)
+    is_facing: np.ndarray = (sine <= _MOST_ANGLE_ACROSS) & (width > np.maximum(sine, LARGEST_GAP_RATIO) * gap)
     return is_facing
 
 
@@ -47,7 +47,7 @@ class Items:
     low: np.ndarray  #: smallest coordinates of each item's bounding box, shape (items, 2) or (items, 3)
     high: np.ndarray  #: largest coordinates of each item's bounding box, shape (items, 2) or (items, 3)
 
-    def beside(self, shapes: Extents, pairs: np.ndarray, far: np.ndarray) -> tuple[np.ndarray, ...]:
+    def near(self, shapes: Extents, pairs: np.ndarray, far: np.ndarray) -> tuple[np.ndarray, ...]:
         """For each pair of blocks, return the first block's faces, edges or corners near the second block.
 
         Parameters
@@ -99,8 +99,8 @@ def near_items(
     """
     one, other = kinds
     far = np.broadcast_to(far, len(pairs))
-    pair1, item1 = one.beside(shapes, pairs, far)
-    pair2, item2 = other.beside(shapes, pairs[:, ::-1], far)
+    pair1, item1 = one.near(shapes, pairs, far)
+    pair2, item2 = other.near(shapes, pairs[:, ::-1], far)
     count1, count2 = (np.bincount(pair, minlength=len(pairs)) for pair in (pair1, pair2))
     first1, first2 = np.cumsum(count1) - count1, np.cumsum(count2) - count2
     rows = [np.zeros((3, 0), dtype=int)]

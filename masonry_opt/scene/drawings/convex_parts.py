@@ -39,7 +39,7 @@ _MOST_THIN_VOLUME = 1e-3
 
 #: Positions of test points on the lines from the middle of a hull (0) to its corners (1). The hull replaces
 #: the block if all test points are inside the block.
-_SHARES = (0.35, 0.7)
+_TEST_POSITIONS = (0.35, 0.7)
 
 #: Corners of a unit square.
 _SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -100,7 +100,10 @@ def _fills(block: MeshSolid, hull: MeshSolid, tolerance: float) -> bool:
     surface = fan_triangles(block)
     corners = hull.corners
     middle = corners.mean(axis=0)
-    points = [middle, *(middle + share * (corner - middle) for corner in corners for share in _SHARES)]
+    points = [
+        middle,
+        *(middle + share * (corner - middle) for corner in corners for share in _TEST_POSITIONS),
+    ]
     return all(0.5 < winding_number(point, surface) < 1.5 for point in points)
 
 

@@ -4,6 +4,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from masonry_opt.errors import shortened
 from masonry_opt.scene.drawings.stones import refuse
 
 #: Largest number of places that a message lists for one kind of defect; further places are only counted.
@@ -44,9 +45,7 @@ def _line(defects: Sequence[Defect]) -> str:
     first = defects[0]
     if len(defects) == 1:
         return f"{first.where} {first.mistake}{first.place}: {first.remedy}"
-    places = [f"{defect.where}{defect.place}" for defect in defects[:_MOST_PLACES]]
-    if len(defects) > _MOST_PLACES:
-        places.append(f"and {len(defects) - _MOST_PLACES} more")
+    places = shortened([f"{defect.where}{defect.place}" for defect in defects], _MOST_PLACES)
     return f"{len(defects)} {first.several} ({'; '.join(places)}): {first.remedy}"
 
 

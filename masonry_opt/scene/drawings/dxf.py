@@ -12,7 +12,15 @@ import numpy as np
 import shapely
 from pydantic import ConfigDict, Field
 
-from masonry_opt.errors import CaseError, DrawingWarning, OptionError, OutputError, counted, printable
+from masonry_opt.errors import (
+    CaseError,
+    DrawingWarning,
+    OptionError,
+    OutputError,
+    counted,
+    printable,
+    shortened,
+)
 from masonry_opt.files import MARK, refuse_replacing
 from masonry_opt.scene.blocks import Block, Name, Number, Positive, YesNo
 from masonry_opt.scene.drawings import nesting, outlines, stones
@@ -32,7 +40,7 @@ from masonry_opt.scene.typical_sizes import (
 )
 
 #: Words that mark layers of windows or doors. The name of such a layer contains one of these words.
-WINDOWS = ("window", "door", "opening")
+WINDOW_WORDS = ("window", "door", "opening")
 
 #: Largest number of copies of outlines that one warning lists; further copies are only counted.
 _MOST_COPIES = 10
@@ -56,7 +64,7 @@ class DxfDrawing(stones.FlatDrawing):
     fixed_layers: list[Name] = list(stones.SUPPORT_WORDS)
     fixed_below: Number | None = None
     net: YesNo = False
-    window_layers: list[Name] = list(WINDOWS)
+    window_layers: list[Name] = list(WINDOW_WORDS)
     outline_tolerance: Positive | None = None
     sagitta: Positive | None = None
     to_metres: YesNo = False
@@ -74,7 +82,7 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
     fixed_layers: Iterable[str] = stones.SUPPORT_WORDS,
     fixed_below: float | None = None,
     net: bool = False,
-    window_layers: Iterable[str] = WINDOWS,
+    window_layers: Iterable[str] = WINDOW_WORDS,
     tolerance: float | None = None,
     contact_tolerance: float | None = None,
     outline_tolerance: float | None = None,
@@ -155,7 +163,7 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
     Raises the errors, and issues the warnings, of :func:`read_dxf`.
     """
     path = as_path(path, "a DXF drawing", ".dxf")
-    if not drawing.net and drawing.window_layers != list(WINDOWS):
+    if not drawing.net and drawing.window_layers != list(WINDOW_WORDS):
         raise OptionError(
             "'window_layers' (--window-layer) applies only to a net of joint lines: "
             "set 'net' (--net) as well, or omit layers with 'without_layers' (--without-layer)"
@@ -229,7 +237,7 @@ def _outlines(
         # Report defective supports before the net of joint lines is divided into cells. Without these
         # supports, cells would be open and cause further errors.
         defects.refuse()
-        near = drawing.outline_tolerance or max(apart, drawing.sagitta or outlines.SAGITTA * diagonal)
+        near = drawing.outline_tolerance or max(apart, drawing.sagitta or outlines.DEFAULT_SAGITTA * diagonal)
         supports = [outline.polygon for outline in found]
         found = [*outlines.net_cells(joints, windows, supports, near, defects), *found]
     nesting.add_smaller_copies(found, short, defects)
@@ -252,9 +260,7 @@ def _copies_warning(copies: Sequence[tuple[Curve, Curve]]) -> str:
     """Return a warning that copies of outlines were left out, or an empty text if there are no copies."""
     if not copies:
         return ""
-    pairs = [f"{copy.where} repeats {original.where}" for copy, original in copies[:_MOST_COPIES]]
-    if len(copies) > _MOST_COPIES:
-        pairs.append(f"and {len(copies) - _MOST_COPIES} more")
+    pairs = shortened([f"{copy.where} repeats {original.where}" for copy, original in copies], _MOST_COPIES)
     many = counted(len(copies), "outline")
     is_or_are = "is" if len(copies) == 1 else "are"
     return f"{many} {is_or_are} drawn twice, and repetitions were left out: {'; '.join(pairs)}"
@@ -351,10 +357,7 @@ def _holes(found: Sequence[Outline], scene: Scene) -> list[str]:
         for shape, block in zip(found, scene.blocks, strict=True)
         for hole in shape.holes
     ]
-    if not holes:
-        return []
-    more = f"; and {len(holes) - _MOST_HOLES} more" if len(holes) > _MOST_HOLES else ""
-    return [f"holes: {'; '.join(holes[:_MOST_HOLES])}{more}"]
+    return [f"holes: {'; '.join(shortened(holes, _MOST_HOLES))}"] if holes else []
 
 
 def _on_layers(entities: list[Any], drawing: DxfDrawing) -> list[Any]:
@@ -384,7 +387,7 @@ def _has_word(name: str, words: Iterable[str]) -> bool:
 def _known(entities: list[Any]) -> str:
     """Return the names of all layers that contain entities, as the end of a message."""
     layers = sorted({outlines.layer_of(entity) for entity in entities})
-    return f" (layers with entities: {stones.listed(layers)})" if layers else " (the drawing is empty)"
+    return f" (layers with entities: {stones.listed_names(layers)})" if layers else " (the drawing is empty)"
 
 
 def _names(found: Sequence[Outline], entities: list[Any], scale: float) -> list[str]:
@@ -415,7 +418,7 @@ def _blocks(
     loaded = {
         shape.curve.layer.casefold() for shape, is_fixed in zip(found, fixed, strict=True) if not is_fixed
     }
-    layers = f"layers of blocks: {stones.listed(sorted({shape.curve.layer for shape in found}))}"
+    layers = f"layers of blocks: {stones.listed_names(sorted({shape.curve.layer for shape in found}))}"
     for layer in drawing.live_layers:
         if layer.casefold() not in loaded:
             raise ValueError(

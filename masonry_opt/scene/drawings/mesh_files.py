@@ -35,7 +35,7 @@ _MOST_FILES_NAMED = 3
 
 #: Upward axis of mesh files, by the ending of the file name. The glTF standard requires y. The upward axis of
 #: all other files is z.
-_UPWARDS = {".glb": "y", ".gltf": "y"}
+_UP_AXES = {".glb": "y", ".gltf": "y"}
 
 #: Largest size of a mesh file, or of all files of a folder, in bytes. Larger files raise an error. A triangle
 #: needs about 100 bytes.
@@ -208,7 +208,7 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
             raise ValueError(
                 f"block '{mesh.name}' has a coordinate that is not a finite number or is too large"
             )
-    upwards = drawing.up or _UPWARDS.get(ending, "z")
+    upwards = drawing.up or _UP_AXES.get(ending, "z")
     axes = drawing.scale * _SCENE_AXES[upwards].T
     return [replace(mesh, points=mesh.points @ axes) for mesh in meshes]
 

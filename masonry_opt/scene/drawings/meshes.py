@@ -245,8 +245,8 @@ def _is_covered(edge: np.ndarray, others: np.ndarray, tolerance: float) -> bool:
     arms = others - edge[0]
     along = arms @ direction
     off = np.linalg.norm(arms - along[..., None] * direction, axis=-1)
-    beside = np.sort(along[(off <= tolerance).all(axis=1)], axis=1).tolist()
-    return not spaces(0.0, length, beside, least=2 * tolerance)
+    covered = np.sort(along[(off <= tolerance).all(axis=1)], axis=1).tolist()
+    return not spaces(0.0, length, covered, least=2 * tolerance)
 
 
 def outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:

@@ -29,7 +29,7 @@ _MOST_POINTS = 4000
 
 #: Default of the largest distance of a curve from its chords, relative to the drawing's diagonal. A smaller
 #: value produces more chords.
-SAGITTA = 1e-4
+DEFAULT_SAGITTA = 1e-4
 
 #: Grid step to which intersections of joint lines are rounded, relative to the tolerance of the outlines, or
 #: to a scene's default tolerance if that is smaller.
@@ -40,7 +40,7 @@ _GRID_SHARE = 0.01
 _STRAIGHT_STEPS = 10.0
 
 #: DXF entities that are read as outlines or as parts of outlines.
-_READ = {"ARC", "CIRCLE", "ELLIPSE", "LINE", "LWPOLYLINE", "POLYLINE", "SPLINE"}
+_READ_ENTITIES = {"ARC", "CIRCLE", "ELLIPSE", "LINE", "LWPOLYLINE", "POLYLINE", "SPLINE"}
 #: DXF entities that cannot be blocks and are ignored. All other entities that cannot be read raise an error.
 _IGNORED = {
     "ATTDEF", "ARC_DIMENSION", "DIMENSION", "HATCH", "IMAGE", "LARGE_RADIAL_DIMENSION", "LEADER", "LIGHT",
@@ -48,7 +48,11 @@ _IGNORED = {
     "VIEWPORT", "WIPEOUT", "XLINE",
 }  # fmt: skip
 #: Names, for messages, of DXF entities that may contain outlines but are not read.
-_HIDING = {"INSERT": "a reference to a block definition", "MLINE": "a multiline", "REGION": "a region"}
+_UNREAD_ENTITIES = {
+    "INSERT": "a reference to a block definition",
+    "MLINE": "a multiline",
+    "REGION": "a region",
+}
 #: Length of the drawing's unit in metres, by the code $INSUNITS (DXF reference, HEADER section).
 _METRES = {
     1: 0.0254, 2: 0.3048, 3: 1609.344, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 8: 2.54e-8, 9: 2.54e-5,
@@ -162,7 +166,7 @@ def curves(
     diagonal = float(np.hypot(*extent))
     # Increase the sagitta slightly, so that rounding cannot give the two blocks at a curved joint different
     # numbers of chords.
-    reach = (1 + 1e-9) * (sagitta or SAGITTA * diagonal) / scale
+    reach = (1 + 1e-9) * (sagitta or DEFAULT_SAGITTA * diagonal) / scale
     outlines = []
     for entity in drawn:
         points = _chain(entity, reach, defects)
@@ -204,8 +208,10 @@ def _points_of(entity: Any, sagitta: float) -> np.ndarray:
     Raises _UnreadableError if the entity cannot be read.
     """
     kind = entity.dxftype()
-    if kind not in _READ or (kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline)):
-        what = _HIDING.get(kind, "of a kind that cannot be read")
+    if kind not in _READ_ENTITIES or (
+        kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline)
+    ):
+        what = _UNREAD_ENTITIES.get(kind, "of a kind that cannot be read")
         raise _UnreadableError(
             what,
             "explode the entity, draw its outline, or omit its layer with 'without_layers' (--without-layer)",

@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 from pydantic import ConfigDict
 
-from masonry_opt.errors import CaseError, printable
+from masonry_opt.errors import CaseError, listed, printable, shortened
 from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Positive, Record
 from masonry_opt.scene.drawings.convex_parts import convex_solids
 from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, area_vector, refuse_holes, used
@@ -26,6 +26,9 @@ _LONGEST_NAME = 200
 
 #: Largest number of mistakes of a drawing that one error message lists; further mistakes are only counted.
 _MOST_LINES = 20
+
+#: Largest number of names of blocks or layers that a message lists; the remaining names are only counted.
+_MOST_NAMES = 10
 
 #: Words that mark supports: a block is a support if the name of its layer or object contains one of these
 #: words.
@@ -97,12 +100,8 @@ def naming(what: str) -> Iterator[None]:
 
 def refuse(mistakes: Sequence[str]) -> None:
     """Raise ValueError with a list of the first mistakes, one per line, if there are any mistakes."""
-    if not mistakes:
-        return
-    lines = list(mistakes[:_MOST_LINES])
-    if len(mistakes) > len(lines):
-        lines.append(f"and {len(mistakes) - len(lines)} more mistakes")
-    raise ValueError("\n".join(lines))
+    if mistakes:
+        raise ValueError("\n".join(shortened(mistakes, _MOST_LINES, "mistake")))
 
 
 def scene_of(blocks: Sequence[Block | Solid], drawing: Drawing, path: Path) -> Scene:
@@ -131,9 +130,9 @@ class AsDrawn(Supports):
     scale: Positive = 1.0
 
 
-def listed(names: Sequence[str]) -> str:
-    """Return a text for messages with at most ten of the given names, separated by commas."""
-    return ", ".join(names[:10]) + (", ..." if len(names) > 10 else "")
+def listed_names(names: Sequence[str]) -> str:
+    """Return a text for messages with the first names, and the number of the others."""
+    return listed(names, _MOST_NAMES)
 
 
 def with_supports(meshes: Sequence[Mesh], which: Supports, words: Sequence[str] = ()) -> list[Mesh]:
@@ -146,7 +145,7 @@ def with_supports(meshes: Sequence[Mesh], which: Supports, words: Sequence[str] 
     names = [mesh.name for mesh in meshes]
     unknown = [name for name in which.fixed if name not in names]
     if unknown:
-        raise ValueError(f"'fixed': no block is named '{unknown[0]}' (blocks: {listed(names)})")
+        raise ValueError(f"'fixed': no block is named '{unknown[0]}' (blocks: {listed_names(names)})")
     below = -np.inf if which.fixed_below is None else which.fixed_below
     lowest = [float(mesh.points[:, 2].min()) for mesh in meshes]
     marked = []
@@ -156,7 +155,7 @@ def with_supports(meshes: Sequence[Mesh], which: Supports, words: Sequence[str] 
         marked.append(replace(mesh, fixed=mesh.fixed or is_named or low <= below))
     if not any(mesh.fixed for mesh in marked):
         raise ValueError(
-            f"no block is a support: name the supports with 'fixed' (blocks: {listed(names)}), "
+            f"no block is a support: name the supports with 'fixed' (blocks: {listed_names(names)}), "
             "or fix all blocks that reach down to a height with 'fixed_below' "
             f"(the lowest corner is at z = {min(lowest):.6g})"
         )
@@ -196,7 +195,7 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
     """
     movable = [mesh.points for mesh in meshes if not mesh.fixed]
     if not movable:
-        names = listed([mesh.name for mesh in meshes])
+        names = listed_names([mesh.name for mesh in meshes])
         raise ValueError(f"every block is a support: mark fewer blocks as supports (blocks: {names})")
     middle = np.concatenate(movable).mean(axis=0)
     tolerance = drawing.tolerance or _tolerance(movable)

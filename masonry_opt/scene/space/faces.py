@@ -15,7 +15,7 @@ import shapely
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene import outlines
-from masonry_opt.scene.geometry import STRAIGHT, TOLERANCE_OVER_ERROR
+from masonry_opt.scene.geometry import LARGEST_STRAIGHT_DISTANCE, TOLERANCE_OVER_ERROR
 from masonry_opt.scene.rows import Rows, bounds, dots, first_alike, following, lengths, ranges, sums, turned
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tolerance_advice import set_tolerance
@@ -28,7 +28,7 @@ _ERROR_OVER_HEIGHT = 4.0
 #: Largest distance of a corner from the plane of its face at which an error message suggests a tolerance,
 #: relative to the square root of the face's area. With a larger value, messages suggest a tolerance for faces
 #: that are bent on purpose.
-_INEXACT = 0.02
+_LARGEST_PLANARITY_ERROR = 0.02
 
 
 @dataclass(frozen=True)
@@ -238,7 +238,7 @@ def planes(surfaces: Surfaces, tolerance: float) -> FacePlanes:
     if len(height) and height.max() > tolerance:
         worst = int(height.argmax())
         remedy = "divide it into flat faces"
-        if (height <= _INEXACT * np.sqrt(size[face])).all():
+        if (height <= _LARGEST_PLANARITY_ERROR * np.sqrt(size[face])).all():
             error = _ERROR_OVER_HEIGHT * float(height[worst])
             remedy += f", or {set_tolerance(TOLERANCE_OVER_ERROR * error)} if coordinates are inexact"
         why = (
@@ -392,7 +392,9 @@ def outer_faces(surfaces: Surfaces, planes: FacePlanes, tolerance: float) -> Out
         outer = outlines.sound(shapely.difference, both, both[::-1], grid=grid)
         merged[index : index + 2] = outlines.without_slivers(outer, 2 * tolerance)
     polygons, of_side = shapely.get_parts(merged, return_index=True)
-    simple = outlines.valid(outlines.without_straight_corners(polygons, STRAIGHT * tolerance))
+    simple = outlines.valid(
+        outlines.without_straight_corners(polygons, LARGEST_STRAIGHT_DISTANCE * tolerance)
+    )
     polygons, part = shapely.get_parts(simple, return_index=True)
     of_side = of_side[part]
     wide = outlines.wide(polygons, tolerance)

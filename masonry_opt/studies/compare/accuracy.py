@@ -18,15 +18,15 @@ from scipy.sparse.linalg import SuperLU, splu
 from masonry_opt.effort import Effort
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, in_units_of_load
-from masonry_opt.solution.acceptance import FEASIBLE, SMALLEST
+from masonry_opt.solution.acceptance import FEASIBILITY_TOLERANCE, SMALLEST
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 
 #: Largest relative width (upper − lower) / |λ| of the bounds that a solver may provide. If the width is
 #: larger, the next solver is used.
-CLOSE = 1e-9
+LARGEST_BOUND_WIDTH = 1e-9
 #: Model, solver and tolerance with which the static program is solved for certified bounds. The next entry is
-#: used if the bounds from all entries before it are wider than ``CLOSE``.
+#: used if the bounds from all entries before it are wider than ``LARGEST_BOUND_WIDTH``.
 _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo", "highs", 1e-10))
 #: Smallest number of joints for which HiGHS is not used to compute certified bounds, because HiGHS would take
 #: minutes.
@@ -142,7 +142,7 @@ class _Convex:
 
     def _bound(self, x: np.ndarray) -> float:
         """Return cost · x, which is a bound of λ, if the point x is feasible; otherwise NaN."""
-        feasible = self.slack(x).min() >= 0 and np.abs(self.A @ x - self.b).max() <= FEASIBLE
+        feasible = self.slack(x).min() >= 0 and np.abs(self.A @ x - self.b).max() <= FEASIBILITY_TOLERANCE
         return float(self.cost @ x) if feasible else np.nan
 
     def interior(self) -> np.ndarray | None:
@@ -217,7 +217,7 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
         lower = scaled.load_factor * statics.inside(static_point, static_interior)
         upper = scaled.load_factor * kinematics.inside(kinematic_point, kinematic_interior)
         bounds = CertifiedBounds(float(np.fmax(bounds.lower, lower)), float(np.fmin(bounds.upper, upper)))
-        if bounds.width <= CLOSE:
+        if bounds.width <= LARGEST_BOUND_WIDTH:
             break
     if small and not bounds.finite and _statics(problem, conic=False).unlimited():
         return CertifiedBounds(np.inf, np.inf)

@@ -34,7 +34,7 @@ DEFAULT_SOLVERS = ("clarabel", "highs", "highs-ipm")  #: Default solvers, which 
 #: Tolerances with which a comparison runs each solver by default: a coarse tolerance, and the default
 #: tolerance of the package.
 TOLERANCES = (1e-6, 1e-9)
-OUT = Path("results/compare")  #: Default folder of the results.
+DEFAULT_FOLDER = Path("results/compare")  #: Default folder of the results.
 _PAGE_FILE = "report.html"  #: Name of the HTML file with all charts of a comparison.
 _CHARTS = [judge.chart_name(question) for question in (judge.ASSOCIATIVE, judge.COULOMB)]
 #: Files that a comparison may write.
@@ -57,7 +57,7 @@ def compare(  # noqa: PLR0913 - options of the public API are keywords
     repeats: int = RunLimits.repeats,
     time_limit: float = RunLimits.time,
     memory_limit: float = RunLimits.memory,
-    out: str | Path = OUT,
+    out: str | Path = DEFAULT_FOLDER,
     force: bool = False,
     cases: str | Path | None = None,
     progress: Callable[[str], None] = lambda _: None,

@@ -14,10 +14,10 @@ from masonry_opt.errors import CaseError, counted, printable
 from masonry_opt.files import image_source
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.reporting.names import warning_lines
-from masonry_opt.solution.acceptance import LIMITS, OUTSIDE, SMALLEST, Kind, over_load_factor
+from masonry_opt.solution.acceptance import LARGEST_BOUND_EXCESS, LIMITS, SMALLEST, Kind, over_load_factor
 from masonry_opt.solution.answer import Existence
 from masonry_opt.solution.reasons import Status
-from masonry_opt.solution.thresholds import SAME, is_lower
+from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE, is_lower
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.runs import (
     CERTIFICATE_RESIDUALS,
@@ -43,7 +43,7 @@ CLAIMS = (ANSWER, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Status.JAMME
 
 CERTIFIED = "certified"  #: Verdict on a run whose load factor is certified.
 REASON_NAMED = "named correctly"  #: Verdict on a run that states correctly why no load factor exists.
-FAILED = "failed but said so"  #: Verdict on a run that makes no claim about its scene.
+FAILED = "reported failure"  #: Verdict on a run that makes no claim about its scene.
 WRONG = "wrong"  #: Verdict on a run whose claim is false.
 #: Verdicts from best to worst. The first two verdicts count as success.
 VERDICTS = (
@@ -56,7 +56,7 @@ VERDICTS = (
 JUDGED = ("question", "verdict", "reason", "error", "below")  #: Columns of the verdict on a run.
 #: Relative gaps to the best exact Coulomb state count as zero if they are smaller than this value. Charts
 #: draw such gaps at this value.
-GAP_FLOOR = SAME
+GAP_FLOOR = EQUALITY_TOLERANCE
 
 _PAIR_COLUMNS = ["method", "model", "solver", "tolerance"]  #: Columns that identify a ``Pair``.
 #: Columns of a summary that contain the median over the repeats of a run.
@@ -244,7 +244,7 @@ def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, b
         ]
         return WRONG, ", ".join(large) or "no certificate"
     if bounds.finite:
-        margin = OUTSIDE * max(abs(bounds.middle), SMALLEST)
+        margin = LARGEST_BOUND_EXCESS * max(abs(bounds.middle), SMALLEST)
         if load_factor > bounds.upper + margin:
             return WRONG, "λ above its certified bound"
         # The lower bound is valid only for the associative λ, the maximum of eq. (9). Coulomb states, and
@@ -314,9 +314,10 @@ def summary(
 def answers(frame: pd.DataFrame) -> pd.DataFrame:
     """Return the best run of each method on each scene, ranked by verdict, error and time.
 
-    Errors up to ``SAME`` count as equal. A load factor below the best exact state counts as exact.
+    Errors up to ``EQUALITY_TOLERANCE`` count as equal. A load factor below the best exact state counts as
+    exact.
     """
-    error = frame["error"].mask(frame["below"].astype(bool), 0.0).clip(lower=SAME)
+    error = frame["error"].mask(frame["below"].astype(bool), 0.0).clip(lower=EQUALITY_TOLERANCE)
     order = frame.assign(rank=frame["verdict"].map(VERDICTS.index), far=error)
     first = order.sort_values(["rank", "far", "time"], kind="stable").drop_duplicates(["scene", "method"])
     return first.drop(columns=["rank", "far"])
@@ -365,7 +366,7 @@ class Comparison:
     __repr__ = brief
 
     @property
-    def told(self) -> pd.DataFrame:
+    def notebook_table(self) -> pd.DataFrame:
         """Table of success rates, formatted as text, that a notebook displays."""
         return in_words(success(self.summary), NUMBER_FORMATS, PRINTED).rename(columns=PRINTED_HEADINGS)
 
@@ -374,13 +375,13 @@ class Comparison:
         charts = [file.read_bytes() for file in self.files if file.suffix == ".svg" and file.is_file()]
         source = image_source(charts[0], "svg") if charts else ""
         words = "\n".join([*self.notes, *warning_lines(self.warnings)])
-        return notebook_html(printable(words), self.told, source)
+        return notebook_html(printable(words), self.notebook_table, source)
 
     def __str__(self) -> str:
         """Return the table of success rates, the omitted combinations, the notes and the warnings as text."""
         lines = []
         if len(self.summary):
-            lines += [self.told.to_string(index=False), ""]
+            lines += [self.notebook_table.to_string(index=False), ""]
             scenes = counted(len(self.scenes), "scene")
             lines += [
                 f"the table covers {scenes}; "

@@ -11,7 +11,7 @@ import pandas as pd
 from masonry_opt.drawing.colours import SERIES
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.reporting.sentences import numeral
-from masonry_opt.solution.acceptance import LIMITS, OUTSIDE
+from masonry_opt.solution.acceptance import LARGEST_BOUND_EXCESS, LIMITS
 from masonry_opt.studies.charts import NamedChart, alt, legend, script
 from masonry_opt.studies.compare import judge
 from masonry_opt.studies.compare.runs import CERTIFICATE_RESIDUALS
@@ -47,8 +47,10 @@ _TOOLTIP = ("scene", "pair", "tolerance", "verdict", "reason", "error", "yield",
 _RENAMED = {"load_factor": "λ", "time": "seconds", "peak_memory": "MB"}
 
 #: Selections of solvers and methods: a click on a legend entry fades the marks of all other entries.
-_CHOSEN = [alt.selection_point(name=field, fields=[field], bind="legend") for field in ("engine", "method")]
-_FADED = alt.when(_CHOSEN[0], _CHOSEN[1]).then(alt.value(1)).otherwise(alt.value(0.1))
+_SELECTIONS = [
+    alt.selection_point(name=field, fields=[field], bind="legend") for field in ("engine", "method")
+]
+_OPACITY = alt.when(_SELECTIONS[0], _SELECTIONS[1]).then(alt.value(1)).otherwise(alt.value(0.1))
 
 
 def charts(summary: pd.DataFrame) -> list[NamedChart]:
@@ -107,20 +109,20 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     tooltip = [alt.Tooltip(f"{column}:N") for column in (*_TOOLTIP, *_RENAMED.values())]
     raw = alt.Color("colour:N", scale=None)
     caption = {"x": alt.value(5), "y": alt.value(9), "text": alt.value("not certified")}
-    lines = {"color": raw, "detail": "pair:N", "opacity": _FADED, "order": "rung:Q"}
+    lines = {"color": raw, "detail": "pair:N", "opacity": _OPACITY, "order": "rung:Q"}
     # Only this layer has a legend, because the entries of a legend that several layers share cannot be
     # selected.
     coded = {"color": alt.Color("engine:N", scale=alt.Scale(domain=[*colours], range=[*colours.values()]))}
     coded |= {"shape": alt.Shape("method:N", sort=[*METHODS], **legend(certified.any()))}
-    coded |= {"opacity": _FADED, "tooltip": tooltip}
-    lettered = {"text": "letter:N", "color": raw, "opacity": _FADED, "tooltip": tooltip}
+    coded |= {"opacity": _OPACITY, "tooltip": tooltip}
+    lettered = {"text": "letter:N", "color": raw, "opacity": _OPACITY, "tooltip": tooltip}
     layers = [
         once.mark_rect(color="#EDEDED").encode(y=alt.datum(band), y2=alt.datum(top)),
         once.mark_text(align="left", color=_GREY).encode(**caption),
         steps.mark_line(interpolate="step-after", color=_GREY).encode(**places),
         known.mark_line(strokeWidth=1.2).encode(**places, **lines),
         below.mark_point(shape="triangle-down", filled=True, size=160, color=_GREY).encode(**places),
-        known.mark_point(size=80, filled=True).encode(**places, **coded).add_params(*_CHOSEN),
+        known.mark_point(size=80, filled=True).encode(**places, **coded).add_params(*_SELECTIONS),
         letters.mark_text(fontWeight="bold", fontSize=13).encode(**places, **lettered),
     ]
     title = f"{question.capitalize()} λ: time against {error_name}"
@@ -154,7 +156,11 @@ def page(comparison: judge.Comparison, charts: Sequence[NamedChart]) -> str:
         (kind, *(f"{limits.as_dict()[name]:g}" for name in CERTIFICATE_RESIDUALS))
         for kind, limits in LIMITS.items()
     ]
-    numbers = {"outside": OUTSIDE, "gap_floor": judge.GAP_FLOOR, "repeated_below": judge.REPEATED_BELOW}
+    numbers = {
+        "outside": LARGEST_BOUND_EXCESS,
+        "gap_floor": judge.GAP_FLOOR,
+        "repeated_below": judge.REPEATED_BELOW,
+    }
     return render(
         "comparison.html",
         title="Comparison of methods and solvers",

@@ -53,7 +53,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
     __repr__ = brief
 
     @property
-    def told(self) -> pd.DataFrame:
+    def notebook_table(self) -> pd.DataFrame:
         """Table that a notebook displays: position, λ, mechanism and status from the table ``governing``."""
         return self.governing[[*PLACE_COLUMNS, *self._case, "load_factor", "mechanism", "status"]]
 
@@ -111,7 +111,11 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         result["no_default"] = self.no_default or None
         result |= {"by_parabola": self.by_parabola, "no_parabola": self.no_parabola or None}
         result["warnings"] = self.warning_records
-        return result | {"positions": records(self.table), "governing": records(self.told), "worst": worst}
+        return result | {
+            "positions": records(self.table),
+            "governing": records(self.notebook_table),
+            "worst": worst,
+        }
 
     def plot(self) -> "Picture":
         """Return a matplotlib figure: a chart of λ by position, above the mechanism at the worst position.
@@ -149,8 +153,8 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
     def page_tables(self) -> dict[str, dict[str, Any]]:
         """Return the tables of the HTML page, by heading."""
         # A position that differs from zero by a rounding error is shown as zero.
-        position = self.told["position"]
+        position = self.notebook_table["position"]
         is_zero = position.abs() <= _ZERO_POSITION * position.abs().max()
-        shown = self.told.assign(position=position.mask(is_zero, 0.0))
+        shown = self.notebook_table.assign(position=position.mask(is_zero, 0.0))
         rows = frame_table(shown, position="first axle at", load_case="load case that governs")
-        return {f"Every position solved ({len(self.told)})": rows}
+        return {f"Every position solved ({len(self.notebook_table)})": rows}

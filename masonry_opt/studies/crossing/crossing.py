@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,30 +12,24 @@ import numpy as np
 from masonry_opt.analysis import Session, prepare
 from masonry_opt.deadline import TimeLimitReached, limited
 from masonry_opt.effort import Effort, Phases, phases_from
-from masonry_opt.errors import CaseError, MasonryError, OptionError, TimeLimitError, counted
-from masonry_opt.finite_motion.settled_state import settled_scene
+from masonry_opt.errors import MasonryError, TimeLimitError, counted
 from masonry_opt.methods.registry import DEFAULT
-from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
-from masonry_opt.problem.fill import Road
 from masonry_opt.problem.settled import Movements
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result
-from masonry_opt.scene.blocks import Point
 from masonry_opt.scene.case_file import as_scene
-from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.road import Axles
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.studies.crossing import search
 from masonry_opt.studies.crossing.answer import Crossing
 from masonry_opt.studies.crossing.assessment import refuse_required_factor
+from masonry_opt.studies.crossing.passages import AxlesArgument, passages_of
 from masonry_opt.studies.crossing.text import WITHIN
 
 #: Largest distance between neighbouring solved positions of a crossing, relative to the length of the road.
 #: If the distance is larger, positions in between are solved too.
 _LONGEST_RANGE = 0.01
-#: Type of the argument ``axles``: records of axles, or the name of a group of axles of the scene.
-_AxlesArgument = str | Axles | Sequence[Axles] | None
 
 
 def crossing(
@@ -129,7 +122,7 @@ _NO_QUESTIONS = Questions()  #: Default: a crossing computes only the least load
 def cross(
     session: Session,
     scene: Scene,
-    axles: _AxlesArgument = None,
+    axles: AxlesArgument = None,
     *,
     settled: Movements | None = None,
     asked: Questions = _NO_QUESTIONS,
@@ -152,7 +145,7 @@ def cross(
 def _crossed(
     session: Session,
     scene: Scene,
-    axles: _AxlesArgument,
+    axles: AxlesArgument,
     settled: Movements | None,
     asked: Questions,
     progress: Callable[[float, float], None],
@@ -162,24 +155,24 @@ def _crossed(
 
     Raises TimeLimitReached if the time limit is over before the axles move.
     """
-    ways, left_out = _passages(scene, axles, settled)
-    cases = tuple(passage.case for passage in ways[0] if passage.case)
+    directions, left_out = passages_of(scene, axles, settled)
+    cases = tuple(passage.case for passage in directions[0] if passage.case)
     answer = partial(Crossing, cases=cases, left_out=left_out)
-    firsts, stop = _solve_first_positions(session, ways[0], phases)
+    firsts, stop = _solve_first_positions(session, directions[0], phases)
     if firsts and not _carries_dead_load(firsts[-1].result):
         return answer(worst=firsts[-1].result, passages=())
     if stop is not None:
         if all(first.trials.is_undecided for first in firsts):
-            raise _without_positions(session, [search.PassageTrials(ways[0][0], None)], stop)
+            raise _without_positions(session, [search.PassageTrials(directions[0][0], None)], stop)
         worst_first = min(firsts, key=lambda first: (first.trials.least, not first.trials.is_undecided))
         passages = tuple(first.trials for first in firsts)
         return answer(worst=worst_first.result, passages=passages, **_ended_by(stop))
     effort = Effort()
     programs: dict[str | None, search.SolveLive] = {}
-    for passage, first in zip(ways[0], firsts, strict=True):
+    for passage, first in zip(directions[0], firsts, strict=True):
         loaded = passage.loaded(passage.live(first.trials.position))
         programs[passage.case] = search.moving_load(loaded.problem, effort)
-    all_trials, stop = _cross(session, ways, programs, effort, progress, asked.required_factor)
+    all_trials, stop = _cross(session, directions, programs, effort, progress, asked.required_factor)
     # If no passage has a load factor, every passage is either undecided or carries an unlimited load. An
     # undecided passage then counts as the worst.
     worst = min(all_trials, key=lambda trials: (trials.least, not trials.is_undecided))
@@ -226,7 +219,8 @@ def _solve_first_positions(
         # The search with a Coulomb method also needs associative load factors. They are computed later, so
         # their record is still empty here.
         bounds = None if session.method.associative else search.PassageTrials(passage, None)
-        trials = search.PassageTrials(passage, None, beside=bounds, answers={position: result.solution})
+        answers = {position: result.solution}
+        trials = search.PassageTrials(passage, None, associative_trials=bounds, answers=answers)
         stop = _stop_of(session, result)
         if stop is None or not trials.is_undecided:
             firsts.append(_FirstPosition(trials, result))
@@ -299,7 +293,7 @@ def _longest_range(passage: search.Passage) -> float:
 
 def _cross(
     session: Session,
-    ways: list[list[search.Passage]],
+    directions: list[list[search.Passage]],
     programs: dict[str | None, search.SolveLive],
     effort: Effort,
     progress: Callable[[float, float], None],
@@ -317,8 +311,8 @@ def _cross(
     associative = session.method.associative
     default_solver = session.how.model is None and session.how.solver is None
     try:
-        for way in ways:
-            for passage in way:
+        for passages in directions:
+            for passage in passages:
                 program = programs[passage.case]
                 # For speed, replace an associative method by a compiled linear program with the same answers.
                 # The program cannot be used if joints crush or if the user chose a solver.
@@ -328,7 +322,7 @@ def _cross(
                 all_trials.append(search.PassageTrials(passage, solve, progress, bounds))
                 longest, decided = _longest_range(passage), required if associative else None
                 search.least_associative(all_trials[-1].associative, longest, WITHIN, decided)
-            by_case = all_trials[-len(way) :]
+            by_case = all_trials[-len(passages) :]
             _solve_equal_positions([trials.associative for trials in by_case])
             if not associative:
                 for trials in by_case:
@@ -412,88 +406,3 @@ def _solve_equal_positions(by_case: list[search.PassageTrials]) -> None:
 def _solve(session: Session, passage: search.Passage, effort: Effort) -> search.SolveLive:
     """Return a function that applies the session's method to the scene of a passage, for any live load."""
     return lambda live: session.pushed(passage.loaded(live), lambda _: None, effort)
-
-
-def _passages(
-    scene: Scene, axles: _AxlesArgument, settled: Movements | None = None
-) -> tuple[list[list[search.Passage]], tuple[str, ...]]:
-    """Return all passages of axles along the road, and the names of the load cases without axles.
-
-    The passages are lists: one list for each group of axles and direction, with one passage for each load
-    case. Raises CaseError if the scene cannot be crossed.
-    """
-    if scene.tilt:
-        raise CaseError(f"{scene.origin}: axles cannot be combined with a tilted ground: remove 'tilt'")
-    if scene.earthquake:
-        raise CaseError(f"{scene.origin}: axles cannot be combined with an earthquake: remove 'earthquake'")
-    groups = _groups(scene, axles)
-    bare = scene.replace(axles=[])
-    cases = [scene.load_case] if scene.load_case else scene.load_cases
-    scenes = [bare.with_load_case(case) for case in cases] or [bare]
-    crossed = [case_scene for case_scene in scenes if case_scene.factor_of_axles]
-    if not crossed:
-        named = ", ".join(f"'{case.name}' leaves axles out ({case})" for case in cases)
-        raise CaseError(
-            f"{scene.origin}: no axles move, because load case {named}; to move the axles, "
-            "set 'live = { axles = 1 }' in a load case"
-        )
-    crossed = [settled_scene(case_scene, settled) for case_scene in crossed]
-    first = assemble(crossed[0])
-    assemblies = [on_matrices_of(first, case_scene) or assemble(case_scene) for case_scene in crossed]
-    ways = []
-    for group in groups:
-        line = _line(scene, group)
-        # If supports settle, each load case has its own displaced road, because the dead loads of the load
-        # case influence the displacements.
-        if first.at_rest is None:
-            roads = [_road(first, group, line)] * len(assemblies)
-        else:
-            roads = [_road(assembly, group, line) for assembly in assemblies]
-        for direction in group.directions:
-            pairs = zip(assemblies, roads, strict=True)
-            ways.append([search.Passage(group, direction, assembly, road) for assembly, road in pairs])
-    return ways, tuple(case.name for case in cases if not case.factor("live", "axles"))
-
-
-def _road(assembly: Assembly, group: Axles, line: list[Point]) -> Road:
-    """Return the road on which a group of axles moves over the blocks of an assembly.
-
-    ``line`` has the points of the road as drawn.
-    """
-    at_rest = None if assembly.at_rest is None else assembly.at_rest.geometry
-    name = f"the road of axles '{group.name}'"
-    return Road(assembly.scene, assembly.geometry, line, name, at_rest)
-
-
-def _groups(scene: Scene, axles: _AxlesArgument) -> list[Axles]:
-    """Return the groups of axles that move over the road. Raises CaseError if no group exists."""
-    if isinstance(axles, str):
-        named = [group for group in scene.axles if group.name == axles]
-        if not named:
-            known = ", ".join(repr(group.name) for group in scene.axles) or "none"
-            near = did_you_mean(axles, [group.name for group in scene.axles]) or f"; known: {known}"
-            raise OptionError(f"{scene.origin}: no axles '{axles}'{near}")
-        return named
-    groups = [axles] if isinstance(axles, Axles) else list(scene.axles if axles is None else axles)
-    if not groups:
-        raise CaseError(
-            f"{scene.origin}: the scene has no axles: add [[axles]], or in Python axles=mo.Axles(...)"
-        )
-    if not all(isinstance(group, Axles) for group in groups):
-        raise OptionError(
-            "axles must be one mo.Axles, a list of mo.Axles, or the name of a group of axles of the scene"
-        )
-    return groups
-
-
-def _line(scene: Scene, group: Axles) -> list[Point]:
-    """Return the points of the road of a group of axles: its own road, or the road of the fills."""
-    if group.road is not None:
-        return group.road
-    points = [point for fill in sorted(scene.fills, key=lambda fill: fill.road[0]) for point in fill.road]
-    if not points:
-        raise CaseError(
-            f"{scene.origin}: axles '{group.name}' have no road: set 'road' to the points of a line above "
-            "the blocks, from left to right"
-        )
-    return [point for point, _ in groupby(points)]

@@ -67,7 +67,7 @@ def _draw_load_factors(answer: CrossingLoadFactors, axes: Axes, position: float)
     Thin lines behind show each load case, if there are several, and the associative λ of other methods.
     """
     dots: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 7}
-    coulomb = answer.passages[0].beside is not None
+    coulomb = answer.passages[0].associative_trials is not None
     look = dots if coulomb else {"linewidth": 1.1}
     background = ["associative (upper bound)"] if coulomb else []
     background += ["each load case"] if len(answer.by_case) > 1 else []

@@ -225,7 +225,7 @@ class PassageTrials:
     #: function that is called with each solved position and its λ
     progress: Callable[[float, float], None] | None = field(default=None, repr=False)
     #: Answers with associative flow for the same passage; None if the method itself is associative.
-    beside: "PassageTrials | None" = field(default=None, repr=False)
+    associative_trials: "PassageTrials | None" = field(default=None, repr=False)
     bound: float | None = None  #: proven lower bound of λ at all positions; None if nothing is proven
     answers: dict[float, Solution] = field(default_factory=dict, repr=False)  #: answers by position
 
@@ -257,7 +257,12 @@ class PassageTrials:
 
     def ended(self) -> "PassageTrials":
         """Return a copy without compiled programs, because they cannot be sent to other processes."""
-        return replace(self, solve=None, progress=None, beside=self.beside and self.beside.ended())
+        return replace(
+            self,
+            solve=None,
+            progress=None,
+            associative_trials=self.associative_trials and self.associative_trials.ended(),
+        )
 
     @property
     def positions(self) -> np.ndarray:
@@ -272,7 +277,7 @@ class PassageTrials:
     @property
     def associative(self) -> "PassageTrials":
         """Answers with associative flow at the solved positions of the axles."""
-        return self.beside or self
+        return self.associative_trials or self
 
     @property
     def resolution(self) -> float:

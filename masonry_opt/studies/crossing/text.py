@@ -147,7 +147,7 @@ def _where(answer: CrossingLoadFactors) -> str:
 def _associative_facts(answer: CrossingLoadFactors) -> dict[str, str]:
     """Return the printed lines that compare the answer with classical limit analysis (associative flow)."""
     worst, lines = answer.worst, dict[str, str]()
-    if answer.passages[0].beside is not None:
+    if answer.passages[0].associative_trials is not None:
         if worst.associative is not None and worst.load_factor is not None:
             value = numeral(worst.associative, ".6f")
             for_chords = " for the chords" if worst.crushing == "chords" else ""

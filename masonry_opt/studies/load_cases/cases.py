@@ -51,7 +51,8 @@ _ACTIVATION_COLUMNS = ("a_0", "mass_fraction", "a_star_0")
 #: The incremental and the associative load factor are drawn only if they differ from λ by more than this
 #: value in at least one direction.
 _VISIBLE_DIFFERENCE = 1e-4
-EVERY = 15.0  #: Default angle in plan between successive directions of the earthquake, in degrees.
+#: Default angle in plan between successive directions of the earthquake, in degrees.
+DEFAULT_ANGLE_STEP = 15.0
 _MOST_DIRECTIONS = 3600  #: Largest number of directions of an earthquake; more directions raise an error.
 
 
@@ -106,7 +107,7 @@ class Cases(StudyAnswer):
         numbers |= {name: "float64" for name in _ACTIVATION_COLUMNS if name in frame}
         return frame.astype(numbers | {"status": "str"})
 
-    told = table
+    notebook_table = table
 
     @cached_property
     def governing(self) -> str | None:
@@ -378,7 +379,7 @@ def directions(
     scene: Scene | str | Path,
     method: str = DEFAULT,
     *,
-    every: float = EVERY,
+    every: float = DEFAULT_ANGLE_STEP,
     vertical: float | Sequence[float] | None = None,
     load_case: str | None = None,
     settled: Movements | None = None,

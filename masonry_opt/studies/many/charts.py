@@ -23,7 +23,7 @@ from masonry_opt.drawing.colours import (
     SERIES,
     SLIDING_COLOUR,
 )
-from masonry_opt.solution.thresholds import SAME, ZERO
+from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE, ZERO
 from masonry_opt.studies.charts import NamedChart, alt, axis, legend
 from masonry_opt.studies.many.runs import HEAT_MAP, INCREMENTAL_COLUMN, at_least, chart_names, ends
 from masonry_opt.studies.run_columns import CROSSED_RUNS, is_crossed
@@ -39,7 +39,7 @@ _LOOKS = {
 }
 _DARK = "#333333"  #: Colour of lines, and of marks of runs without a mechanism.
 _CROSS = "M-.8-.8L.8.8M.8-.8L-.8.8"  #: Mark of a run without a load factor, as an SVG path.
-_UP = "triangle-up"  #: Mark of a value above the axis.
+_SHAPE_ABOVE_AXIS = "triangle-up"  #: Mark of a value above the axis.
 #: A chart of a sweep has a line of λ for each value of the second parameter, up to this number of values.
 #: With more values, the chart has points.
 _MOST_DRAWN_LINES = 7
@@ -67,7 +67,8 @@ _STRIP_HEIGHT = 24
 _MOST_CORRELATIONS = 15  #: Largest number of correlations in the chart; weaker ones are left out.
 #: Colours of the load factors of a sample: the load factor of the method, and the incremental load factor.
 _COLOURS = alt.Scale(range=[*SERIES[:2]])
-_OFF = "off the axis: λ as written"  #: Legend entry for values beyond the axis, which are written as numbers.
+#: Legend entry for values beyond the axis, which are written as numbers.
+_OFF_AXIS_LABEL = "off the axis: λ as written"
 _RING = "ring: smallest λ"  #: Note on the ring around the smallest load factor.
 _WHITE = "white dot: smallest λ"  #: Note on the white dot of the smallest load factor in a heat map.
 _DASHED = "dashes: incremental λ"  #: Note on the dashes.
@@ -99,7 +100,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     on_axis = ~failed & ~off
     incremental = frame["incremental"].mask(far[len(frame) :])
     # If both load factors are equal in all runs, only one is drawn: one line would cover the other.
-    same = np.allclose(frame["incremental"], frame["load_factor"], rtol=SAME, equal_nan=True)
+    same = np.allclose(frame["incremental"], frame["load_factor"], rtol=EQUALITY_TOLERANCE, equal_nan=True)
     series = mechanism = frame["mechanism"].fillna("none")
     looks = {kind: look for kind, look in _LOOKS.items() if kind in {*mechanism[on_axis]}}
     lines = _has_lines(frame, names)
@@ -108,19 +109,19 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
         looks = {line: (colour, "circle") for line, colour in zip(series.unique(), SERIES, strict=False)}
     status = "no load factor: " + frame["status"].astype(str)
     looks |= dict.fromkeys(status[failed].unique(), (_DARK, _CROSS))
-    looks |= {_OFF: (_DARK, _UP)} if off.any() else {}
+    looks |= {_OFF_AXIS_LABEL: (_DARK, _SHAPE_ABOVE_AXIS)} if off.any() else {}
 
     least_ones = at_least(frame)
     marks = frame[["status"]].assign(
         mechanism=mechanism,
         at=frame[name].astype(float),
         line=series,
-        series=series.mask(failed, status).mask(off, _OFF),
+        series=series.mask(failed, status).mask(off, _OFF_AXIS_LABEL),
         λ=frame["load_factor"],
         incremental=incremental,
         least=least_ones & (least_ones.sum() < frame["load_factor"].count()),
     )
-    known, beside = marks[on_axis], marks[incremental.notna() & (not same)]
+    known, incremental_marks = marks[on_axis], marks[incremental.notna() & (not same)]
     x = alt.X("at:Q", scale=alt.Scale(zero=False, nice=False, padding=12), axis=alt.Axis(title=_label(name)))
     scale = alt.Scale(
         domain=ends(np.r_[known["λ"], incremental]), nice=False, zero=False, padding=_STRIP_HEIGHT
@@ -132,7 +133,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     colours = alt.Scale(domain=[*looks], range=[colour for colour, _ in looks.values()])
     shapes = alt.Scale(domain=[*looks], range=[shape for _, shape in looks.values()])
     solid = alt.Chart(known).encode(x=x, y=y)
-    dashed = alt.Chart(beside).encode(x=x, y=alt.Y("incremental:Q", **upwards))
+    dashed = alt.Chart(incremental_marks).encode(x=x, y=alt.Y("incremental:Q", **upwards))
     stroke: Any = alt.Stroke("line:N", scale=colours) if lines else alt.value(_DARK)
     if lines or len(names) == 1:
         layers = [solid.mark_line(strokeWidth=1.2).encode(stroke=stroke)]
@@ -157,7 +158,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     layers.append(text.encode(x=x, y=at_top, text=alt.Text("λ:Q", format=".4~g")))
     file = chart_names(names)[[*names].index(name)]
     notes = [_RING] if marks["least"].any() else []
-    notes += [_DASHED] if len(beside) else []
+    notes += [_DASHED] if len(incremental_marks) else []
     notes += _note_on_equal_lines(frame, names) + _names_of_load_factors(frame) + _note_on_axles(frame)
     return NamedChart(file, f"{_LABEL} against {_label(name)}", alt.layer(*layers), "; ".join(notes))
 
@@ -180,7 +181,7 @@ def _note_on_equal_lines(frame: pd.DataFrame, names: Sequence[str]) -> list[str]
     groups: list[list[float]] = []
     drawn: list[np.ndarray] = []
     for value, of_value in zip(table.columns.to_numpy(float), load_factors.T, strict=True):
-        is_equal = [np.allclose(of_value, other, rtol=SAME, equal_nan=True) for other in drawn]
+        is_equal = [np.allclose(of_value, other, rtol=EQUALITY_TOLERANCE, equal_nan=True) for other in drawn]
         if any(is_equal):
             groups[is_equal.index(True)].append(value)
         else:

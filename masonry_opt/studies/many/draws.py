@@ -21,7 +21,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints
 
 #: Groups of joints with one random value of a property: all joints, each course, or each joint.
-BY = ("scene", "course", "joint")
+JOINT_GROUPS = ("scene", "course", "joint")
 #: Samples use Sobol points in up to this number of dimensions, and independent points in more dimensions. In
 #: 83 dimensions, coordinates of 128 Sobol points have correlations of up to 0.8. Independent points have at
 #: most 0.3.
@@ -62,7 +62,7 @@ def distribution(name: str, given: Any) -> Distribution:
         return Distribution(f"{kind}({', '.join(f'{value:g}' for value in values)})", given)
     try:
         kind, first, second = given
-        frozen = _FROZEN[kind]
+        frozen = _DISTRIBUTIONS[kind]
         first = _number(first)
         second = _number(second) if kind == "uniform" else _deviation(second, first, subject)
         least = {"uniform": second - first, "normal": second, "lognormal": min(first, second)}[kind]
@@ -83,7 +83,7 @@ def lognormal(mean: float, deviation: float) -> Any:
 
 
 #: Functions that return a distribution from its two parameters, by the name of the distribution.
-_FROZEN = {
+_DISTRIBUTIONS = {
     "normal": stats.norm,
     "lognormal": lognormal,
     "uniform": lambda least, greatest: stats.uniform(least, greatest - least),
@@ -159,8 +159,8 @@ class Draws:
         if not isinstance(distributions, Mapping) or not distributions:
             example = "{'joints.friction': ('lognormal', 0.6, 0.1)}"
             raise OptionError(f"pass the uncertain parameters with their distributions: {example}")
-        if by not in BY:
-            raise OptionError(f"by='{by}' is unknown{instead_of(by, BY)}")
+        if by not in JOINT_GROUPS:
+            raise OptionError(f"by='{by}' is unknown{instead_of(by, JOINT_GROUPS)}")
         self._by, self._parameters = by, Parameters(scene)
         self._parameters.check_names(distributions)
         self._laws = {name: distribution(name, given) for name, given in distributions.items()}

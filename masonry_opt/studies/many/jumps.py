@@ -8,7 +8,7 @@ from masonry_opt.studies.many.trial import FALLS, Trial
 
 #: A change of the load factor counts as a jump if it exceeds this multiple of the change that the slopes next
 #: to the interval predict. A smaller value would mistake a steep change for a jump.
-_STEEPER = 10.0
+_JUMP_RATIO = 10.0
 
 
 def jump_between(
@@ -38,7 +38,7 @@ def jump_between(
     if not slopes and math.isfinite(change):
         return None
     largest = max(abs(trial.number) for trial in known)
-    is_jump = change > max(JUMP * largest, _STEEPER * max(slopes, default=0.0) * width)
+    is_jump = change > max(JUMP * largest, _JUMP_RATIO * max(slopes, default=0.0) * width)
     return (fails.number, holds.number) if is_jump else None
 
 

@@ -6,212 +6,30 @@ values, one at which the scene holds and one at which it fails.
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from scipy.optimize import brentq
 
 from masonry_opt.analysis import prepare
-from masonry_opt.brief import brief
 from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError, TimeLimitError
-from masonry_opt.files import plain
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.reporting.load_factors import meaning
 from masonry_opt.reporting.names import warning_lines
-from masonry_opt.reporting.sentences import numeral
-from masonry_opt.reporting.summary import crushing
 from masonry_opt.result import distinct_warnings
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.answer import Certificate
 from masonry_opt.solution.reasons import Status
-from masonry_opt.solution.thresholds import LOWER
+from masonry_opt.solution.thresholds import LEAST_DECREASE
 from masonry_opt.studies.many.jumps import jump_between
 from masonry_opt.studies.many.scene_answer import SceneAnswer, solve_or_cross
 from masonry_opt.studies.many.standing import standing
-from masonry_opt.studies.many.threshold_text import distinguishing_digits, rounded_outwards
+from masonry_opt.studies.many.threshold import Threshold
 from masonry_opt.studies.many.trial import FALLS, UNLIMITED, Trial
-from masonry_opt.studies.run_columns import ANSWER_COLUMNS, CROSSING_COLUMNS, framed
 from masonry_opt.studies.runner import whole
-from masonry_opt.studies.warning_codes import StudyCode, study_warning
-from masonry_opt.studies.writing import StudyAnswer
-
-#: Printed texts for load factors that are infinite.
-_INFINITE_FACTOR_TEXTS = {FALLS: "none (unstable under dead load)", UNLIMITED: "any"}
-#: Types of those columns of a table of trials that are copied from attributes of a trial.
-_TRIAL_COLUMNS = {"value": "float64", "holds": "bool", "number": "float64"}
-_VALUE_DIGITS = 9  #: Least number of significant digits with which the ends of an interval are printed.
-_NUMBER_DIGITS = 6  #: Least number of significant digits with which load factors are printed.
-
-
-@dataclass(frozen=True)
-class Threshold(StudyAnswer):
-    """Least or greatest value of a parameter at which a scene is stable, or carries a required load.
-
-    Attributes
-    ----------
-    least: True if the scene holds (is stable or carries ``load``) from ``value`` upwards; False if downwards.
-    load: Load factor to be carried; None if the scene is to be stable under its dead load alone.
-    value: The threshold, interpolated between the two ends; at a jump the end at which the scene holds.
-    holds, fails: The two ends of the interval that contains the threshold. Both are solved.
-    jump: Load factors (without ``load``: margins) at the failing and the holding end if they differ much more
-        than the slopes next to the interval predict: the mechanism changes, joints lock, or the scene itself
-        changes. Otherwise, or if both slopes are unknown, None.
-    contradictions: Values that were tried on the failing side of the threshold, and at which the scene holds.
-    trials: All trials, in the order in which they were solved.
-    """
-
-    least: bool
-    load: float | None
-    value: float
-    holds: Trial
-    fails: Trial
-    jump: tuple[float, float] | None
-    contradictions: tuple[float, ...]
-    trials: tuple[Trial, ...] = field(repr=False)
-
-    __repr__ = brief
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """Lower and upper end of the interval that contains the threshold."""
-        return min(self.holds.value, self.fails.value), max(self.holds.value, self.fails.value)
-
-    @property
-    def evaluations(self) -> int:
-        """Number of scenes that were solved."""
-        return len(self.trials)
-
-    @property
-    def history(self) -> pd.DataFrame:
-        """Table of all trials: columns ``value``, ``holds`` and ``number``, and the columns of ``mo.sweep``.
-
-        If axles move over the scene, the table has the columns of their worst position too.
-        """
-        rows = [
-            {name: getattr(trial, name) for name in _TRIAL_COLUMNS}
-            | trial.answer.columns()
-            | {"seconds": sum(trial.result.seconds.values())}
-            for trial in self.trials
-        ]
-        crossed = any(trial.answer.crossing for trial in self.trials)
-        return framed(rows, _TRIAL_COLUMNS, ANSWER_COLUMNS | (CROSSING_COLUMNS if crossed else {}))
-
-    @property
-    def told(self) -> pd.DataFrame:
-        """Table that a notebook displays: some columns of the table of trials."""
-        return self.history[[*_TRIAL_COLUMNS]]
-
-    @property
-    def _kind(self) -> str:
-        """Printed kind of the threshold, "least" or "greatest"."""
-        return "least" if self.least else "greatest"
-
-    @property
-    def _measure(self) -> str:
-        """Printed name of ``Trial.number``: "margin" under the dead load alone, otherwise "load factor"."""
-        return "margin" if self.load is None else "load factor"
-
-    def facts(self) -> dict[str, str]:
-        """Return the printed lines of the answer, as a dict from the label of each line to its text."""
-        meets = (
-            "the scene is stable under its dead load"
-            if self.load is None
-            else f"λ is at least {numeral(self.load, 'g')}"
-        )
-        value = f"{self._rounded(self.holds)}, at which {meets}"
-        if self.value != self.holds.value:
-            value += (
-                " (threshold, interpolated between this value and the failing value: "
-                f"{numeral(self.value, '.9g')})"
-            )
-        facts = {
-            f"{self._kind} value": value,
-            "holds": self._end(self.holds),
-            "fails": self._end(self.fails),
-            "scenes solved": str(self.evaluations),
-        }
-        if self._names:
-            facts["λ is"] = meaning(self._names)
-        law = crushing(self.holds.result)
-        if law:
-            facts["crushing"] = law
-        if self.jump:
-            before, after = (
-                _INFINITE_FACTOR_TEXTS.get(number) or numeral(number, ".6g") for number in self.jump
-            )
-            facts["jump"] = f"the {self._measure} jumps from {before} to {after}"
-        return facts
-
-    @property
-    def warning_records(self) -> list[dict[str, Any]]:
-        """Warnings of the results at both ends of the interval, and a warning about further thresholds."""
-        records = distinct_warnings([self.holds.answer, self.fails.answer])
-        if not self.contradictions:
-            return records
-        values = ", ".join(f"{value:.6g}" for value in self.contradictions)
-        side = "below" if self.least else "above"
-        sentence = (
-            f"the scene also meets the requirement at {values}, {side} the threshold: search around these "
-            "values too"
-        )
-        contradictions = list(self.contradictions)
-        return [study_warning(StudyCode.SEVERAL_THRESHOLDS, sentence, values=contradictions), *records]
-
-    @property
-    def _names(self) -> list[str]:
-        """Names of the load factors at both ends of the interval; empty if only the dead load acts."""
-        if self.load is None:
-            return []
-        return [end.name for end in (self.holds, self.fails) if math.isfinite(end.number)]
-
-    def _rounded(self, end: Trial) -> str:
-        """Return an end of the interval as text, rounded so that the printed interval contains the exact one.
-
-        If there is one threshold in the range, the scene thus also holds at the printed holding end, and
-        fails at the printed failing end.
-        """
-        digits = distinguishing_digits(self.fails.value, [self.holds.value], _VALUE_DIGITS)
-        return rounded_outwards(end.value, digits, upwards=end.holds == self.least)
-
-    def _end(self, end: Trial) -> str:
-        """Return a text that describes one end of the interval that contains the threshold.
-
-        It states the value, the load factor (under dead load alone: the margin), and the largest residual.
-        The numbers have enough digits to distinguish both ends, and the failing end from the load.
-        """
-        value = self._rounded(end)
-        if not math.isfinite(end.number):
-            return f"at {value}: {end.result.status}"
-        worst = end.certificate.worst if end.certificate else None
-        residual = "" if worst is None else f" (largest residual {worst:.0e})"
-        near = [number for number in (self.holds.number, self.load) if number is not None]
-        digits = distinguishing_digits(self.fails.number, near, _NUMBER_DIGITS)
-        number = numeral(end.number, f".{digits}g")
-        place = f", with {end.answer.place}" if end.answer.place else ""
-        return f"at {value}: {self._measure} {number}{residual}{place}"
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the answer as a dictionary of plain values. Infinite numbers and NaN become None.
-
-        The dictionary has the value and the load factor (or margin) of each trial, but not its result.
-        """
-        names = ("load", "value", "interval", "jump", "contradictions", "evaluations")
-        result = {"kind": self._kind} | {name: getattr(self, name) for name in names}
-        result["warnings"] = self.warning_records
-        for name, end in {"holds": self.holds, "fails": self.fails}.items():
-            result[name] = {"value": end.value, "number": end.number, "status": end.result.status}
-            result[name]["certificate"] = end.certificate
-            if end.answer.crossing is not None:
-                result[name] |= end.answer.crossing.place
-        trials = [{name: getattr(trial, name) for name in _TRIAL_COLUMNS} for trial in self.trials]
-        return plain(result | {"trials": trials})
-
 
 #: Function that returns the scene for a value of the varied parameter.
 Make = Callable[[float], "Scene | str | Path"]
@@ -369,7 +187,7 @@ class _Search:
             if self.load is not None and scene is not None and not _has_live_load(scene):
                 remedy = "; without 'load' (--load) the search tests stability under dead load only"
             raise type(error)(f"at {value:.9g}: {error}{remedy}") from None
-        rounding = LOWER * max(1.0, abs(self.required))
+        rounding = LEAST_DECREASE * max(1.0, abs(self.required))
         holds = number >= self.required - rounding
         trial = self.trials[value] = Trial(value, holds, number, answer, certificate)
         self.progress(trial)
@@ -423,7 +241,7 @@ class _Search:
             ends[trial.holds] = trial
             # Brent's method needs finite numbers. It would stop at a difference of zero, and only one end of
             # the interval would then be known.
-            distance = float(np.clip(abs(trial.number - self.required), LOWER * size, size))
+            distance = float(np.clip(abs(trial.number - self.required), LEAST_DECREASE * size, size))
             return distance if trial.holds else -distance
 
         # Brent's method stops when the distance of the ends of its interval is below xtol + rtol |value|.

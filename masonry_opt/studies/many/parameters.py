@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.scene.blocks import INSTEAD, Record
+from masonry_opt.scene.blocks import EXCLUSIVE_KEYS, Record
 from masonry_opt.scene.case_file import CaseFile
 from masonry_opt.scene.keys import SceneKeys
 from masonry_opt.scene.mistakes import did_you_mean
@@ -30,7 +30,7 @@ _POINTS = {
 }
 #: Keys of a scene that cannot be varied, because answers either do not depend on them or change in jumps.
 _LEFT_OUT = ("tolerance", "reference")
-_LISTED = 12  #: Largest number of names that a message lists.
+_MOST_LISTED_PARAMETERS = 12  #: Largest number of names that a message lists.
 
 
 class Parameters:
@@ -81,7 +81,7 @@ class Parameters:
             if first != name:
                 raise OptionError(f"'{first}' and '{name}' are the same parameter: vary only one of them")
             head, _, key = name.rpartition(".")
-            other = f"{head}.{INSTEAD.get(key, '')}"
+            other = f"{head}.{EXCLUSIVE_KEYS.get(key, '')}"
             if other in names:
                 raise OptionError(f"'{name}' and '{other}' describe the same property: vary only one of them")
 
@@ -126,11 +126,12 @@ class Parameters:
     def _listed(self, heads: tuple[str, ...]) -> str:
         """Return a text that lists the known names with a given prefix; if no name has it, all known names.
 
-        If there are more than ``_LISTED`` names, the text lists the first ones and states the total number.
+        If there are more than ``_MOST_LISTED_PARAMETERS`` names, the text lists the first ones and states the
+        total number.
         """
         names = [name for name in self.names if name.startswith(heads)] or [*self.names]
-        more = f", ... ({len(names)} in all)" if len(names) > _LISTED else ""
-        return f"there are: {', '.join(names[:_LISTED])}{more}"
+        more = f", ... ({len(names)} in all)" if len(names) > _MOST_LISTED_PARAMETERS else ""
+        return f"there are: {', '.join(names[:_MOST_LISTED_PARAMETERS])}{more}"
 
 
 def is_of_joints(name: str) -> bool:

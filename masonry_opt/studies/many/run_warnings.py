@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from masonry_opt.errors import counted
+from masonry_opt.errors import counted, listed, remainder
 from masonry_opt.reporting.load_factors import search_advice
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.solution.reasons import Status
@@ -53,8 +53,8 @@ def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[d
         first_records = [record for record in rows[runs[0]]["warned"] if record["code"] == code]
         where = ""
         if len(runs) < len(rows) or len(sentences_by_code[code]) > len(first_records):
-            others = f" and {counted(len(runs) - 1, 'more run')}" if len(runs) > 1 else ""
-            where = f" (at {_named(points[runs[0]])}{others})"
+            named = " ".join(filter(None, (_named(points[runs[0]]), remainder(len(runs), 1, "run"))))
+            where = f" (at {named})"
         for record in first_records:
             yield record | {"sentence": record["sentence"] + where, "runs": len(runs)}
 
@@ -114,11 +114,11 @@ def _largest_fall(
     fixed = {other: float(first[other]) for other in others}
     where = f"{name} = {numeral(first[name], 'g')}"
     values = [numeral(row["load_factor"], ".6f") for row in (first, second)]
-    beside = f" ({_named(fixed)})" if fixed else ""
+    where_fixed = f" ({_named(fixed)})" if fixed else ""
     sentence = (
         f"the lowest load factor found falls from {values[0]} at {where} to {values[1]} at "
-        f"{numeral(second[name], 'g')}{beside}: either the scene is weaker at the larger value, or a lower λ "
-        f"was missed at the smaller value{search_advice(method, 'it')}"
+        f"{numeral(second[name], 'g')}{where_fixed}: either the scene is weaker at the larger value, or a "
+        f"lower λ was missed at the smaller value{search_advice(method, 'it')}"
     )
     return study_warning(
         StudyCode.FALLS_WITH_STRENGTH,
@@ -133,9 +133,4 @@ def _largest_fall(
 def _named(point: Point) -> str:
     """Return a text with the first parameter values of a run, and the number of its other values."""
     values = [f"{name} = {numeral(value, 'g')}" for name, value in point.items()]
-    more = (
-        f" and {counted(len(values) - _MOST_LISTED_VALUES, 'more value')}"
-        if len(values) > _MOST_LISTED_VALUES
-        else ""
-    )
-    return ", ".join(values[:_MOST_LISTED_VALUES]) + more
+    return listed(values, _MOST_LISTED_VALUES, "value")

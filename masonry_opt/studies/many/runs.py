@@ -23,7 +23,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.acceptance import SMALLEST, Kind
 from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import SAME
+from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.studies.many.parameters import is_of_joints
 from masonry_opt.studies.many.run_warnings import (
@@ -48,7 +48,7 @@ _LEAST_AXIS = 0.02
 RunProgress = Callable[[int, int], None]
 _RUNS_FILE = "runs.csv"  #: Name of the table of runs in the folder of a study.
 #: Advice in the error message about a table of runs that would be replaced.
-_INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
+_REPLACEMENT_ADVICE = "choose another folder, or replace the table with --force (in Python: force=True)"
 
 _LINE_CHART = "load_factor"  #: Name of the chart of λ against a parameter; several charts are numbered.
 HEAT_MAP = "heat_map"  #: Name of the chart of λ over two parameters.
@@ -77,15 +77,15 @@ class StudyOutput(NamedTuple):
     """Output folder of a study, and the files that the study writes into the folder."""
 
     folder: Path
-    beside: Sequence[str]  #: names of the files that are written in addition to the table of runs
+    extra_files: Sequence[str]  #: names of the files that are written in addition to the table of runs
     force: bool  #: True if files that other programs wrote may be replaced
 
-    def write(self, frame: pd.DataFrame, beside: Mapping[str, str | bytes]) -> None:
+    def write(self, frame: pd.DataFrame, extra_contents: Mapping[str, str | bytes]) -> None:
         """Write the table of runs and the additional files, and remove other files of an earlier study.
 
         Raises OutputError if a file cannot be written or removed.
         """
-        write_folder(self.folder, {_RUNS_FILE: csv_text(frame), **beside}, self.force, _is_study_file)
+        write_folder(self.folder, {_RUNS_FILE: csv_text(frame), **extra_contents}, self.force, _is_study_file)
 
 
 def _is_study_file(name: str) -> bool:
@@ -275,7 +275,7 @@ def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, fl
     journal = Journal(folder, head) if (folder / JOURNAL).exists() else None
     if not output.force:
         _refuse_losing(folder / _RUNS_FILE, points)
-    refuse_outputs(folder, (_RUNS_FILE, *output.beside), output.force)
+    refuse_outputs(folder, (_RUNS_FILE, *output.extra_files), output.force)
     # Create a new journal only after all checks: if a check raises an error, no new journal remains.
     return journal or Journal(folder, head)
 
@@ -288,7 +288,9 @@ def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
         table = pd.read_csv(path, dtype=str)
         values = table.iloc[:, : table.columns.get_loc("load_factor")].astype(float)
     except (OSError, ValueError, KeyError):
-        raise OptionError(f"{path}: the file exists and is not a table of runs: {_INSTEAD}") from None
+        raise OptionError(
+            f"{path}: the file exists and is not a table of runs: {_REPLACEMENT_ADVICE}"
+        ) from None
     names = list(points[0])
     if set(values) == set(names):
         planned = {tuple(point.values()) for point in points}
@@ -297,7 +299,9 @@ def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
         lost = len(table)
     if lost:
         runs = counted(len(table), "run")
-        raise OptionError(f"{path}: the new table would delete {lost} of the {runs} in this file: {_INSTEAD}")
+        raise OptionError(
+            f"{path}: the new table would delete {lost} of the {runs} in this file: {_REPLACEMENT_ADVICE}"
+        )
 
 
 def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
@@ -342,7 +346,7 @@ def ends(load_factors: ArrayLike) -> tuple[float, float]:
 
 
 def at_least(frame: pd.DataFrame) -> pd.Series:
-    """Return a mask of the runs whose λ equals the least λ within the tolerance SAME, shape (runs,)."""
+    """Return a mask of the runs whose λ equals the least λ within ``EQUALITY_TOLERANCE``, shape (runs,)."""
     values = frame["load_factor"]
     least = values.min()
-    return values <= least + SAME * max(abs(least), SMALLEST)
+    return values <= least + EQUALITY_TOLERANCE * max(abs(least), SMALLEST)

@@ -19,7 +19,7 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.mistakes import instead_of
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.reasons import Status
-from masonry_opt.solution.thresholds import SAME
+from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE
 from masonry_opt.studies.many.draws import Draws
 from masonry_opt.studies.many.run_warnings import is_limit, warnings_by_status
 from masonry_opt.studies.many.runs import (
@@ -281,7 +281,7 @@ class Sample(StudyAnswer):
             # Undecided runs (NaN) have no rank and are omitted.
             ranked = ~np.isnan(values)
             values, sizes = values[ranked], np.abs(values[np.isfinite(values)])
-            step = (SAME * float(np.median(sizes)) if len(sizes) else 0.0) or 1.0
+            step = (EQUALITY_TOLERANCE * float(np.median(sizes)) if len(sizes) else 0.0) or 1.0
             ranks = pd.Series(stats.rankdata(np.round(values / step)), drawn.index[ranked])
             r = drawn[ranked].rank().corrwith(ranks).to_numpy().clip(-1, 1)
             degrees = len(values) - 3
@@ -334,7 +334,7 @@ class Sample(StudyAnswer):
                 yield study_warning(StudyCode.FALLS_WITH_STRENGTH, sentence, **values)
 
     @property
-    def told(self) -> pd.DataFrame:
+    def notebook_table(self) -> pd.DataFrame:
         """Table that a notebook displays: the quantiles of the load factor."""
         return self.quantiles()
 

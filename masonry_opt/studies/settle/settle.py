@@ -24,7 +24,8 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import COORDINATES, coordinates
-from masonry_opt.studies.settle.answer import Bound, Settlement
+from masonry_opt.studies.settle.answer import Settlement
+from masonry_opt.studies.settle.bound import Bound
 
 
 def settle(

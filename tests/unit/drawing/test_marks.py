@@ -9,7 +9,7 @@ from scenes import CASES, WALLS, block_on_floor, forces_of, on_a_corner, overhan
 
 import masonry_opt as mo
 from masonry_opt.drawing.colours import IDLE_COLOUR, UTILISATION
-from masonry_opt.drawing.elements import FULL, counts, result_elements
+from masonry_opt.drawing.elements import FULL_MOTION, counts, result_elements
 from masonry_opt.drawing.forces import chains, thrust
 from masonry_opt.drawing.marks import moved
 from masonry_opt.problem.assembly import assemble
@@ -58,7 +58,7 @@ def test_the_fastest_corner_moves_by_a_tenth_and_stays_in_the_picture():
     elements = result_elements(mo.solve(block_on_floor(1, 2, 0.8)))
     corners = np.array([[0, 2], [0, 0], [1, 0], [1, 2]]) - elements.assembly.geometry.origin
     after = moved(corners, elements.motion[0])
-    assert after[0] - corners[0] == pytest.approx(FULL * 2 * np.array([2, 1]) / np.sqrt(5))
+    assert after[0] - corners[0] == pytest.approx(FULL_MOTION * 2 * np.array([2, 1]) / np.sqrt(5))
     assert after[2] == pytest.approx(corners[2])
     low, high = elements.box([], 1.0)
     assert ((after > low) & (after < high)).all()

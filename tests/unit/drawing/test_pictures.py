@@ -30,7 +30,13 @@ import masonry_opt
 import masonry_opt as mo
 from masonry_opt.drawing import colours
 from masonry_opt.drawing.colours import SERIES
-from masonry_opt.drawing.elements import PICTURE_KINDS, START, legend, result_elements, scene_elements
+from masonry_opt.drawing.elements import (
+    PICTURE_KINDS,
+    SHOWN_MOTION_SHARE,
+    legend,
+    result_elements,
+    scene_elements,
+)
 from masonry_opt.drawing.figure import (
     Picture,
     _grouped_numbers,
@@ -72,7 +78,7 @@ def test_a_picture_has_the_elements_and_their_legend(case, kind):
     marks = [each for each in elements.shown(kind) if each.shape != "bar"]
     # The first artists are supports, blocks and, for a mechanism, outlines at rest.
     artists = figure.axes[0].collections[3 if kind == "mechanism" else 2 :]
-    share = START if kind == "mechanism" else 0.0
+    share = SHOWN_MOTION_SHARE if kind == "mechanism" else 0.0
     for each, artist in zip(marks, artists, strict=True):
         expected = each.moved(share) + elements.assembly.geometry.origin
         assert points_of(artist) == pytest.approx(expected)

@@ -11,7 +11,7 @@ from scenes import CASES
 from scenes_in_space import box_on_floor, corner_wall
 
 import masonry_opt as mo
-from masonry_opt.drawing.elements import FULL, PICTURE_KINDS, result_elements, scene_elements
+from masonry_opt.drawing.elements import FULL_MOTION, PICTURE_KINDS, result_elements, scene_elements
 from masonry_opt.drawing.page import refuse_saving, three
 from masonry_opt.drawing.solids import axes_of, best_view, raster, surface
 
@@ -79,7 +79,7 @@ def test_the_fastest_corner_moves_by_a_tenth_of_the_wall_s_length(result):
     elements = result_elements(result)
     drawn = surface(elements)
     steps = drawn.moved(elements.motion)[0] - drawn.moved(np.zeros_like(elements.motion))[0]
-    assert np.linalg.norm(steps, axis=-1).max() == pytest.approx(FULL * 6.0, rel=1e-9)
+    assert np.linalg.norm(steps, axis=-1).max() == pytest.approx(FULL_MOTION * 6.0, rel=1e-9)
 
 
 def through(boxes, points, towards):

@@ -9,7 +9,7 @@ from scenes import two_blocks
 from scenes_in_space import box_on_floor, corner_wall
 
 import masonry_opt as mo
-from masonry_opt.drawing.elements import FULL
+from masonry_opt.drawing.elements import FULL_MOTION
 from masonry_opt.scene.space.shapes import shapes
 from masonry_opt.solution.motion import fastest
 
@@ -35,7 +35,7 @@ def objects(path):
 
 def expected(result, share):
     """Return the corners of each box, moved by the velocity of its centroid and its rotation, by name."""
-    scale = share * FULL * 2.0 / fastest(result.assembly, result.solution.d)
+    scale = share * FULL_MOTION * 2.0 / fastest(result.assembly, result.solution.d)
     frame = result.blocks.set_index("block")
     moved = {}
     for block in result.assembly.scene.blocks:

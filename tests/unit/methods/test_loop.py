@@ -79,6 +79,18 @@ def test_dilatancy_at_friction_is_the_flow_of_the_first_sub_problem():
         assert obeys_own_flow(problem, declared(problem).solve().state) is obeys
 
 
+def test_joints_that_dilate_at_their_friction_angle_have_no_mismatch():
+    """The loop adds its small cohesion only to joints with less dilatancy. The limits of all other joints are
+    exact, so their energy has no error, although they slide."""
+    problem = assemble(small_wall(dilatancy=0.65)).problem
+    options, steps = LoopOptions(c0=0.01, always=True, finish=False), []
+    attempt = Attempt(options.parameters(problem.joints, CLARABEL), CLARABEL)
+    Run(problem, declared(problem), attempt).follow(steps.append)
+    assert len(steps) > 1
+    assert all(problem.slip(step.solved.state.p).max() > 0.01 for step in steps)
+    assert [step.mismatch for step in steps] == [0.0] * len(steps)
+
+
 # Termination -------------------------------------------------------------------------------------------
 
 

@@ -113,7 +113,8 @@ def test_rates_of_blocks_that_pass_into_each_other_are_never_negative():
 #: Friction polygon with four sides at a contact point.
 SPACE = space(4)
 
-FRICTION, COHESION = 0.5, 0.05
+FRICTION = 0.5
+COHESION = 0.05
 
 #: Corners of the base of a box of unit weight, half as high as it is wide.
 CORNERS = np.array([[x, y, -0.5] for x in (-1.0, 1.0) for y in (-1.0, 1.0)])

@@ -117,7 +117,8 @@ SEGMENT = {"span": 4.0, "rise": 1.0, "thickness": 0.5, "voussoirs": 9, "unit_wei
 
 #: Horizontal and vertical extent of the foot of the segment. Its inner radius is 2.5, and its half angle has
 #: the sine 0.8 and the cosine 0.6.
-ACROSS, UP = 0.5 * 0.8, 0.5 * 0.6
+ACROSS = 0.5 * 0.8
+UP = 0.5 * 0.6
 
 
 def segment(**keys):

@@ -18,7 +18,8 @@ def test_json_holds_the_same_keys(tmp_path):
 
 
 SQUARE = mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 1), (0, 1)], weight=1, live=(1, 0))
-APART, AROUND = [(4, 0), (5, 0), (5, 1)], [(-4, 0), (-1, 0), (-1, 3)]
+APART = [(4, 0), (5, 0), (5, 1)]
+AROUND = [(-4, 0), (-1, 0), (-1, 3)]
 HOLE = [(-2, 1), (-1.5, 1), (-1.5, 1.2)]
 
 
@@ -143,7 +144,8 @@ WALL = "[joints]\nfriction = 0.5\n[wall]\nblock = [4, 1]\nweight = 1\n"
 BESIDE = '[[block]]\nname = "B"\nvertices = [[0.9, 0], [1.9, 0], [1.9, 1], [0.9, 1]]\nweight = 1\n'
 TIE = '[[tie]]\nbetween = ["A", "ground"]\nat = [[0, 1]]'
 JOINT = '[[joint]]\nbetween = ["A", "{}"]\n'
-FALLS, COURSES = JOINT.format("base") + "dilatancy_stress = [2, 1]", 'courses = ["H"]\ncourse = { G = [1] }'
+FALLS = JOINT.format("base") + "dilatancy_stress = [2, 1]"
+COURSES = 'courses = ["H"]\ncourse = { G = [1] }'
 
 #: A text in a valid case file, its replacement, and words of the error message. If the text is empty, the
 #: replacement is appended.

@@ -19,7 +19,8 @@ from masonry_opt.solution.solution import Solution
 
 #: Tolerances of comparisons. The residuals of a program of one box are below 1e-6. Cones are round, so the
 #: direction of slip is accurate only to the square root of the residual.
-EXACT, ROUND = {"rel": 1e-6, "abs": 1e-6}, {"rel": 1e-4, "abs": 1e-4}
+EXACT = {"rel": 1e-6, "abs": 1e-6}
+ROUND = {"rel": 1e-4, "abs": 1e-4}
 
 
 def vectors(rows, prefix=""):

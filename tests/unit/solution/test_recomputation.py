@@ -15,7 +15,8 @@ import masonry_opt as mo
 from masonry_opt.scene.blocks import rectangle
 
 #: Bounds of the residuals of exact states, and of associative programs solved to 1e-9, relative to the loads.
-EXACT, SOLVED = 1e-8, 1e-6
+EXACT = 1e-8
+SOLVED = 1e-6
 
 
 def wall_under_fill() -> mo.Scene:

@@ -30,7 +30,7 @@ from masonry_opt.solution.answer import FinalState, certify
 from masonry_opt.solution.frames import joint_frame
 from masonry_opt.solution.motion import joint_motion, moving_blocks
 from masonry_opt.solution.reasons import Code
-from masonry_opt.solution.thresholds import LOWER, MOVES, SAME, SLIDES, is_lower, same
+from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE, LEAST_DECREASE, MOVES, SLIDES, is_lower, same
 from masonry_opt.studies.run_columns import mechanism
 
 
@@ -155,15 +155,20 @@ def test_a_joint_slides_and_its_block_moves_from_the_same_share_on(share, moves)
 
 @pytest.mark.parametrize("size", [0.0, 1e-3, 1.0, 1e3])
 def test_same_is_symmetric_and_relative_from_a_hundredth_on(size):
-    """Both `same` and the stricter `is_lower` are relative to sizes above 0.01. SAME is below 1e-3, because
+    """Both `same` and the stricter `is_lower` are relative to sizes above 0.01. EQUALITY_TOLERANCE is below
+    1e-3, because
     the loop's state of wall 1 is 1e-3 above the default's."""
     unit = max(size, 0.01)
-    near, far = (size + share * SAME * unit for share in (0.9, 1.1))
-    assert SAME < 1e-3
+    near, far = (size + share * EQUALITY_TOLERANCE * unit for share in (0.9, 1.1))
+    assert EQUALITY_TOLERANCE < 1e-3
     assert same(size, near)
     assert same(near, size)
     assert not same(size, far)
-    assert [is_lower(size, size + share * LOWER * unit) for share in (-1.1, 0.9, 1.1)] == [False, False, True]
+    assert [is_lower(size, size + share * LEAST_DECREASE * unit) for share in (-1.1, 0.9, 1.1)] == [
+        False,
+        False,
+        True,
+    ]
 
 
 @pytest.mark.parametrize("method", ["coulomb", "static", "nonassociative"])

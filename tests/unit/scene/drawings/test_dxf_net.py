@@ -148,7 +148,8 @@ def test_a_stone_in_a_stone_fills_a_hole(sheet):
     assert len(assemble(scene).joints.first) == 5
 
 
-ON, UPRIGHT = {"layer": "stone"}, {"layer": "stone", "extrusion": (0, 1, 0)}
+ON = {"layer": "stone"}
+UPRIGHT = {"layer": "stone", "extrusion": (0, 1, 0)}
 #: Lines of two triangles with a common side.
 NET = [((0, 0), (1, 0)), ((1, 0), (1, 1)), ((1, 1), (0, 0)), ((1, 0), (2, 0)), ((2, 0), (1, 1))]
 #: Control points of a periodic spline.

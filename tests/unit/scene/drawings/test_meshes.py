@@ -157,7 +157,8 @@ def test_faces_that_are_not_flat_are_shared_by_triangles(file):
 GROUND, (PORTAL, SIDES) = box((-1, 5), (-1, 2), (-1, 0)), prism(U, 0.5)
 OPEN = (STONES["low"][0], QUADS[1:])
 GRAIN = box((9, 9 + 1e-9), (0, 1e-9), (0, 1e-9))
-HIGH, BESIDE = box((0, 2), (0, 1), (1, 3))[0], box((1, 3), (0, 1), (2, 4))[0]
+HIGH = box((0, 2), (0, 1), (1, 3))[0]
+BESIDE = box((1, 3), (0, 1), (2, 4))[0]
 CROSSED = np.concatenate([HIGH, BESIDE]), [*QUADS, *(tuple(8 + corner for corner in face) for face in QUADS)]
 WRONG = {
     "an open block": (obj(STONES | {"low": OPEN}), "block 'low' is not closed at its edge"),
