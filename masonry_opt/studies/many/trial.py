@@ -31,7 +31,7 @@ class Trial:
     def result(self) -> Result:
         """Result of the scene, with its state or mechanism.
 
-        Under dead load alone, it is the result of :class:`~.standing.DeadLoadMargin`. If axles move over the
+        Under dead load alone, it is the result that has the margin. If axles move over the
         scene, it is the result at their worst position.
         """
         return self.answer.result
