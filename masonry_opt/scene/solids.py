@@ -159,7 +159,7 @@ class Solid(Body):
 
     @property
     def polyhedra(self) -> list[Polyhedron]:
-        """Return the convex parts of the solid. A solid without ``parts`` is a single polyhedron."""
+        """Convex parts of the solid. A solid without ``parts`` is a single polyhedron."""
         shapes: Sequence[Part | Solid] = self.parts or [self]
         return [_polyhedron(shape) for shape in shapes]
 
