@@ -29,6 +29,10 @@ extensions = [
 exclude_patterns = ["gallery", "examples/**/*.ipynb", "examples/**/*.py"]
 source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".ipynb": "myst-nb"}
 
+# The build fails if a page refers to a function or class that the reference does not describe.
+nitpicky = True
+nitpick_ignore = [("py:exc", "KeyboardInterrupt"), ("py:exc", "OSError")]
+
 # The pages are Markdown with mathematics. Pages may link to headings.
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3

@@ -359,7 +359,7 @@ def solve(  # noqa: PLR0913 - each option of the public API is an argument
         solves all of them.
     settled: Movement of supports before the live load acts, by name: (x, y) or (x, y, rotation).
     progress: Function that is called with each step of the method:
-        :class:`~.answer.load_history.LoadStep`, :class:`~.loop.run.Iteration` of the loop,
+        :class:`~.load_history.LoadStep`, :class:`~.loop.run.Iteration` of the loop,
         :class:`~.mpec.RelaxationStep`, :class:`~.coulomb.search.LowerState` of the search,
         :class:`~.bracket.relaxation.BoundStep` of "global".
     phases: Function that is called with a few words as each phase begins, such as "finding joints".

@@ -48,7 +48,7 @@ _LIMITS_OF_USERS_STATES: Limits = replace(LIMITS[Kind.EXACT], work=1e-6)
 class StateCheck:
     """Residuals of a collapse state with load factor λ, joint forces q and block velocities d.
 
-    All numbers are in the units of :class:`~masonry_opt.problem.problem.Problem`. Names of rows and columns
+    All numbers are in the units of the problem that ``mo.assemble`` returns. Names of rows and columns
     consist of a kind and blocks, such as ``n1[A|ground]``.
 
     Attributes

@@ -76,8 +76,6 @@ _DICTIONARY_NAMES = (
 class Result(Outcome):
     """Result of an analysis: load factors, state, certificate, tables, texts and pictures.
 
-    The class :class:`~.answer.outcome.Outcome` defines the numbers.
-
     Attributes
     ----------
     message: reasons for the status, as sentences.
@@ -211,7 +209,7 @@ class Result(Outcome):
     def as_dict(self) -> dict[str, Any]:
         """Return all data as plain numbers, strings, lists and dictionaries; NaN and infinity become None.
 
-        The tables have more columns here (see :mod:`~.answer.recomputation`): the certificate can be
+        The tables have more columns here: the certificate can be
         recomputed from the dictionary alone.
         """
         attributes = {name: getattr(self, name) for name in _DICTIONARY_NAMES}

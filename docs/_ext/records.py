@@ -7,11 +7,13 @@ defaults.
 """
 
 import dataclasses
+import inspect
 import math
 import re
 import typing
 from collections.abc import Iterator
 from enum import Enum
+from functools import cached_property
 from typing import Any
 
 import pandas
@@ -24,6 +26,10 @@ _LITERAL = re.compile(r"(``.+?``)")
 _ATTRIBUTES = ("attribute", "data", "property")  #: Kinds of objects whose docstrings stay as they are.
 _docstrings: dict[str, list[str]] = {}  #: Docstrings of attributes by name, before Napoleon has changed them.
 _ENTRY = re.compile(r"(?P<names>\*{0,2}\w+(?:, \*{0,2}\w+)*):(?: (?P<text>.*))?$")
+#: Begin of a text that refers to the record where the fields are described with their types.
+_ELSEWHERE = re.compile(r"(?:[Ss]ee|[Aa]s in) :class:")
+#: First word of a text that may begin with a capital letter. Symbols, such as x or tan φ, may not.
+_FIRST_WORD = re.compile(r"(?!tan\b|atan\b|inf\b)[a-z]{2,}\b(?![_(.\]])|a\b")
 
 
 def _is_model(of: Any) -> bool:
@@ -54,17 +60,28 @@ def _signature(of: type[BaseModel]) -> str:
     return f"({', '.join(['*', *wanted, *(f'{n}={d}' for n, d in given.items() if d is not None)])})"
 
 
-def _typed(of: type, names: list[str]) -> str:
-    """Return the types and defaults of the fields that one entry describes."""
+def _hints(of: type) -> dict[str, Any]:
+    """Return the annotations of the fields and the properties of a class."""
     # Annotations may name pandas although the module imports it only inside functions.
-    hints = typing.get_type_hints(of, localns={"pd": pandas})
+    within = {"pd": pandas, "Self": of}
+    hints = typing.get_type_hints(of, localns=within)
+    for name, member in inspect.getmembers(of, lambda kind: isinstance(kind, property | cached_property)):
+        getter = member.fget if isinstance(member, property) else member.func
+        hints[name] = typing.get_type_hints(getter, localns=within).get("return", Any)
+    return hints
+
+
+def _typed(of: type, names: list[str]) -> str:
+    """Return the types and defaults of the fields that one entry describes, as code."""
+    hints = _hints(of)
     types = {}
     for name in names:
         if name in hints:
             shown = stringify_annotation(hints[name], "smart").replace("~", "").replace(" | ", " or ")
             shown = re.sub(r"\b(?:masonry_opt|typing|collections)(?:\.\w+)*\.(\w+)", r"\1", shown)
+            shown = re.sub(r"Literal\[(.+?)\]", lambda words: words[1].replace(", ", " or "), shown)
             default = _default(of, name) if _is_model(of) else None
-            types[name] = shown if default in (None, "None") else f"{shown}, default {default}"
+            types[name] = f"``{shown}``" + ("" if default in (None, "None") else f", default ``{default}``")
     if len(set(types.values())) == 1:
         return next(iter(types.values()))
     return "; ".join(f"{name}: {kind}" for name, kind in types.items())
@@ -87,9 +104,33 @@ def _entries(lines: list[str]) -> Iterator[tuple[list[str], list[str]]]:
 
 
 def _rewritten(of: Any, names: list[str], text: list[str]) -> Iterator[str]:
-    kind = _typed(of, names) if _is_model(of) or dataclasses.is_dataclass(of) else ""
+    """Yield the lines of an entry in the style of NumPy, without types if its text names another record."""
+    typed = (_is_model(of) or dataclasses.is_dataclass(of)) and isinstance(of, type)
+    elsewhere = len(names) > 1 and text and _ELSEWHERE.match(" ".join(text))
+    kind = _typed(of, names) if typed and not elsewhere else ""
     yield ", ".join(names) + (f" : {kind}" if kind else "")
-    yield from (f"    {line}" if line else "" for line in text or [""])
+    yield from (f"    {line}" if line else "" for line in _capitalised(text) or [""])
+
+
+def _capitalised(text: list[str]) -> list[str]:
+    """Return the lines of a text that begins with a capital letter, unless it begins with a symbol."""
+    if text and _FIRST_WORD.match(text[0]):
+        return [text[0][0].upper() + text[0][1:], *text[1:]]
+    return text
+
+
+def _inherited(of: Any, own: str, shown: Any) -> Iterator[tuple[list[str], list[str]]]:
+    """Yield the attributes that only the base classes of a class describe.
+
+    ``own`` is the docstring of the class. Members that have their own entry (``shown``) are left out.
+    """
+    bases = of.__mro__[1:] if isinstance(of, type) and not _is_model(of) else ()
+    for base in bases:
+        text = inspect.cleandoc(base.__dict__.get("__doc__") or "").split("\n")
+        if base.__module__.startswith("masonry_opt.") and "Attributes" in text:
+            for names, lines in _entries(text[text.index("Attributes") + 2 :]):
+                if not any(re.search(rf"^{name}\b", own, re.MULTILINE) or name in shown for name in names):
+                    yield names, lines
 
 
 def _process(app: Sphinx, what: str, name: str, of: Any, options: Any, lines: list[str]) -> None:
@@ -105,7 +146,12 @@ def _process(app: Sphinx, what: str, name: str, of: Any, options: Any, lines: li
                 end += 1
             title = "Fields" if _is_model(of) else header
             parts += [title, "-" * len(title)]
-            for names, text in _entries(lines[at + 2 : end]):
+            entries = [*_entries(lines[at + 2 : end])]
+            if not entries:
+                raise ValueError(f"{name}: no line of the section {header!r} is 'name: text'")
+            if header == "Attributes" and what == "class":
+                entries += _inherited(of, "\n".join(lines), options.get("members") or ())
+            for names, text in entries:
                 described.update(names)
                 parts += list(_rewritten(of, names, text))
             parts.append("")
@@ -119,7 +165,13 @@ def _process(app: Sphinx, what: str, name: str, of: Any, options: Any, lines: li
             parts += list(_rewritten(of, [field], []))
     lines[:] = map(_without_substitutions, parts)
     if what in _ATTRIBUTES:
-        _docstrings[name] = list(lines)
+        _docstrings[name] = _sentence(lines)
+
+
+def _sentence(lines: list[str]) -> list[str]:
+    """Return a comment on an attribute as a sentence: with a capital letter and a full stop."""
+    text = "\n".join(_capitalised(lines)).rstrip()
+    return [*f"{text}.".split("\n"), ""] if text and text[-1] not in ".:;!?" else [*text.split("\n"), ""]
 
 
 def _restore(app: Sphinx, what: str, name: str, of: Any, options: Any, lines: list[str]) -> None:

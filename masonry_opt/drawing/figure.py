@@ -379,8 +379,8 @@ def curve_picture(result: Outcome) -> Picture:
     if curve is None or curve.empty:
         raise OptionError("there is no curve to draw: solve with method 'incremental' and option curve=True")
     along = (
-        "displacement of the live load, in multiples of the elastic closing of a joint "
-        "under the mean dead-load force"
+        "displacement of the live load, in multiples of\n"
+        "the elastic closing of a joint under the mean dead-load force"
     )
     with style():
         made, axes = curve_axes(result.assembly.scene, heading(result), along)

@@ -320,7 +320,8 @@ def notebook_html(result: Outcome) -> str:
     lines.append(caption(elements))
     if result.certificate is not None:
         residuals = result.certificate.as_dict().items()
-        entries = (f"{name} {numeral(value, '.1e')}" for name, value in residuals)
+        unbroken = '<span style="white-space:nowrap">{}</span>'
+        entries = (unbroken.format(f"{name} {numeral(value, '.1e')}") for name, value in residuals)
         lines.append(f"certificate: {' · '.join(entries)}")
     rows = "".join(f"<div>{line}</div>\n" for line in lines)
     return f'<div style="max-width:{_NOTEBOOK_WIDTH}px;overflow-wrap:break-word">\n{rows}</div>'

@@ -217,8 +217,8 @@ def export(
     """Write the optimisation program of a method, the clauses of a proof, or solids to a file.
 
     In the file of a program, rows and columns are named by their kind and their blocks. The units are those
-    of :class:`~masonry_opt.problem.problem.Problem`, and λ is that of the scene; see
-    ``docs/solver_people.md``.
+    of the problem that ``mo.assemble`` returns, and λ is that of the scene. The page "For solver people" of
+    the guide describes the files.
 
     Solids are written in the units of the case. OBJ and glTF files have one object for each block; the names
     of supports begin with ``fixed``. COMPAS JSON is an assembly of compas_assembly: blocks at rest, joints as

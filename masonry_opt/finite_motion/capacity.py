@@ -82,7 +82,7 @@ def capacity(
 
     Parameters
     ----------
-    result: Result of :func:`~masonry_opt.analysis.solve`, by any method.
+    result: Result of :func:`~masonry_opt.solve`, by any method.
     block, point: Control point: the centroid of a block, or a point ``(x, y)``, in space ``(x, y, z)``, of
         the block at rest. The curve reports its displacement along the resultant of the live load. Default:
         the mean displacement of the live loads, each along its own direction.

@@ -95,7 +95,7 @@ _PASSED_ARGUMENTS = ("model", "solver", "tolerance", "incremental", "time_limit"
 
 @dataclass(frozen=True)
 class HowToSolve:
-    """Checked arguments that control how :func:`~masonry_opt.analysis.solve` solves a scene.
+    """Checked arguments that control how :func:`~masonry_opt.solve` solves a scene.
 
     Raises OptionError if an argument is unknown or not available for any scene.
     """

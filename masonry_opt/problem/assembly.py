@@ -145,17 +145,19 @@ def assemble(scene: Scene | str | Path, *, floating: bool = False) -> Assembly:
 
     Parameters
     ----------
-    scene : Scene, str or Path
-        The scene, in the plane or in space, or the path of its case file.
-    floating : bool
-        See :func:`~masonry_opt.scene.contacts.joints.find_joints`.
+    scene: A scene, or the path of a case file.
+    floating: True to accept movable blocks that touch no other block.
+
+    Returns
+    -------
+    Assembly
+        The scene, its joints, and ``problem``, which has the matrices.
 
     Raises
     ------
     CaseError
-        If a block, joint, edge load or fill is wrong (see ``geometry``, in space ``shapes``, ``find_joints``,
-        ``loaded_pieces`` and ``filled_pieces``). If loads differ by more than double precision can represent.
-        If the limit of a force is too large, relative to the loads, for solvers.
+        If a block, joint, edge load or fill is wrong. If loads differ by more than double precision can
+        represent. If the limit of a force is too large, relative to the loads, for solvers.
     """
     scene = as_scene(scene)
     shapes = shapes_of(scene)

@@ -360,6 +360,12 @@ class Reference(Record):
     A computed load factor agrees with the published value if their relative difference is within
     ``tolerance``. Reports call the value published, unless its source begins with "by hand" or "by an
     independent" (computation).
+
+    Parameters
+    ----------
+    value: The published load factor.
+    source: Publication or computation from which the value is taken.
+    tolerance: Largest relative difference of a load factor that agrees with the value.
     """
 
     value: Number

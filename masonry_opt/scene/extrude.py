@@ -32,9 +32,9 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
     are left out, because they refer to the scene in the plane. Blocks with notches, parts or holes become
     solids of several convex parts.
 
-    Raises CaseError if a block's polygon is wrong (see :func:`~masonry_opt.scene.geometry.geometry`). Raises
-    OptionError if the thickness is not a positive number, if the scene is already in space, or if it has keys
-    that exist only in the plane: edge loads, ``strength``, ``dilatancy_stress``.
+    Raises CaseError if a block's polygon is wrong. Raises OptionError if the thickness is not a positive
+    number, if the scene is already in space, or if it has keys that exist only in the plane: edge loads,
+    ``strength``, ``dilatancy_stress``.
 
     Parameters
     ----------

@@ -90,8 +90,8 @@ class Axles(Record):
     name: Name of the group, unique within the scene.
     loads: Load of each axle, straight down, the first axle first.
     distances: Distance from each axle to the next axle behind it: one distance fewer than loads.
-    set: In place of loads and distances, the name of a common set, in m and kN: ``SETS`` has the sets with
-        their sources.
+    set: In place of loads and distances, the name of a common set, in m and kN. The page
+        "Axles" of the guide lists the sets with their sources.
     uniform: Uniform loads that move with the axles (:class:`UniformLoad`). A group without axles may have
         uniform loads only. Its position is then the point from which the distances of the uniform loads are
         measured.

@@ -42,8 +42,8 @@ class Scene(SceneKeys):
         :class:`Solid` records instead.
     joints: Properties of every joint (:class:`JointDefaults`, or a mapping with the same keys).
     exceptions: Records for joints with other properties (:class:`Joint`).
-    gravity: Direction in which weights act; its length has no effect. The default is straight down: -y, in
-        space -z.
+    gravity: Direction in which weights act; its length has no effect. The default is straight down: −y, in
+        space −z.
     tolerance: Length below which gaps and overlaps between blocks are ignored (default: 1e-6 of the diagonal
         round the movable blocks). Raise it if coordinates are rounded.
     contact_tolerance: Largest gap or overlap of edges (in space: faces) that are in contact, for blocks that

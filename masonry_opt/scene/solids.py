@@ -78,8 +78,12 @@ class Polyhedron(NamedTuple):
 class Part(Record):
     """One convex part of a solid with several parts.
 
-    It is given by ``vertices`` and ``faces``, or by a ``box``, as in :class:`Solid`. Raises CaseError if the
-    shape is missing, given twice or not valid.
+    Raises CaseError if the shape is missing, given twice or not valid.
+
+    Parameters
+    ----------
+    vertices, faces: Corners ``[[x, y, z], ...]``, and faces as lists of their indices, as in :class:`Solid`.
+    box: In place of vertices and faces, intervals ``[[x0, x1], [y0, y1], [z0, z1]]``.
     """
 
     vertices: Corners | None = None
@@ -155,7 +159,7 @@ class Solid(Body):
 
     @property
     def polyhedra(self) -> list[Polyhedron]:
-        """Return the convex parts of the solid. A solid without ``parts`` is a single polyhedron."""
+        """Convex parts of the solid. A solid without ``parts`` is a single polyhedron."""
         shapes: Sequence[Part | Solid] = self.parts or [self]
         return [_polyhedron(shape) for shape in shapes]
 

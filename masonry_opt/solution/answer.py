@@ -246,8 +246,8 @@ class InfeasibilityCertificate:
     Attributes
     ----------
     existence: statement on the existence of a load factor.
-    equilibrium, yield_: :func:`ray_residuals` of forces that carry the live load alone within the true
-        friction without cohesion. If no mechanism exists, the forces stay within the joints' own dilatancy.
+    equilibrium, yield_: residuals of forces that carry the live load alone within the true friction without
+        cohesion. If no mechanism exists, the forces stay within the joints' own dilatancy.
         None if no such forces exist.
     clamped: indices of the joints in self-stress, the most stressed first. Indices refer to joints of the
         problem; in a result they are rows of ``Result.joints``. The self-stress is the sum of two sets of
@@ -255,7 +255,7 @@ class InfeasibilityCertificate:
     static_cuts: number of sets of faces that cannot all be at yield in one state.
     kinematic_cuts: number of sets of faces of another kind: at least one face of each set must have a nonzero
         rate. Together with the static cuts they exclude every choice of faces with nonzero rates.
-    cut_residual: largest :func:`static_residual` or :func:`kinematic_residual` of these sets.
+    cut_residual: largest residual of the multipliers that exclude these sets.
     """
 
     existence: Existence

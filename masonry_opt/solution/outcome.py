@@ -109,7 +109,7 @@ class Outcome:
     proof: proof by conflicts that no state has a lower load factor, see :func:`~masonry_opt.check_proof`. It
         covers forces up to a million times the loads, and motions up to a million times the mean velocity of
         the live load. None if there is no proof.
-    seconds: seconds by part of the analysis (see :class:`~masonry_opt.effort.Effort`).
+    seconds: seconds by part of the analysis, such as "dead load".
     solvers: names of the solvers by purpose: "dead load", "load factor", "sub-problems", ...
     largest_turn: largest angle (radians) by which a joint was turned to align contacts within the accuracy of
         the drawing; 0 if all joints are as drawn.

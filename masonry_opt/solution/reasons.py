@@ -411,7 +411,7 @@ class Reason:
     """Reason or warning, as a code with the values that its message needs."""
 
     code: Code  #: code of the reason or warning
-    #: Values of the reason by name; the comments in ``Code`` describe them.
+    #: Values of the reason by name. The page "Messages" of the guide lists the codes.
     values: dict[str, Any] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:

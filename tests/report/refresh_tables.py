@@ -11,6 +11,20 @@ import pandas as pd
 #: Columns that the page omits. The times are measured in one run on one machine.
 LEFT_OUT = ["method", "NLPs", "time (s)", "published (s)"]
 
+#: Headings and columns of the tables into which Table 1 is divided, so that each fits on the page.
+GROUPS = {
+    "Associative load factors": ["b × c", "assoc. paper", "CVXPY", "Pyomo"],
+    "Load factors of the loop, and incremental load factors": [
+        *("loop paper", "loop", "loop diff %", "incremental")
+    ],
+    "Published load factors of the MCP and the MPEC, and load factors of methods `coulomb` and `mpec`": [
+        *("MCP publ.", "coulomb", "coulomb diff %", "MPEC publ.", "mpec")
+    ],
+    "Lowest known load factors, and load factors of the search": [
+        *("lowest known", "search", "search diff %")
+    ],
+}
+
 
 def markdown(frame: pd.DataFrame) -> str:
     """Return a frame as a Markdown table, with load factors in the paper's five digits."""
@@ -30,7 +44,9 @@ def _cell(column: str, value: object) -> str:
 def tables(folder: Path) -> dict[str, str]:
     residuals = pd.read_csv(folder / "table1_residuals.csv")
     loops = residuals[residuals["method"] == "loop"].drop(columns=LEFT_OUT)
-    return {"table1": markdown(pd.read_csv(folder / "table1.csv")), "residuals": markdown(loops)}
+    walls = pd.read_csv(folder / "table1.csv")
+    parts = [f"{heading}:\n\n{markdown(walls[['wall', *names]])}" for heading, names in GROUPS.items()]
+    return {"table1": "\n".join(parts), "residuals": markdown(loops)}
 
 
 def refresh(page: Path, folder: Path) -> None:

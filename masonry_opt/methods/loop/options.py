@@ -40,7 +40,7 @@ class LoopOptions(Options):
 
     Attributes
     ----------
-    preset: "paper" for the loop as in the paper, with the values of :data:`PAPER` and without the exact state
+    preset: "paper" for the loop as in the paper, with the values of ``PAPER`` and without the exact state
         at the end. Options that are set as well replace the values of the preset.
     sub_problems: "accurate" or "rough". The default is "rough" from 1000 joints (in space contact points),
         with a solver that can stop early (Clarabel). Otherwise the default is "accurate".
@@ -72,7 +72,8 @@ class LoopOptions(Options):
     remedies: changes that are tried if a run of the loop fails: "all", "slope" (only a smaller slope, after
         an infeasible sub-problem), or "none". A rough associative answer is always solved again accurately.
     revise: function that replaces the rule for the shear limits (section 6.4). It takes a
-        :class:`~masonry_opt.methods.loop.steps.LimitUpdate` and returns the next ``ShearLimits``.
+        ``LimitUpdate`` and returns the next ``ShearLimits``, both of the module
+        ``masonry_opt.methods.loop.steps``.
     """
 
     preset: Literal["paper"] | None = None

@@ -73,7 +73,8 @@ def compare(  # noqa: PLR0913 - options of the public API are keywords
     ----------
     scenes: paths of case files, or names of case files in the folder ``cases``.
     methods, models, solvers: names of methods, modelling languages and solvers, one or a list.
-    cases: folder of the case files; see :func:`~masonry_opt.scene.case_file.case_folder`.
+    cases: folder of the case files. Default: ``./cases`` if it has the cases of the paper; otherwise the
+        folder in the package.
     tolerances: tolerances for the solvers that accept one.
     repeats: number of runs of each combination; times are medians.
     time_limit: Largest time of a run in seconds.

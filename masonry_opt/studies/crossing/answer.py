@@ -87,7 +87,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
     def passed(self) -> bool | None:
         """True if the required load factor is reached; None if no load factor is required.
 
-        The value is also False if the comparison is undecided: see :func:`~.crossing.assessment.assessed`.
+        The value is also False if the comparison is undecided.
         """
         if self.required_factor is None:
             return None

@@ -50,10 +50,9 @@ def crossing(
     symmetric crosses in both directions, unless its key ``travels`` names one direction.
 
     With associative flow (methods "static" and "kinematic") the least load factor is proven, also between
-    the solved positions (see :func:`~.crossing.search.least_associative`). Other methods solve the positions
-    at which the associative load factor, an upper bound, suggests the least λ. This search is no proof (see
-    :func:`~.crossing.search.least_coulomb`). After Ctrl-C, or at the time limit, the worst position solved so
-    far is returned.
+    the solved positions. Other methods solve the positions at which the associative load factor, an upper
+    bound, suggests the least λ. This search is no proof. After Ctrl-C, or at the time limit, the worst
+    position solved so far is returned.
 
     If the scene has load cases, the axles cross in each load case whose ``live`` names "axles", at equal
     positions, and the least load factor governs. If a load case is unstable under its dead loads, its result
@@ -64,13 +63,13 @@ def crossing(
     scene: A scene, or the path of a case file.
     axles: A group of axles, a list of groups, or the name of a group of the scene. Default: all groups of
         the scene.
-    method, options: As for :func:`~masonry_opt.analysis.solve`, including ``model``, ``solver``, ... The
+    method, options: As for :func:`~masonry_opt.solve`, including ``model``, ``solver``, ... The
         incremental load factor is computed only at the worst position. The ``time_limit`` applies to the
         whole crossing. The function ``phases`` is called only during the first solve of each load case.
     load_case: Name of the only load case in which the axles cross. Default: all load cases that name
         "axles". The factor of a load case multiplies the axles and the other live loads.
     settled: Movement of supports before the axles cross, by name, as for
-        :func:`~masonry_opt.analysis.solve`.
+        :func:`~masonry_opt.solve`.
     required_factor: Load factor that the scene must reach. The answer then states whether the scene passed,
         and ``passed`` is True or False. An associative method solves more positions until its proven lower
         bound decides.

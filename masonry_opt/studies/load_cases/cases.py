@@ -67,7 +67,7 @@ class Cases(StudyAnswer):
 
     Attributes
     ----------
-    results: :class:`Result` of each load case, by its name.
+    results: :class:`~masonry_opt.Result` of each load case, by its name.
     left_out: Names of the load cases whose only live loads are axles; solve them with
         :func:`~masonry_opt.crossing`.
     """
@@ -231,7 +231,7 @@ class Directions(Cases):
 
     Attributes
     ----------
-    results: :class:`Result` of each earthquake, by its text: "at 15° in plan", ...
+    results: :class:`~masonry_opt.Result` of each earthquake, by its text: "at 15° in plan", ...
     left_out: Empty.
     """
 
@@ -328,7 +328,7 @@ def solve_cases(
 
     Parameters
     ----------
-    scene, method, settled, progress, phases, options: As for :func:`~masonry_opt.analysis.solve`, including
+    scene, method, settled, progress, phases, options: As for :func:`~masonry_opt.solve`, including
         ``model``, ``solver``, ... The supports settle under the dead loads of each load case. The text with
         which ``phases`` is called begins with the name of the load case.
 
@@ -340,7 +340,7 @@ def solve_cases(
     Raises
     ------
     OptionError
-        If the scene has no load case, or for the reasons of :func:`~masonry_opt.analysis.solve`.
+        If the scene has no load case, or for the reasons of :func:`~masonry_opt.solve`.
     CaseError
         If the scene is wrong, or no block that can move has a live load in one of the load cases.
     """
@@ -399,7 +399,7 @@ def directions(
     load_case: Name of the load case whose dead loads are applied.
     settled: Movement of supports before the earthquake, by name: (x, y) or (x, y, rotation). The scene must
         be in the plane.
-    method, progress, options: As for :func:`~masonry_opt.analysis.solve`, including ``model``, ``solver``,
+    method, progress, options: As for :func:`~masonry_opt.solve`, including ``model``, ``solver``,
         ``phases``, ...
 
     Returns
@@ -410,7 +410,7 @@ def directions(
     Raises
     ------
     OptionError
-        If an argument is wrong, or for the reasons of :func:`~masonry_opt.analysis.solve`.
+        If an argument is wrong, or for the reasons of :func:`~masonry_opt.solve`.
     CaseError
         If the scene is wrong.
     """

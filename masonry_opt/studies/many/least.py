@@ -76,12 +76,12 @@ def least(  # noqa: PLR0913 - options of the public API are keywords
         file.
     lower, upper: Ends of the searched range. The scene must fail at ``lower`` and hold at ``upper``.
     load: Load factor that the scene must carry, computed with ``method``. If None, live loads are ignored.
-    method, **options: As for :func:`~masonry_opt.analysis.solve`, with ``model`` and ``solver``; only with
+    method, **options: As for :func:`~masonry_opt.solve`, with ``model`` and ``solver``; only with
         ``load``. ``incremental`` is False by default, because only λ of the method is needed.
     tolerance: Width of the final interval that contains the threshold, relative to the threshold.
     samples: Number of evenly spread values that are tried first. If they show several thresholds, the answer
         is the uppermost, and ``contradictions`` has the others. Thresholds between the values are not found.
-    progress: Function called with every :class:`Trial`.
+    progress: Function called with every :class:`~masonry_opt.studies.many.trial.Trial`.
 
     Returns
     -------

@@ -444,7 +444,7 @@ def sample(  # noqa: PLR0913 - options of the public API are keywords
     seed: Seed of the random numbers. Equal seeds give equal tables, with any number of workers.
     by: "scene": one value for all joints. "course": properties of joints (``joints.friction``, ...) are drawn
         for each course (the joints at one height), independent of the others. "joint": for each joint.
-    method, options: As for :func:`~masonry_opt.analysis.solve`, including ``model``, ``solver``, ...
+    method, options: As for :func:`~masonry_opt.solve`, including ``model``, ``solver``, ...
     out: Folder for ``runs.csv``, ``quantiles.csv``, ``fragility.csv``, ``sensitivity.csv`` and charts of the
         last two. Runs that the folder already contains are not made again.
     force, workers, dask, progress: As for ``mo.sweep``.

@@ -59,9 +59,9 @@ def sweep(  # noqa: PLR0913 - options of the public API are keywords
     ----------
     scene: A scene, the path of a case file, or a function of the numbers that returns a scene.
     vary: Values by name. The parameters of a scene have names such as ``joints.friction``, ``block.A.weight``
-        and ``arch.thickness`` (see :mod:`~masonry_opt.studies.many.parameters`). The names for a function are
+        and ``arch.thickness``. The names for a function are
         those of its arguments.
-    method, options: As for :func:`~masonry_opt.analysis.solve`, including ``model``, ``solver``, ...
+    method, options: As for :func:`~masonry_opt.solve`, including ``model``, ``solver``, ...
     out: Folder for ``runs.csv`` and charts (with the extra ``studies``). Runs that the folder contains are
         not made again: an interrupted sweep continues where it stopped. A table that would lose runs is not
         replaced.

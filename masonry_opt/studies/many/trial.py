@@ -17,9 +17,9 @@ UNLIMITED = math.inf  #: Value of ``Trial.number`` for a scene that carries any 
 class Trial:
     """Scene for one value of the varied parameter, with its answer."""
 
-    value: float
+    value: float  #: value of the parameter
     holds: bool  #: True if the scene carries the required load or, without a required load, is stable
-    number: float  #: load factor, or margin under dead load alone; ±inf: see ``FALLS``, ``UNLIMITED``
+    number: float  #: load factor, or margin under dead load alone; -inf if unstable, inf if unlimited
     #: result of the scene; if axles move over the scene, the answer also contains the crossing
     answer: SceneAnswer = field(repr=False)
     #: residuals of the solution that has the load factor or margin ``number``; None without such a solution
@@ -31,7 +31,7 @@ class Trial:
     def result(self) -> Result:
         """Result of the scene, with its state or mechanism.
 
-        Under dead load alone, it is the result of :class:`~.standing.DeadLoadMargin`. If axles move over the
+        Under dead load alone, it is the result that has the margin. If axles move over the
         scene, it is the result at their worst position.
         """
         return self.answer.result
