@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from masonry_opt.errors import counted
+from masonry_opt.errors import counted, rounded
 from masonry_opt.scene.contacts.gaps import Closing, aligning_tolerance, closing
 from masonry_opt.scene.contacts.neighbours import facing_sides, near_pairs
 from masonry_opt.scene.contacts.sides import LEAN, Facing
@@ -96,7 +96,7 @@ class Bridge:
             advice += " and remove 'tolerance'"
         return (
             f"{advice}, which makes {counted(self.joints, 'joint')} "
-            f"across gaps of up to {self.gap:.3g} (the widest gap is between {one} and {other}) "
+            f"across gaps of up to {rounded(self.gap)} (the widest gap is between {one} and {other}) "
             f"and connects {self._connections(scene)}{survey}"
         )
 
@@ -360,8 +360,8 @@ def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
     raise_for(
         too_thin,
         scene,
-        f"{{}} is {least:.3g} thick, but must be thicker than 'contact_tolerance' "
-        f"{scene.contact_tolerance:.3g}: lower 'contact_tolerance', "
+        f"{{}} is {rounded(least)} thick, but must be thicker than 'contact_tolerance' "
+        f"{rounded(scene.contact_tolerance)}: lower 'contact_tolerance', "
         "or draw the block and a neighbour as one block",
     )
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from masonry_opt.errors import rounded
 from masonry_opt.scene.rows import linked, spaces, steps_round, turned
 from masonry_opt.scene.space.faces import place
 
@@ -153,7 +154,7 @@ def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
     faces = [flat for face in faces for flat in _flat(points, face, tolerance)]
     if not faces:
         raise ValueError(
-            f"the block is smaller than the tolerance {tolerance:.3g}: check the unit of the drawing"
+            f"the block is smaller than the tolerance {rounded(tolerance)}: check the unit of the drawing"
         )
     return MeshSolid(points, _sides(points, faces, tolerance))
 
