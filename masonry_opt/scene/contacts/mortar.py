@@ -25,6 +25,14 @@ from masonry_opt.scene.tolerance_advice import set_tolerance
 #: With a larger value, messages advise values of options that also close narrow openings.
 _WIDEST_OF_MORTAR = 2.0
 
+#: Largest mean width of a mortar joint, relative to the width of the smaller block, if narrower joints do not
+#: connect all blocks. With a larger value, messages would also advise closing gaps that are mistakes.
+_WIDE_MORTAR = 0.6
+
+#: Largest advised ``contact_tolerance``, relative to the thickness of the thinnest movable block. A value as
+#: large as the thickness would be refused.
+_MOST_OF_THICKNESS = 0.95
+
 #: Several gaps count as mortar joints if the sides of each gap become parallel when a corner moves by at most
 #: this fraction of the gap's width. With a larger value, gaps that are due to inaccurate coordinates count
 #: too.
@@ -120,8 +128,8 @@ def find_bridge(
     """Find the smallest value of a scene option at which floating blocks become connected to supports.
 
     The option is ``contact_tolerance`` or ``tolerance``. Its value is the width of the widest gap that must
-    be closed, or of a wider gap that is mortar of the same masonry. None is returned if no value connects a
-    floating block.
+    be closed, or of a wider gap that is mortar of the same masonry. Gaps wider than usual mortar are closed
+    only if more blocks then become connected. None is returned if no value connects a floating block.
 
     Parameters
     ----------
@@ -136,7 +144,29 @@ def find_bridge(
     near : Closing
         Option that closes the small gaps of the scene.
     """
-    pairs, facing = _gaps_to_close(scene, shapes, joined)
+    bridge = _bridge(scene, shapes, joined, supported, near)
+    if bridge is not None and not len(bridge.remaining):
+        return bridge
+    wider = _bridge(scene, shapes, joined, supported, near, share=_WIDE_MORTAR)
+    if bridge is None or wider is None or len(wider.remaining) < len(bridge.remaining):
+        return wider
+    return bridge
+
+
+def _bridge(
+    scene: Scene,
+    shapes: Extents,
+    joined: tuple[np.ndarray, np.ndarray],
+    supported: np.ndarray,
+    near: Closing,
+    *,
+    share: float = MORTAR,
+) -> Bridge | None:
+    """Return the result of :func:`find_bridge` for gaps up to ``share`` of the width of their blocks."""
+    pairs, facing = _gaps_to_close(scene, shapes, joined, share=share)
+    if share > MORTAR:
+        thickness = float(shapes.thickness()[~scene.fixed].min())
+        facing = facing.where(facing.most <= _MOST_OF_THICKNESS * thickness)
     ends = pairs[facing.pair]
 
     def floating(gap: float) -> np.ndarray:
@@ -156,7 +186,7 @@ def find_bridge(
     connected = before - len(floating(gap))
     # Find the facing sides again: with the new ``contact_tolerance``, the parts of a curved edge become one
     # joint.
-    pairs, facing = _gaps_to_close(scene, shapes, joined, contact_tolerance=gap)
+    pairs, facing = _gaps_to_close(scene, shapes, joined, contact_tolerance=gap, share=share)
     closed = facing.where(facing.most <= gap)
     if not len(closed.pair):
         return None
@@ -199,15 +229,17 @@ def _gaps_to_close(
     joined: tuple[np.ndarray, np.ndarray],
     *,
     contact_tolerance: float | None = None,
+    share: float = MORTAR,
 ) -> tuple[np.ndarray, Facing]:
     """Return pairs of neighbouring blocks, and the pairs of their sides that another tolerance could join.
 
-    A larger ``contact_tolerance`` or ``tolerance`` could join sides with a gap as narrow as mortar. A smaller
+    A larger ``contact_tolerance`` or ``tolerance`` could join sides with a gap of up to ``share`` of the
+    width of the narrower block. A smaller
     ``tolerance`` could join sides that touch and have no joint. ``joined`` has the two blocks of each joint.
     The argument ``contact_tolerance`` replaces the contact tolerance of the shapes if it is larger.
     """
     wider = replace(shapes, contact_tolerance=max(shapes.contact_tolerance, contact_tolerance or 0.0))
-    pairs, facing = _facing_across_mortar(scene, wider)
+    pairs, facing = _facing_across_mortar(scene, wider, share)
     is_joined = np.isin(_codes(pairs[facing.pair], scene), _codes(np.column_stack(joined), scene))
     return pairs, facing.where(~is_joined | (facing.most > shapes.contact_tolerance))
 
@@ -366,15 +398,17 @@ def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
     )
 
 
-def _facing_across_mortar(scene: Scene, shapes: Extents) -> tuple[np.ndarray, Facing]:
+def _facing_across_mortar(scene: Scene, shapes: Extents, share: float = MORTAR) -> tuple[np.ndarray, Facing]:
     """Return pairs of neighbouring blocks, and their sides that touch or have a gap as narrow as mortar.
+
+    The gap is at most ``share`` of the width of the narrower block.
 
     The sides are computed with the default value of ``tolerance``, because a large ``tolerance`` would hide
     some of the sides.
     """
     fine = replace(shapes, tolerance=_fine_tolerance(scene, shapes))
     movable_width = shapes.width[~scene.fixed]
-    thickest = MORTAR * np.where(scene.fixed, movable_width.max(), shapes.width)
+    thickest = share * np.where(scene.fixed, movable_width.max(), shapes.width)
     # Search within twice the thickness of mortar, because a wedge-shaped gap may be twice as wide at one end
     # as in the middle.
     pairs = near_pairs(scene, fine, 2 * thickest)
