@@ -132,6 +132,18 @@ def _wide(width: float) -> str:
     return rounded_up(float(f"{width:.6g}"), 3)
 
 
+def _joint_at_corners(v: dict[str, Any]) -> str:
+    """Return a warning that two corners meet, with the tolerance that closes wedges of mortar."""
+    mortar = ""
+    if v["wedge"] > 0:
+        mortar = f"; if mortar fills the wedges between these blocks, {set_contact_tolerance(v['wedge'])}"
+    return (
+        f"{pairs(v)} meet corner on corner (in space, edge along edge). The joint is on the bisector of the "
+        "facing sides; a corner in a notch has a joint on each side of the notch: check the direction of the "
+        f"joints{mortar}"
+    )
+
+
 def small_gaps(v: dict[str, Any]) -> str:
     """Return a warning that small gaps separate blocks, with the tolerance that closes the gaps."""
     wide = [f"up to {_wide(width)} wide" for width in v["widths"]]
@@ -242,11 +254,7 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.NEARLY_PARALLEL: nearly_parallel,
     Code.UNEVEN_SIDES: _uneven_sides,
-    Code.JOINT_AT_CORNERS: lambda v: (
-        f"{pairs(v)} meet corner on corner (in space, edge along edge). The joint is on the bisector of the "
-        "facing sides; a corner in a notch has a joint on each side of the notch: check the direction of the "
-        "joints"
-    ),
+    Code.JOINT_AT_CORNERS: _joint_at_corners,
     Code.CORNERS_MEET: lambda v: (
         f"{pairs(v)} touch only at corners. No joint is made there, because it would have no length: let a "
         "corner of one block rest on an edge of the other"

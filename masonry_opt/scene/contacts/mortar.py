@@ -273,6 +273,19 @@ def mortar_gaps(scene: Scene, shapes: Extents) -> Facing:
     return wide.where(_mean_gap(wide) <= _WIDEST_OF_MORTAR * float(np.median(_mean_gap(wide))))
 
 
+def wedge_at_corners(scene: Scene, shapes: Extents, at_corners: list[tuple[int, int]]) -> float:
+    """Return the width of the widest gap that begins at the touching corners of two blocks, or 0.
+
+    Such a gap is a wedge as narrow as mortar, as between rectangular bricks of an arch that touch at the
+    intrados. ``at_corners`` has the pairs of blocks whose corners touch.
+    """
+    if not at_corners:
+        return 0.0
+    pairs, facing = _facing_across_mortar(scene, shapes)
+    begins_at_corner = np.isin(_codes(pairs[facing.pair], scene), _codes(np.array(at_corners), scene))
+    return float(facing.most[begins_at_corner].max(initial=0.0))
+
+
 def is_drawn_apart(scene: Scene, shapes: Extents) -> bool:
     """Return True if the options of the scene show that blocks are drawn with gaps between them.
 
