@@ -16,7 +16,7 @@ from masonry_opt.scene.blocks import LARGEST_NUMBER
 from masonry_opt.scene.drawings import stones
 from masonry_opt.scene.drawings.gltf_files import read_gltf
 from masonry_opt.scene.drawings.meshes import Mesh, used
-from masonry_opt.scene.drawings.surfaces import count_bodies, shells
+from masonry_opt.scene.drawings.surfaces import shells
 from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import as_path, broken, library, read_bytes
@@ -31,7 +31,7 @@ _UNREAD_FORMATS = (
     *(".usd", ".usda", ".usdc", ".usdz", ".wrl", ".x3d"),
 )
 
-#: Largest number of files or blocks that a warning names.
+#: Largest number of files or folders that a warning names.
 _MOST_NAMED = 3
 
 #: Upward axis of mesh files, by the ending of the file name. The glTF standard requires y. The upward axis of
@@ -118,9 +118,7 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
         drawn = _meshes_in_folder(path, drawing) if path.is_dir() else _meshes_as_blocks(path, drawing)
         _refuse_repeated_names(drawn)
         meshes = stones.with_supports(drawn, drawing, drawing.fixed_layers)
-        scene = stones.scene_in_space(meshes, drawing, path)
-    _warn_of_several_surfaces(path, meshes)
-    return scene
+        return stones.scene_in_space(meshes, drawing, path)
 
 
 def _refuse_repeated_names(meshes: Sequence[Mesh]) -> None:
@@ -173,24 +171,6 @@ def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
             meshes.append(replace(mesh, name=name, layers=f"{mesh.name} {mesh.layers}"))
     stones.refuse(mistakes)
     return meshes
-
-
-def _warn_of_several_surfaces(path: Path, meshes: Sequence[Mesh]) -> None:
-    """Issue a DrawingWarning that names movable blocks of several closed surfaces.
-
-    Such a block is probably several stones, which the modelling program joined or wrote as one layer.
-    """
-    count = {mesh.name: count_bodies(mesh) for mesh in meshes if not mesh.fixed}
-    several = [f"'{name}' ({number} surfaces)" for name, number in count.items() if number > 1]
-    if not several:
-        return
-    is_one = len(several) == 1
-    warning = (
-        f"{path}: {'block' if is_one else 'blocks'} {listed(several, _MOST_NAMED)} "
-        f"{'consists' if is_one else 'consist'} of several closed surfaces, which cannot move relative to "
-        "each other: if the surfaces are stones, export each stone as an object of its own"
-    )
-    warnings.warn(printable(warning), DrawingWarning, stacklevel=3)
 
 
 def _is_mesh(file: Path) -> bool:

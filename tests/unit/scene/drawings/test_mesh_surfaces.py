@@ -1,5 +1,6 @@
 """Meshes with several closed surfaces: stones that one object contains, and stones that touch."""
 
+import json
 import warnings
 
 import numpy as np
@@ -35,9 +36,10 @@ def read(tmp_path, name, data, **keys):
 def test_a_warning_names_an_object_of_several_stones(tmp_path, word):
     """Programs that write layers as groups join all stones of a layer."""
     several = r"block 'wall' \(2 surfaces\) consists of several closed surfaces, which cannot move"
-    with pytest.warns(DrawingWarning, match=several):
+    with pytest.warns(DrawingWarning, match=several) as warned:
         scene = read(tmp_path, "a.obj", obj({"wall": joined(LOW, HIGH), "fixed": GROUND}, word=word))
     assert len(scene.blocks) == 2
+    assert warned[0].filename == __file__
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         apart = read(tmp_path, "b.obj", obj({"low": LOW, "high": HIGH, "fixed": joined(GROUND, LOW)}))
@@ -94,3 +96,19 @@ def test_all_repeated_names_are_listed(tmp_path):
     one, other = (obj({"a": shape, "b": GROUND}) for shape in (LOW, HIGH))
     with pytest.raises(mo.CaseError, match="several blocks have the same name: a, b: give each block"):
         read(tmp_path, "twice.obj", one + b"\n" + other)
+
+
+def test_a_warning_names_a_mesh_of_two_stones_in_compas_data(tmp_path):
+    def entry(shape):
+        corners, faces = shape
+        vertices = {
+            str(number): dict(zip("xyz", row, strict=True)) for number, row in enumerate(corners.tolist())
+        }
+        data = {"vertex": vertices, "face": {str(number): list(face) for number, face in enumerate(faces)}}
+        return {"dtype": "compas.datastructures/Mesh", "data": data}
+
+    path = tmp_path / "wall.json"
+    path.write_text(json.dumps([entry(GROUND), entry(joined(LOW, HIGH))]))
+    with pytest.warns(DrawingWarning, match=r"block '1' \(2 surfaces\) consists of several") as warned:
+        mo.read_compas(path, **GIVEN, fixed=["0"])
+    assert warned[0].filename == __file__
