@@ -19,13 +19,18 @@ def printable(text: str) -> str:
     )
 
 
+def rounded(value: float, digits: int = 3) -> str:
+    """Return a number as text, rounded to a given number of significant digits: 12300 instead of 1.23e+04."""
+    return f"{float(f'{value:.{digits}g}'):g}"
+
+
 def rounded_up(value: float, digits: int = 4) -> str:
     """Return a positive number as text, rounded up to a given number of significant digits.
 
     Upper bounds are rounded up, because a printed bound must not be smaller than the bound.
     """
     unit = 10.0 ** (floor(log10(value)) + 1 - digits)
-    return f"{ceil(value / unit) * unit:.{digits}g}"
+    return rounded(ceil(value / unit) * unit, digits)
 
 
 def rounded_down(value: float, digits: int = 3) -> str:
@@ -34,7 +39,7 @@ def rounded_down(value: float, digits: int = 3) -> str:
     A value that must stay below a limit is advised with the limit rounded down.
     """
     unit = 10.0 ** (floor(log10(value)) + 1 - digits)
-    return f"{floor(value / unit) * unit:.{digits}g}"
+    return rounded(floor(value / unit) * unit, digits)
 
 
 def counted(number: int, noun: str) -> str:

@@ -18,7 +18,7 @@ from masonry_opt.drawing.elements import counts
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.drawing.pictures import doubts, scene_picture
 from masonry_opt.drawing.solids import refuse_view
-from masonry_opt.errors import CaseError, OptionError, counted, printable
+from masonry_opt.errors import CaseError, OptionError, counted, printable, rounded
 from masonry_opt.exports.solid_files import SOLID_ENDS
 from masonry_opt.files import refuse_replacing, refuse_unwritable, writing
 from masonry_opt.problem.assembly import assemble
@@ -235,12 +235,12 @@ def _size(sides: np.ndarray, unit: str, metres: float | None) -> str:
     ``metres`` is the length of the unit in metres, or None if the unit is unknown. If the unit is known and
     is not the metre, the dimensions follow in metres too.
     """
-    size = f"size without supports: {' × '.join(f'{side:.4g}' for side in sides)}"
+    size = f"size without supports: {' × '.join(rounded(side, 4) for side in sides)}"
     if metres is None:
         return f"{size} (unit of length not known)"
     if metres == 1:
         return f"{size} m"
-    return f"{size} {unit} = {' × '.join(f'{side * metres:.4g}' for side in sides)} m"
+    return f"{size} {unit} = {' × '.join(rounded(side * metres, 4) for side in sides)} m"
 
 
 def _refuse(given: Given, known: Container[str], what: str) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from masonry_opt.brief import brief
-from masonry_opt.errors import CaseError
+from masonry_opt.errors import CaseError, rounded
 from masonry_opt.problem.loads import moment_of, moments_in
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.loads import GROUND, Tie
@@ -117,7 +117,7 @@ def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
         if length <= shapes.tolerance:
             raise CaseError(
                 f"{scene.origin}: the {role} between {list(strut.between)} is shorter than the tolerance of "
-                f"{shapes.tolerance:.3g}: choose two distinct points in 'at'"
+                f"{rounded(shapes.tolerance)}: choose two distinct points in 'at'"
             )
         towards = (along if role is Role.TIE else -along) / length
         actions = (Action(ends[0], points[0], towards), Action(ends[1], points[1], -towards))

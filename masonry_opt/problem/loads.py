@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from masonry_opt.brief import brief
-from masonry_opt.errors import CaseError
+from masonry_opt.errors import CaseError, rounded
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.contacts.sides import LARGEST_GAP_RATIO
 from masonry_opt.scene.geometry import Extents, Geometry, with_closed_gaps
@@ -327,7 +327,8 @@ def loaded_pieces(
         if length <= shapes.tolerance:
             raise CaseError(
                 f"{scene.origin}: edge_load no. {number} is too short: its points 'from' and 'to' are at "
-                f"most the tolerance of {shapes.tolerance:.3g} apart; set them to the ends of the loaded edge"
+                f"most the tolerance of {rounded(shapes.tolerance)} apart; set them to the ends of the "
+                "loaded edge"
             )
         edges, spans = along(tail, tip, start, end, shapes.tolerance)
         movable = ~fixed[owner[edges]]

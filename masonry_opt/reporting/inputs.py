@@ -7,7 +7,7 @@ from collections.abc import Callable
 from math import atan, degrees, radians, tan
 from typing import Any
 
-from masonry_opt.errors import rounded_up
+from masonry_opt.errors import rounded, rounded_up
 from masonry_opt.reporting.names import blocks, do, pairs, verb
 from masonry_opt.scene.tolerance_advice import set_both, set_contact_tolerance, set_tolerance
 from masonry_opt.scene.typical_sizes import GRAVITY_BY_UNIT
@@ -23,11 +23,6 @@ _MANY_PAIRS = 10
 _SCATTER_OF_SURVEY = 2.1
 
 
-def _rounded(value: float) -> str:
-    """Return a number rounded to three significant digits, such as 18000."""
-    return f"{float(f'{value:.3g}'):g}"
-
-
 def _place_of_property(v: dict[str, Any]) -> str:
     """Return the place in a case file where a joint property is set: a joint, or the table [joints]."""
     return f"joint {pairs(v)}" if v["pairs"] else "[joints]"
@@ -35,7 +30,7 @@ def _place_of_property(v: dict[str, Any]) -> str:
 
 def weights_differ(v: dict[str, Any]) -> str:
     """Return a warning that the unit weight of blocks differs much from the median, with both values."""
-    own, median = _rounded(v["ratio"] * v["median"]), _rounded(v["median"])
+    own, median = rounded(v["ratio"] * v["median"]), rounded(v["median"])
     quantity = "weight per area" if v["per_area"] else "unit weight"
     units = units_in_words(v["ratio"] * v["median"], v["median"])
     return (
@@ -49,7 +44,7 @@ def fill_weight_differs(v: dict[str, Any]) -> str:
 
     If all blocks are weightless, the fills and backings are compared with each other.
     """
-    own, other = _rounded(v["unit_weight"]), _rounded(v["other"])
+    own, other = rounded(v["unit_weight"]), rounded(v["other"])
     fill = f"{'the backing of ' if v['backing'] else ''}fill no. {v['fill']}"
     units = units_in_words(v["unit_weight"], v["other"])
     return (
@@ -60,7 +55,7 @@ def fill_weight_differs(v: dict[str, Any]) -> str:
 
 def strength_differs(v: dict[str, Any]) -> str:
     """Return a warning that a strength is very large or small compared with the weights."""
-    own, weight = _rounded(v["value"]), _rounded(v["weight"])
+    own, weight = rounded(v["value"]), rounded(v["weight"])
     compared = "the sum of all dead loads" if v["value"] > v["weight"] else "the median weight of a block"
     return (
         f"the {v['key']} of {v['kind']} '{v['name']}' is {own}, but {compared} is {weight}: use the same "
@@ -70,16 +65,16 @@ def strength_differs(v: dict[str, Any]) -> str:
 
 def stress_differs(v: dict[str, Any]) -> str:
     """Return a warning that a strength or cohesion is implausible compared with the weights."""
-    own, weight = _rounded(v["value"]), _rounded(v["weight"])
+    own, weight = rounded(v["value"]), rounded(v["weight"])
     column = f"a column as high as the largest dimension of the scene presses with {weight} on its foot"
     return f"the {v['key']} of joints is {own}, but {column}: use the same units for stresses and weights"
 
 
 def lengths_differ(v: dict[str, Any]) -> str:
     """Return a warning that the lengths of a scene do not fit its unit weight, with both values."""
-    own, unit = _rounded(v["unit_weight"]), typical_unit(v["unit_weight"])
+    own, unit = rounded(v["unit_weight"]), typical_unit(v["unit_weight"])
     return (
-        f"the blocks extend over {_rounded(v['extent'])}, but their median unit weight, {own}, looks like "
+        f"the blocks extend over {rounded(v['extent'])}, but their median unit weight, {own}, looks like "
         f"{unit}: use metres for lengths, or the scene's unit of length for unit weights"
     )
 
@@ -135,6 +130,18 @@ def _wide(width: float) -> str:
     """
     # Round first, because the computed width of a gap of 0.01 may be 0.010000000000000231.
     return rounded_up(float(f"{width:.6g}"), 3)
+
+
+def _joint_at_corners(v: dict[str, Any]) -> str:
+    """Return a warning that two corners meet, with the tolerance that closes wedges of mortar."""
+    mortar = ""
+    if v["wedge"] > 0:
+        mortar = f"; if mortar fills the wedges between these blocks, {set_contact_tolerance(v['wedge'])}"
+    return (
+        f"{pairs(v)} meet corner on corner (in space, edge along edge). The joint is on the bisector of the "
+        "facing sides; a corner in a notch has a joint on each side of the notch: check the direction of the "
+        f"joints{mortar}"
+    )
 
 
 def small_gaps(v: dict[str, Any]) -> str:
@@ -234,24 +241,20 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "load that clamps these joints, or set their friction to 0"
     ),
     Code.FAR_AWAY: lambda v: (
-        f"{do(v, 'lie')} at least {v['distance']:.3g} away from all other blocks, which extend over "
-        f"{v['size']:.3g}: are all coordinates in the same unit?"
+        f"{do(v, 'lie')} at least {rounded(v['distance'])} away from all other blocks, which extend over "
+        f"{rounded(v['size'])}: are all coordinates in the same unit?"
     ),
     Code.SMALL_GAPS: small_gaps,
     Code.LOST_JOINTS: lost_joints,
     Code.BRIDGED_BY_TOLERANCE: bridged_by_tolerance,
     Code.ALIGNED: lambda v: (
         f"joints were turned by up to {v['turn']:.2g} rad to be parallel or perpendicular to other joints, "
-        f"within the tolerance {v['tolerance']:.3g}: {pairs(v)}; if the blocks should be wedges, lower "
+        f"within the tolerance {rounded(v['tolerance'])}: {pairs(v)}; if the blocks should be wedges, lower "
         "'tolerance'"
     ),
     Code.NEARLY_PARALLEL: nearly_parallel,
     Code.UNEVEN_SIDES: _uneven_sides,
-    Code.JOINT_AT_CORNERS: lambda v: (
-        f"{pairs(v)} meet corner on corner (in space, edge along edge). The joint is on the bisector of the "
-        "facing sides; a corner in a notch has a joint on each side of the notch: check the direction of the "
-        "joints"
-    ),
+    Code.JOINT_AT_CORNERS: _joint_at_corners,
     Code.CORNERS_MEET: lambda v: (
         f"{pairs(v)} touch only at corners. No joint is made there, because it would have no length: let a "
         "corner of one block rest on an edge of the other"
@@ -287,8 +290,9 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.LENGTHS_DIFFER: lengths_differ,
     Code.GRAVITY_DIFFERS: _gravity_differs,
     Code.ACTS_OUTSIDE: lambda v: (
-        f"the {v['load']} force of {blocks(v['blocks'])} acts {v['distance']:.3g} outside the block: correct "
-        f"its point of application in scene coordinates ('{v['load']}_at' of the block, or 'at' of the load)"
+        f"the {v['load']} force of {blocks(v['blocks'])} acts {rounded(v['distance'])} outside the block: "
+        f"correct its point of application in scene coordinates ('{v['load']}_at' of the block, or 'at' of "
+        "the load)"
     ),
     Code.FORCES_DIFFER: lambda v: (
         f"the {v['load']} force on {blocks(v['blocks'])} is {v['ratio']:.3g} times the weight of the block, "

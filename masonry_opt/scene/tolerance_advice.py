@@ -2,7 +2,7 @@
 
 import math
 
-from masonry_opt.errors import rounded_down, rounded_up
+from masonry_opt.errors import rounded, rounded_down, rounded_up
 
 #: Amount by which a recommended contact tolerance exceeds the gap, relative to the gap, to allow for
 #: rounding.
@@ -27,7 +27,7 @@ def too_thin_for(tolerance: float, thickness: float, limit: float = math.inf) ->
     See :func:`lower_tolerance` for the limit.
     """
     advice = lower_tolerance(thickness, limit)
-    return f"too thin for 'tolerance' {tolerance:.3g} (thickness {thickness:.3g}): {advice}"
+    return f"too thin for 'tolerance' {rounded(tolerance)} (thickness {rounded(thickness)}): {advice}"
 
 
 def lower_tolerance(thickness: float, limit: float = math.inf, option: str = "tolerance") -> str:

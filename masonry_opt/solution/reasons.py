@@ -354,8 +354,10 @@ class Code(StrEnum):
     # the sides of the blocks are not flat. The value ``pairs`` lists these pairs of blocks. The values
     # ``angle`` and ``tolerance`` have the same meaning as for ``NEARLY_PARALLEL``.
     UNEVEN_SIDES = "uneven sides"
-    # Two blocks have a joint although only their corners touch (in space, only parallel edges). Value:
-    # ``pairs``, the two blocks of each such joint.
+    # Two blocks have a joint although only their corners touch (in space, only parallel edges). Values:
+    # - ``pairs``: the two blocks of each such joint.
+    # - ``wedge``: the width of the widest gap, as narrow as mortar, that begins at such corners; 0 if there
+    #   is none.
     JOINT_AT_CORNERS = "joint at corners"
     # Blocks meet only at corners, without a joint. Value: ``pairs``, the names of these blocks.
     CORNERS_MEET = "corners meet"

@@ -10,6 +10,7 @@ from masonry_opt.problem.fill import fill_forces
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import weights
 from masonry_opt.scene.contacts.joints import Gaps
+from masonry_opt.scene.contacts.mortar import wedge_at_corners
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.road import SMALL_FRICTION_ANGLE
 from masonry_opt.scene.rows import linked
@@ -213,9 +214,11 @@ def _blocks(assembly: Assembly) -> Iterator[Reason]:
 
     The vertices of such a solid are clockwise in some of its faces and counter-clockwise in others.
     """
-    at_corners = [assembly.names(np.array(pair)) for pair in assembly.joints.at_corners]
+    pairs = assembly.joints.at_corners
+    at_corners = [assembly.names(np.array(pair)) for pair in pairs]
     if at_corners:
-        yield reason(Code.JOINT_AT_CORNERS, pairs=at_corners)
+        wedge = wedge_at_corners(assembly.scene, assembly.geometry, pairs)
+        yield reason(Code.JOINT_AT_CORNERS, pairs=at_corners, wedge=wedge)
     meeting = [assembly.names(np.array(pair)) for pair in assembly.joints.without_normal]
     if meeting:
         yield reason(_MEETING_CODES[assembly.scene.dimension], pairs=meeting)

@@ -2,6 +2,7 @@
 space."""
 
 import json
+import warnings
 
 import numpy as np
 import pytest
@@ -373,6 +374,17 @@ def test_a_hanging_scene_is_drawn_checked_exported_and_answered_without_live_loa
         "unstable"
     )
     assert mo.solve(hanging(aside=0.1)).status.startswith("unstable")  # The brick would swing.
+
+
+def test_a_brick_on_a_wire_beside_its_middle_swings_without_a_numerical_warning():
+    """A brick on one wire slightly beside its middle is unstable. No warning reports the damped motion.
+
+    The wire carries all but a small moment, which no damping balances.
+    """
+    scene = hanging(aside=1e-4).replace(blocks={"brick 1": {"live": (0, 0)}})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert mo.solve(scene).status.startswith("unstable")
 
 
 def test_the_ground_reaches_farther_than_its_block():

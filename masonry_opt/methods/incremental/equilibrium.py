@@ -156,6 +156,9 @@ class EquilibriumSolver:
             step, share = self._step_in_time(start, load, damping)
             damping *= settings.acceleration if share < 1.0 else 1 / settings.acceleration
             if step is None:
+                # A larger damping would only shorten a step that is already within rounding errors.
+                if damping * settings.rounding**2 > 1.0:
+                    break
                 continue
             start = self._evaluate(step.state, load)
             if self.is_balanced(start.unbalanced, load):

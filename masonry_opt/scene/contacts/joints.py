@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.brief import brief
-from masonry_opt.errors import CaseError, rounded_up
+from masonry_opt.errors import CaseError, rounded, rounded_up
 from masonry_opt.scene.contacts.alignment import AlignedContacts, aligned, square_to
 from masonry_opt.scene.contacts.drawn import DrawnContacts
 from masonry_opt.scene.contacts.gaps import (
@@ -429,9 +429,9 @@ def _nearest_block(scene: Scene, shapes: Extents, block: int, bridge: Bridge | N
             return (
                 f"its sides that face {name} are narrower than ten times 'tolerance': {bridge.advice(scene)}"
             )
-        return f"its neighbour {name} is up to {gap:.3g} away: close the gap, or {bridge.advice(scene)}"
+        return f"its neighbour {name} is up to {rounded(gap)} away: close the gap, or {bridge.advice(scene)}"
     other, gap = shapes.nearest(block)
     name = repr(scene.blocks[other].name)
     if gap <= shapes.tolerance:
         return f"it meets {name} {shapes.meeting}: {shapes.bearing}"
-    return f"the nearest block {name} is {gap:.3g} away: close the gap, or remove the block"
+    return f"the nearest block {name} is {rounded(gap)} away: close the gap, or remove the block"

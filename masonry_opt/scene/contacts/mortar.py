@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from masonry_opt.errors import counted
+from masonry_opt.errors import counted, rounded
 from masonry_opt.scene.contacts.gaps import Closing, aligning_tolerance, closing
 from masonry_opt.scene.contacts.neighbours import facing_sides, near_pairs
 from masonry_opt.scene.contacts.sides import LARGEST_GAP_RATIO, Facing
@@ -33,6 +33,14 @@ from masonry_opt.scene.tolerance_advice import set_tolerance
 #: A gap counts as a mortar joint if its mean width is at most this multiple of the median width of the gaps.
 #: With a larger value, messages advise values of options that also close narrow openings.
 _WIDEST_OF_MORTAR = 2.0
+
+#: Largest mean width of a mortar joint, relative to the width of the smaller block, if narrower joints do not
+#: connect all blocks. With a larger value, messages would also advise closing gaps that are mistakes.
+_WIDE_MORTAR = 0.6
+
+#: Largest advised ``contact_tolerance``, relative to the thickness of the thinnest movable block. A value as
+#: large as the thickness would be refused.
+_MOST_OF_THICKNESS = 0.95
 
 #: Several gaps count as mortar joints if the sides of each gap become parallel when a corner moves by at most
 #: this fraction of the gap's width. With a larger value, gaps that are due to inaccurate coordinates count
@@ -105,7 +113,7 @@ class Bridge:
             advice += " and remove 'tolerance'"
         return (
             f"{advice}, which makes {counted(self.joints, 'joint')} "
-            f"across gaps of up to {self.gap:.3g} (the widest gap is between {one} and {other}) "
+            f"across gaps of up to {rounded(self.gap)} (the widest gap is between {one} and {other}) "
             f"and connects {self._connections(scene)}{survey}"
         )
 
@@ -129,8 +137,8 @@ def find_bridge(
     """Find the smallest value of a scene option at which floating blocks become connected to supports.
 
     The option is ``contact_tolerance`` or ``tolerance``. Its value is the width of the widest gap that must
-    be closed, or of a wider gap that is mortar of the same masonry. None is returned if no value connects a
-    floating block.
+    be closed, or of a wider gap that is mortar of the same masonry. Gaps wider than usual mortar are closed
+    only if more blocks then become connected. None is returned if no value connects a floating block.
 
     Parameters
     ----------
@@ -145,7 +153,29 @@ def find_bridge(
     near : Closing
         Option that closes the small gaps of the scene.
     """
-    pairs, facing = _gaps_to_close(scene, shapes, joined)
+    bridge = _bridge(scene, shapes, joined, supported, near)
+    if bridge is not None and not len(bridge.remaining):
+        return bridge
+    wider = _bridge(scene, shapes, joined, supported, near, share=_WIDE_MORTAR)
+    if bridge is None or wider is None or len(wider.remaining) < len(bridge.remaining):
+        return wider
+    return bridge
+
+
+def _bridge(
+    scene: Scene,
+    shapes: Extents,
+    joined: tuple[np.ndarray, np.ndarray],
+    supported: np.ndarray,
+    near: Closing,
+    *,
+    share: float = MORTAR,
+) -> Bridge | None:
+    """Return the result of :func:`find_bridge` for gaps up to ``share`` of the width of their blocks."""
+    pairs, facing = _gaps_to_close(scene, shapes, joined, share=share)
+    if share > MORTAR:
+        thickness = float(shapes.thickness()[~scene.fixed].min())
+        facing = facing.where(facing.most <= _MOST_OF_THICKNESS * thickness)
     ends = pairs[facing.pair]
 
     def floating(gap: float) -> np.ndarray:
@@ -165,7 +195,7 @@ def find_bridge(
     connected = before - len(floating(gap))
     # Find the facing sides again: with the new ``contact_tolerance``, the parts of a curved edge become one
     # joint.
-    pairs, facing = _gaps_to_close(scene, shapes, joined, contact_tolerance=gap)
+    pairs, facing = _gaps_to_close(scene, shapes, joined, contact_tolerance=gap, share=share)
     closed = facing.where(facing.most <= gap)
     if not len(closed.pair):
         return None
@@ -208,15 +238,17 @@ def _gaps_to_close(
     joined: tuple[np.ndarray, np.ndarray],
     *,
     contact_tolerance: float | None = None,
+    share: float = MORTAR,
 ) -> tuple[np.ndarray, Facing]:
     """Return pairs of neighbouring blocks, and the pairs of their sides that another tolerance could join.
 
-    A larger ``contact_tolerance`` or ``tolerance`` could join sides with a gap as narrow as mortar. A smaller
+    A larger ``contact_tolerance`` or ``tolerance`` could join sides with a gap of up to ``share`` of the
+    width of the narrower block. A smaller
     ``tolerance`` could join sides that touch and have no joint. ``joined`` has the two blocks of each joint.
     The argument ``contact_tolerance`` replaces the contact tolerance of the shapes if it is larger.
     """
     wider = replace(shapes, contact_tolerance=max(shapes.contact_tolerance, contact_tolerance or 0.0))
-    pairs, facing = _facing_across_mortar(scene, wider)
+    pairs, facing = _facing_across_mortar(scene, wider, share)
     is_joined = np.isin(_codes(pairs[facing.pair], scene), _codes(np.column_stack(joined), scene))
     return pairs, facing.where(~is_joined | (facing.most > shapes.contact_tolerance))
 
@@ -248,6 +280,19 @@ def mortar_gaps(scene: Scene, shapes: Extents) -> Facing:
     if not _are_usual(wide, len(facing.pair)):
         return wide.where(np.zeros(0, dtype=int))
     return wide.where(_is_no_opening(wide, float(np.median(_mean_gap(wide)))))
+
+
+def wedge_at_corners(scene: Scene, shapes: Extents, at_corners: list[tuple[int, int]]) -> float:
+    """Return the width of the widest gap that begins at the touching corners of two blocks, or 0.
+
+    Such a gap is a wedge as narrow as mortar, as between rectangular bricks of an arch that touch at the
+    intrados. ``at_corners`` has the pairs of blocks whose corners touch.
+    """
+    if not at_corners:
+        return 0.0
+    pairs, facing = _facing_across_mortar(scene, shapes)
+    begins_at_corner = np.isin(_codes(pairs[facing.pair], scene), _codes(np.array(at_corners), scene))
+    return float(facing.most[begins_at_corner].max(initial=0.0))
 
 
 def is_drawn_apart(scene: Scene, shapes: Extents) -> bool:
@@ -382,21 +427,23 @@ def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
     raise_for(
         too_thin,
         scene,
-        f"{{}} is {least:.3g} thick, but must be thicker than 'contact_tolerance' "
-        f"{scene.contact_tolerance:.3g}: lower 'contact_tolerance', "
+        f"{{}} is {rounded(least)} thick, but must be thicker than 'contact_tolerance' "
+        f"{rounded(scene.contact_tolerance)}: lower 'contact_tolerance', "
         "or draw the block and a neighbour as one block",
     )
 
 
-def _facing_across_mortar(scene: Scene, shapes: Extents) -> tuple[np.ndarray, Facing]:
+def _facing_across_mortar(scene: Scene, shapes: Extents, share: float = MORTAR) -> tuple[np.ndarray, Facing]:
     """Return pairs of neighbouring blocks, and their sides that touch or have a gap as narrow as mortar.
+
+    The gap is at most ``share`` of the width of the narrower block.
 
     The sides are computed with the default value of ``tolerance``, because a large ``tolerance`` would hide
     some of the sides.
     """
     fine = replace(shapes, tolerance=_fine_tolerance(scene, shapes))
     movable_width = shapes.width[~scene.fixed]
-    thickest = MORTAR * np.where(scene.fixed, movable_width.max(), shapes.width)
+    thickest = share * np.where(scene.fixed, movable_width.max(), shapes.width)
     # Search within twice the thickness of mortar, because a wedge-shaped gap may be twice as wide at one end
     # as in the middle.
     pairs = near_pairs(scene, fine, 2 * thickest)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from masonry_opt.errors import CaseError, counted
+from masonry_opt.errors import CaseError, counted, rounded
 from masonry_opt.scene.contacts.gaps import aligning_tolerance, joining_tolerance, near_misses
 from masonry_opt.scene.contacts.mortar import has_large_tolerance, mortar_gaps
 from masonry_opt.scene.contacts.neighbours import facing_sides
@@ -60,9 +60,10 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
     more = ""
     if others:
         verb = "overlaps" if others == 1 else "overlap"
-        more = f" ({least}{counted(others, 'more pair')} {verb}, up to {depth:.3g} deep)"
+        more = f" ({least}{counted(others, 'more pair')} {verb}, up to {rounded(depth)} deep)"
     overlap = f"blocks {names[0]} and {names[1]} overlap {shapes.within} of {size[worst]:.6g}"
-    at = f"near {place(deepest.middle + shapes.origin, shapes.contact_tolerance)}, {deepest.depth:.3g} deep"
+    where = place(deepest.middle + shapes.origin, shapes.contact_tolerance)
+    at = f"near {where}, {rounded(deepest.depth)} deep"
     raise CaseError(f"{scene.origin}: {overlap} {at}: {advice}{more}")
 
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
+from masonry_opt.errors import rounded
 from masonry_opt.scene.drawings.meshes import (
     FEWEST_SIDES,
     Mesh,
@@ -78,7 +79,7 @@ def convex_solids(mesh: Mesh, tolerance: float) -> list[MeshSolid]:
         whole = flat
     if len(whole.sides) < FEWEST_SIDES:
         raise ValueError(
-            f"the block is not a solid within the tolerance {tolerance:.3g}: lower 'tolerance', "
+            f"the block is not a solid within the tolerance {rounded(tolerance)}: lower 'tolerance', "
             "or check the unit of the drawing"
         )
     if whole.convex(tolerance):
@@ -122,7 +123,9 @@ def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
     """
     sides = [side for side in block.sides if side.width > tolerance]
     if not sides:
-        raise ValueError(f"the block has no face wider than the tolerance {tolerance:.3g}: lower 'tolerance'")
+        raise ValueError(
+            f"the block has no face wider than the tolerance {rounded(tolerance)}: lower 'tolerance'"
+        )
     base, normal = np.array([(side.base, side.normal) for side in sides]).reshape(-1, 2, 3).swapaxes(0, 1)
     surface = fan_triangles(block)
     queue = [(_pieces(block.points, sides, tolerance), _box_around(block.points, sides))]
@@ -144,7 +147,7 @@ def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
             )
     if not parts:
         raise ValueError(
-            f"the block has no part thicker than the tolerance {tolerance:.3g}: "
+            f"the block has no part thicker than the tolerance {rounded(tolerance)}: "
             "draw the faces of a solid, or lower 'tolerance'"
         )
     _check_volume(block, parts, tolerance)
@@ -173,7 +176,7 @@ def _check_volume(block: MeshSolid, parts: list[MeshSolid], tolerance: float) ->
         share = missing / abs(block.volume)
         raise ValueError(
             f"the block has {share:.2%} of its volume in places thinner than twice the tolerance "
-            f"{tolerance:.3g}: lower 'tolerance', or remove the thin places"
+            f"{rounded(tolerance)}: lower 'tolerance', or remove the thin places"
         )
 
 

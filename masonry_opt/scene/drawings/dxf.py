@@ -19,11 +19,12 @@ from masonry_opt.errors import (
     OutputError,
     counted,
     printable,
+    rounded,
     shortened,
 )
 from masonry_opt.files import MARK, refuse_replacing
 from masonry_opt.scene.blocks import Block, Name, Number, Positive, YesNo
-from masonry_opt.scene.drawings import nesting, outlines, stones
+from masonry_opt.scene.drawings import dxf_layers, loops, nesting, outlines, stones
 from masonry_opt.scene.drawings.defects import Defects
 from masonry_opt.scene.drawings.nesting import OutlineTolerance
 from masonry_opt.scene.drawings.outlines import Curve, Outline
@@ -173,16 +174,16 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
         scale = _scale(document) if drawing.to_metres else 1.0
         shown = outlines.visible(document)
         defects = Defects()
-        read = _on_layers(shown, drawing)
+        read = dxf_layers.select(document, shown, drawing.layers, drawing.without_layers)
         curves, extent = outlines.curves(read, scale, drawing.sagitta, defects)
         found, copies = _outlines(curves, float(np.hypot(*extent)), drawing, defects)
         defects.refuse()
         if not found:
-            raise ValueError(f"the model space contains no closed outline{_known(shown)}")
+            raise ValueError(f"the model space contains no closed outline{dxf_layers.known(document, shown)}")
         live_of_layer = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
         # Live loads are multiples of the weights. The multiple may depend on the layer of a block.
         pushes = [live_of_layer.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
-        unread = _unread_layers(document, drawing)
+        unread = dxf_layers.unread(document, drawing.layers, drawing.without_layers)
         blocks: Sequence[Block | Solid] = _blocks(found, _names(found, shown, scale), drawing, unread)
         if drawing.thickness is not None:
             flat = stones.scene_of(blocks, drawing, path)
@@ -200,7 +201,9 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
         if warning:
             warnings.warn(printable(f"{path}: {warning}"), DrawingWarning, stacklevel=3)
     unit = ("metres", 1.0) if drawing.to_metres else (_unit_name(document), outlines.metres(document))
-    return DxfScene(scene, [*_use_of_layers(document, drawing), *_holes(found, scene)], *unit)
+    return DxfScene(
+        scene, [*dxf_layers.report(document, unread, drawing.fixed_layers), *_holes(found, scene)], *unit
+    )
 
 
 def _scale(document: Any) -> float:
@@ -224,7 +227,7 @@ def _outlines(
     apart = drawing.tolerance or rounding
     short = drawing.outline_tolerance or apart
     whole = [curve for curve in curves if not drawing.net or _is_support(curve, drawing)]
-    closed, copies = outlines.closed_outlines(whole, short, min(rounding, short), defects)
+    closed, copies = loops.closed_outlines(whole, short, min(rounding, short), defects)
     is_support = [_is_support(curve, drawing) for curve in closed]
     option = "tolerance" if drawing.outline_tolerance is None else "outline_tolerance"
     tolerance = OutlineTolerance(option, short, min(rounding, short))
@@ -295,7 +298,7 @@ def _unit_warning(document: Any, extent: np.ndarray, side: float | None, to_metr
         how_large = "only" if size * unit < SMALLEST_SCENE else "as much as"
         finding = f"it is {how_large} {size * unit:.6g} m wide or high"
     elif side is not None and side * unit > LARGEST_SMALLER_SIDE:
-        finding = f"half of its blocks are at least {side * unit:.3g} m wide and high"
+        finding = f"half of its blocks are at least {rounded(side * unit)} m wide and high"
     else:
         return ""
     effect = "lengths were not scaled, and the unit weight refers to the lengths of the drawing"
@@ -305,49 +308,6 @@ def _unit_warning(document: Any, extent: np.ndarray, side: float | None, to_metr
     return (
         f"the drawing is in {in_unit}, so {finding}: correct the unit in the drawing if it is wrong; {effect}"
     )
-
-
-def _layers(document: Any) -> dict[str, tuple[str, int]]:
-    """Return a dict from each layer's name in lower case to its original name and number of curves."""
-    names: dict[str, str] = {}
-    count: Counter[str] = Counter()
-    for entity in document.modelspace():
-        name = outlines.layer_of(entity)
-        names.setdefault(name.casefold(), name)
-        count[name.casefold()] += not outlines.is_ignored(entity)
-    return {key: (name, count[key]) for key, name in names.items()}
-
-
-def _unread_layers(document: Any, drawing: DxfDrawing) -> dict[str, str]:
-    """Return the names of the layers that were not read, each with the reason."""
-    hidden = outlines.hidden_layers(document)
-    omitted = {layer.casefold() for layer in drawing.without_layers}
-    selected = None if drawing.layers is None else {layer.casefold() for layer in drawing.layers}
-    unread = {}
-    for key, (name, count) in _layers(document).items():
-        if key in hidden:
-            unread[name] = hidden[key]
-        elif key in omitted:
-            unread[name] = "--without-layer"
-        elif selected is not None and key not in selected:
-            unread[name] = "not named with --layer"
-        elif not count:
-            unread[name] = "no outlines"
-    return unread
-
-
-def _use_of_layers(document: Any, drawing: DxfDrawing) -> list[str]:
-    """Return lines of text that list the layers that were read, and the unread layers with reasons."""
-    unread = _unread_layers(document, drawing)
-    read = []
-    for name, count in _layers(document).values():
-        if name not in unread:
-            supports = ", supports" if _has_word(name, drawing.fixed_layers) else ""
-            read.append(f"{name} ({counted(count, 'curve')}{supports})")
-    lines = [f"layers read: {', '.join(read)}"]
-    if unread:
-        lines.append(f"layers not read: {', '.join(f'{name} ({reason})' for name, reason in unread.items())}")
-    return lines
 
 
 def _holes(found: Sequence[Outline], scene: Scene) -> list[str]:
@@ -360,34 +320,9 @@ def _holes(found: Sequence[Outline], scene: Scene) -> list[str]:
     return [f"holes: {'; '.join(shortened(holes, _MOST_HOLES))}"] if holes else []
 
 
-def _on_layers(entities: list[Any], drawing: DxfDrawing) -> list[Any]:
-    """Return the entities on the selected layers. Raises ValueError if a named layer has no entities."""
-    drawn = [outlines.layer_of(entity).casefold() for entity in entities]
-    for key, option in (("layers", "--layer"), ("without_layers", "--without-layer")):
-        for layer in getattr(drawing, key) or ():
-            if layer.casefold() not in drawn:
-                raise ValueError(
-                    f"'{key}' ({option}): layer '{layer}' is empty or does not exist{_known(entities)}"
-                )
-    selected = {layer.casefold() for layer in drawing.layers or drawn}
-    selected -= {layer.casefold() for layer in drawing.without_layers}
-    return [entity for entity, layer in zip(entities, drawn, strict=True) if layer in selected]
-
-
 def _has(curve: Curve, words: Iterable[str]) -> bool:
     """Return True if the name of the curve's layer contains one of the given words."""
-    return _has_word(curve.layer, words)
-
-
-def _has_word(name: str, words: Iterable[str]) -> bool:
-    """Return True if a name contains one of the given words, in upper or lower case."""
-    return any(word.casefold() in name.casefold() for word in words)
-
-
-def _known(entities: list[Any]) -> str:
-    """Return the names of all layers that contain entities, as the end of a message."""
-    layers = sorted({outlines.layer_of(entity) for entity in entities})
-    return f" (layers with entities: {stones.listed_names(layers)})" if layers else " (the drawing is empty)"
+    return dxf_layers.has_word(curve.layer, words)
 
 
 def _names(found: Sequence[Outline], entities: list[Any], scale: float) -> list[str]:
@@ -427,10 +362,10 @@ def _blocks(
     if not any(block.fixed for block in blocks):
         named = f"with {' or '.join(map(repr, words))} in its name ({layers})"
         for layer, reason in unread.items():
-            if _has_word(layer, words):
+            if dxf_layers.has_word(layer, words):
                 raise ValueError(
                     f"no block is a support, because layer '{layer}' was not read ({reason}): "
-                    "show the layer in the drawing, or read it too"
+                    f"{dxf_layers.how_to_read(reason)}"
                 )
         raise ValueError(
             f"no block is a support, because no block is on a layer {named}: move the supports to such a "

@@ -3,7 +3,7 @@
 import io
 import re
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -15,7 +15,8 @@ from masonry_opt.errors import DrawingWarning, counted, listed, printable
 from masonry_opt.scene.blocks import LARGEST_NUMBER
 from masonry_opt.scene.drawings import stones
 from masonry_opt.scene.drawings.gltf_files import read_gltf
-from masonry_opt.scene.drawings.meshes import Mesh, shells, used
+from masonry_opt.scene.drawings.meshes import Mesh, used
+from masonry_opt.scene.drawings.surfaces import shells
 from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import as_path, broken, library, read_bytes
@@ -30,8 +31,8 @@ _UNREAD_FORMATS = (
     *(".usd", ".usda", ".usdc", ".usdz", ".wrl", ".x3d"),
 )
 
-#: Largest number of files that a warning names.
-_MOST_FILES_NAMED = 3
+#: Largest number of files or folders that a warning names.
+_MOST_NAMED = 3
 
 #: Upward axis of mesh files, by the ending of the file name. The glTF standard requires y. The upward axis of
 #: all other files is z.
@@ -78,7 +79,9 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
     - glTF: the nodes with a mesh.
     - A file with a single mesh, such as a PLY or STL file: the closed surfaces of the mesh.
     - A folder: each file is a block, whose name is the file name without the ending. A DrawingWarning names
-      files of formats that cannot be read, such as ``.dae``.
+      files of formats that cannot be read, such as ``.dae``, and subfolders with meshes.
+
+    A DrawingWarning names movable blocks that consist of several closed surfaces.
 
     Faces in one plane are merged. If the corners of a block are at most four tolerances away from the planes
     of its faces, its faces are flattened. Other faces that are not flat are divided into triangles. If the
@@ -113,11 +116,20 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
     drawing = MeshDrawing.of(locals())
     with stones.naming(f"{path}:"):
         drawn = _meshes_in_folder(path, drawing) if path.is_dir() else _meshes_as_blocks(path, drawing)
-        repeated_names = repeated(mesh.name for mesh in drawn)
-        if repeated_names:
-            raise ValueError(f"two blocks are named '{repeated_names[0]}': rename one of them")
+        _refuse_repeated_names(drawn)
         meshes = stones.with_supports(drawn, drawing, drawing.fixed_layers)
         return stones.scene_in_space(meshes, drawing, path)
+
+
+def _refuse_repeated_names(meshes: Sequence[Mesh]) -> None:
+    """Raise ValueError if blocks have the same name. The message lists the repeated names."""
+    names = repeated(mesh.name for mesh in meshes)
+    if len(names) == 1:
+        raise ValueError(f"two blocks are named '{names[0]}': rename one of them")
+    if names:
+        raise ValueError(
+            f"several blocks have the same name: {stones.listed(names)}: give each block a name of its own"
+        )
 
 
 def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
@@ -129,17 +141,21 @@ def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
     """
     try:
         visible = [file for file in folder.iterdir() if file.name[0] != "."]
-        files = [file for file in visible if file.suffix.lower() in MESHES]
+        files = [file for file in visible if _is_mesh(file)]
         size = sum(file.stat().st_size for file in files)
+        subfolders = [each for each in visible if each.is_dir() and any(map(_is_mesh, each.iterdir()))]
     except OSError as error:
         raise ValueError(f"the folder cannot be read: {error.strerror}") from None
     if not files:
-        raise ValueError(f"the folder has no meshes: write one file for each block ({', '.join(MESHES)})")
+        inside = f"; its subfolder '{subfolders[0].name}' has meshes" if subfolders else ""
+        raise ValueError(
+            f"the folder has no meshes: write one file for each block ({', '.join(MESHES)}){inside}"
+        )
     if size > _LARGEST_MESH:
         raise ValueError(
             f"the folder has more than {_LARGEST_MESH // 1_000_000} MB of meshes: simplify the blocks"
         )
-    _warn_of_unread(folder, visible)
+    _warn_of_unread(folder, visible, subfolders)
     meshes: list[Mesh] = []
     mistakes: list[str] = []
     for file in sorted(files, key=_sort_key):
@@ -157,18 +173,24 @@ def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
     return meshes
 
 
-def _warn_of_unread(folder: Path, files: list[Path]) -> None:
-    """Issue a DrawingWarning that names files whose format may contain stones, but cannot be read."""
-    unread = sorted((file for file in files if file.suffix.lower() in _UNREAD_FORMATS), key=_sort_key)
-    if not unread:
-        return
-    named = listed([f"'{file.name}'" for file in unread], _MOST_FILES_NAMED)
-    verb = "was" if len(unread) == 1 else "were"
-    warning = (
-        f"{folder}: {counted(len(unread), 'file')} of other formats {verb} left out: {named}; export each "
-        f"block in one of the formats {', '.join(MESHES)}"
-    )
-    warnings.warn(printable(warning), DrawingWarning, stacklevel=4)
+def _is_mesh(file: Path) -> bool:
+    """Return True if the name of a file has the ending of a mesh format."""
+    return file.suffix.lower() in MESHES and not file.is_dir()
+
+
+def _warn_of_unread(folder: Path, files: Sequence[Path], subfolders: Sequence[Path]) -> None:
+    """Issue DrawingWarnings that name files of formats that cannot be read, and subfolders with meshes."""
+    formats = ", ".join(MESHES)
+    unread = [file for file in files if file.suffix.lower() in _UNREAD_FORMATS]
+    for left_out, noun, kind, remedy in (
+        (unread, "file", "of other formats", f"export each block in one of the formats {formats}"),
+        (subfolders, "subfolder", "with meshes", "move their files into the folder, or convert each of them"),
+    ):
+        if left_out:
+            named = listed([f"'{file.name}'" for file in sorted(left_out, key=_sort_key)], _MOST_NAMED)
+            verb = "was" if len(left_out) == 1 else "were"
+            warning = f"{folder}: {counted(len(left_out), noun)} {kind} {verb} left out: {named}; {remedy}"
+            warnings.warn(printable(warning), DrawingWarning, stacklevel=4)
 
 
 def _sort_key(file: Path) -> list[tuple[int, str]]:
@@ -210,7 +232,19 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
             )
     upwards = drawing.up or _UP_AXES.get(ending, "z")
     axes = drawing.scale * _SCENE_AXES[upwards].T
-    return [replace(mesh, points=mesh.points @ axes) for mesh in meshes]
+    return [replace(mesh, points=mesh.points @ axes) for mesh in _with_numbers(meshes, path.stem)]
+
+
+def _with_numbers(meshes: Sequence[Mesh], name: str) -> list[Mesh]:
+    """Number the meshes that have the name of their file because they have no name of their own.
+
+    A single mesh without a name is not numbered.
+    """
+    unnamed = [number for number, mesh in enumerate(meshes) if mesh.name == name]
+    if len(unnamed) < 2:
+        return [*meshes]
+    new = {number: f"{name}-{count}" for count, number in enumerate(unnamed)}
+    return [replace(mesh, name=new.get(number, mesh.name)) for number, mesh in enumerate(meshes)]
 
 
 def _objects(data: bytes, name: str) -> list[Mesh]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from masonry_opt.errors import rounded
 from masonry_opt.scene.rows import linked, spaces, steps_round, turned
 from masonry_opt.scene.space.faces import place
 
@@ -26,9 +27,6 @@ _LEAST_NORMAL_SPREAD = 0.02
 #: Cosine of the largest angle between faces that may be merged into one flat side. Faces at a larger angle
 #: belong to different sides.
 _PARALLEL_COSINE = 0.9
-
-#: Angle between two faces at a common edge, in radians, below which the faces count as coincident.
-_COINCIDENT_ANGLE = 1e-4
 
 FEWEST_SIDES = 4  #: Smallest number of sides of a solid, as for a tetrahedron.
 
@@ -156,7 +154,7 @@ def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
     faces = [flat for face in faces for flat in _flat(points, face, tolerance)]
     if not faces:
         raise ValueError(
-            f"the block is smaller than the tolerance {tolerance:.3g}: check the unit of the drawing"
+            f"the block is smaller than the tolerance {rounded(tolerance)}: check the unit of the drawing"
         )
     return MeshSolid(points, _sides(points, faces, tolerance))
 
@@ -206,7 +204,7 @@ def refuse_holes(mesh: Mesh, tolerance: float) -> None:
     narrower than the tolerance.
     """
     faces = _joined(mesh.points, mesh.faces, tolerance)
-    open_edges = np.array([edge for edge, having in _by_edge(faces).items() if len(having) == 1], dtype=int)
+    open_edges = np.array([edge for edge, having in by_edge(faces).items() if len(having) == 1], dtype=int)
     ends = mesh.points[open_edges.reshape(-1, 2)]
     for edge, others in zip(ends, _nearby_edges(ends, tolerance), strict=True):
         if not _is_covered(edge, ends[others], tolerance):
@@ -255,34 +253,12 @@ def outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:
     Then two faces that share an edge traverse this edge in opposite directions.
     """
     directed = [set(steps_round(face)) for face in faces]
-    mates = {edge: having for edge, having in _by_edge(faces).items() if len(having) == 2}
+    mates = {edge: having for edge, having in by_edge(faces).items() if len(having) == 2}
     one, other = np.array(list(mates.values()), dtype=int).reshape(-1, 2).T
     alike = [(edge in directed[a]) == (edge in directed[b]) for edge, (a, b) in mates.items()]
     turn, _ = turned(len(faces), one, other, np.array(alike, dtype=bool))
     faces = [face[::-1] if turns else face for face, turns in zip(faces, turn.tolist(), strict=True)]
-    return [face[::-1] for face in faces] if _volume(points, faces) < 0 else faces
-
-
-def shells(mesh: Mesh) -> list[Mesh]:
-    """Divide a mesh into its closed surfaces, which may touch each other. Each surface is a block.
-
-    The blocks are numbered from 0. If more than two faces share an edge, two of these faces belong to one
-    block if no other block lies between them.
-    """
-    at, corner = np.unique(mesh.points, axis=0, return_inverse=True)
-    faces = [corner.reshape(-1)[face].tolist() for face in mesh.faces]
-    if _volume(at, faces) < 0:
-        faces = [face[::-1] for face in faces]
-    links: list[list[int]] = []
-    for edge, having in _by_edge(faces).items():
-        links += _through_inside(at, edge, having, faces) if len(having) > 2 else [having[:1] + having[-1:]]
-    group = linked(len(faces), *np.array(links, dtype=int).reshape(-1, 2).T)
-    if not group.any():
-        return [mesh]
-    surfaces: list[list[list[int]]] = [[] for _ in range(group.max() + 1)]
-    for number, face in zip(group.tolist(), mesh.faces, strict=True):
-        surfaces[number].append(face)
-    return [used(f"{mesh.name}-{number}", mesh.points, surface) for number, surface in enumerate(surfaces)]
+    return [face[::-1] for face in faces] if volume(points, faces) < 0 else faces
 
 
 def used(name: str, points: np.ndarray, faces: list[list[int]], layers: str = "") -> Mesh:
@@ -290,28 +266,6 @@ def used(name: str, points: np.ndarray, faces: list[list[int]], layers: str = ""
     corners = np.unique(np.concatenate(faces))
     renumbered = [np.searchsorted(corners, face).tolist() for face in faces]
     return Mesh(name, points[corners], renumbered, layers=layers)
-
-
-def _through_inside(
-    points: np.ndarray, edge: Edge, having: list[int], faces: list[list[int]]
-) -> Iterator[list[int]]:
-    """At an edge of more than two faces, find the pairs of faces that belong to the same block.
-
-    Faces are compared by their angle about the edge. Each face that traverses the edge forwards is paired
-    with the face of the next smaller angle that traverses it backwards.
-    """
-    low, high = points[list(edge)]
-    u, v = across((high - low) / np.linalg.norm(high - low))
-    angles: dict[bool, list[tuple[int, float]]] = {True: [], False: []}
-    for number in having:
-        away = points[faces[number]].mean(axis=0) - low
-        forth = edge in steps_round(faces[number])
-        angles[forth].append((number, float(np.arctan2(away @ v, away @ u))))
-    for number, angle in angles[True] if angles[False] else ():
-        # Coincident faces of two blocks have no volume between them. Subtract a small angle, so that a
-        # coincident face is chosen last.
-        behind = [((angle - other - _COINCIDENT_ANGLE) % (2 * np.pi), mate) for mate, other in angles[False]]
-        yield [number, min(behind)[1]]
 
 
 def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:
@@ -338,7 +292,7 @@ def first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
     return np.unique(group, return_index=True)[1][group]
 
 
-def _by_edge(faces: list[list[int]]) -> dict[Edge, list[int]]:
+def by_edge(faces: list[list[int]]) -> dict[Edge, list[int]]:
     """Return a dict from each edge, a pair of ascending corner indices, to the faces at the edge."""
     having: dict[Edge, list[int]] = defaultdict(list)
     for number, face in enumerate(faces):
@@ -373,7 +327,7 @@ def _flat(points: np.ndarray, face: list[int], tolerance: float) -> list[list[in
     return [*triangles, face]
 
 
-def _volume(points: np.ndarray, faces: list[list[int]]) -> float:
+def volume(points: np.ndarray, faces: list[list[int]]) -> float:
     """Return the volume that faces enclose, which is negative if the faces are oriented inwards."""
     corners = (points[face] - points[faces[0][0]] for face in faces)
     return float(sum(polygon[0] @ area_vector(polygon) for polygon in corners)) / 3
@@ -445,7 +399,7 @@ def _neighbours(faces: list[list[int]]) -> list[list[int]]:
     Two faces are neighbours if they share an edge that belongs to no third face.
     """
     neighbours: list[list[int]] = [[] for _ in faces]
-    for mates in _by_edge(faces).values():
+    for mates in by_edge(faces).values():
         if len(mates) == 2:
             neighbours[mates[0]].append(mates[1])
             neighbours[mates[1]].append(mates[0])

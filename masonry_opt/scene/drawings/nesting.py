@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
+from masonry_opt.errors import rounded
 from masonry_opt.scene.drawings.defects import Defect, Defects, near
 from masonry_opt.scene.drawings.outlines import Curve, Outline
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, least_width
@@ -193,9 +194,9 @@ def _add_collapsed(
     limit = min(_largest_tolerance(curve, tolerance) for curve in collapsed)
     widths = (least_width(shapely.Polygon(curve.points)) for curve in outlines if len(curve.points) > 2)
     thickness = min((width for width in widths if width > tolerance.rounding), default=limit)
-    no_area = f"no area within '{tolerance.option}' {tolerance.length:.3g}"
+    no_area = f"no area within '{tolerance.option}' {rounded(tolerance.length)}"
     advice = lower_tolerance(thickness, limit, tolerance.option)
-    remedy = f"the thickness of the thinnest outline is {thickness:.3g}, so {advice}"
+    remedy = f"the thickness of the thinnest outline is {rounded(thickness)}, so {advice}"
     for curve in collapsed:
         several, place = f"outlines have {no_area}", near(*curve.points[0])
         defects.add(Defect(curve.where, f"has {no_area}", several, remedy, place))
@@ -209,13 +210,15 @@ def _polygon(curve: Curve, tolerance: float, defects: Defects) -> shapely.Polygo
     polygon = _without_details(curve, tolerance)
     if not _has_area(curve, tolerance):
         place = near(*curve.points[0])
-        defect = Defect(curve.where, "has no area", "outlines have no area", "delete it", place)
+        defect = Defect(
+            curve.where, "has no area", "outlines have no area", "delete outlines without area", place
+        )
         size = float(np.ptp(curve.points, axis=0).max())
         if _has_area(curve, RELATIVE_TOLERANCE * size):
-            smaller = f"smaller than the tolerance {tolerance:.3g}"
+            smaller = f"smaller than the tolerance {rounded(tolerance)}"
             remedy = (
-                "delete it; if outlines far away from the others make the tolerance too large, delete these "
-                "outlines"
+                "delete such outlines; if outlines far away from the others make the tolerance too large, "
+                "delete the distant outlines"
             )
             defect = Defect(curve.where, f"is {smaller}", f"outlines are {smaller}", remedy, place)
         defects.add(defect)
@@ -261,10 +264,11 @@ def add_frames(
         if len(most) < _FEWEST_IN_FRAME or not is_frame:
             continue
         layer = shape.curve.layer
-        remedy = f"omit the layer of the frame with 'without_layers' (--without-layer {layer})"
+        remedy = f"omit layer '{layer}' with 'without_layers' (--without-layer {layer})"
         if on_layer[layer] > 1:
             remedy = (
-                f"delete the frame, or move it to a separate layer, because '{layer}' also has other outlines"
+                f"{remedy}, unless its other outlines are stones; otherwise delete the frame, or move it to "
+                "a separate layer"
             )
         mistake = f"is a frame around {len(most)} outlines, which would become holes"
         several = "frames are drawn around other outlines, which would become holes"

@@ -5,7 +5,6 @@ An outline is a closed curve, or a cell of a network of joint lines.
 
 import logging
 import math
-from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from itertools import islice
 from pathlib import Path
@@ -14,9 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import shapely
 
-from masonry_opt.errors import CaseError
+from masonry_opt.errors import CaseError, rounded
 from masonry_opt.scene.drawings.defects import Defect, Defects, near
-from masonry_opt.scene.drawings.meshes import first_near, rings_of
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
 from masonry_opt.scene.tables import broken, library, read_bytes
 
@@ -214,17 +212,19 @@ def _points_of(entity: Any, sagitta: float) -> np.ndarray:
         what = _UNREAD_ENTITIES.get(kind, "of a kind that cannot be read")
         raise _UnreadableError(
             what,
-            "explode the entity, draw its outline, or omit its layer with 'without_layers' (--without-layer)",
+            "explode such entities, draw their outlines, or omit their layers with 'without_layers' "
+            "(--without-layer)",
         )
-    with broken(lambda reason: _UnreadableError(f"not readable ({reason})", "draw it again")):
+    with broken(lambda reason: _UnreadableError(f"not readable ({reason})", "draw such entities again")):
         points = np.array([point.xyz for point in _points(entity, sagitta)], dtype=float).reshape(-1, 3)
     if len(points) == 0 or not np.isfinite(points).all():
         raise _UnreadableError(
-            "an entity that has no points or has a coordinate that is not a finite number", "delete it"
+            "an entity that has no points or has a coordinate that is not a finite number",
+            "delete such entities",
         )
     if np.ptp(points[:, 2]) > 1e-6 * np.ptp(points[:, :2], axis=0).max():
         raise _UnreadableError(
-            "an entity that is not parallel to the xy plane of the drawing", "rotate or flatten it"
+            "an entity that is not parallel to the xy plane of the drawing", "rotate or flatten such entities"
         )
     return points[:, :2]
 
@@ -294,114 +294,6 @@ def texts(entities: list[Any]) -> Iterator[tuple[str, float, float]]:
 def _named(entity: Any) -> str:
     """Return the description of an entity for error messages: its kind, handle and layer."""
     return f"{entity.dxftype()} {entity.dxf.handle} on layer '{layer_of(entity)}'"
-
-
-def closed_outlines(
-    curves: Sequence[Curve], tolerance: float, rounding: float, defects: Defects
-) -> tuple[list[Curve], list[tuple[Curve, Curve]]]:
-    """Return the closed curves of a drawing, and the closed loops formed by the open curves of each layer.
-
-    Curves and loops are in the order of the drawing. Two ends of curves are joined if their distance is
-    within the rounding, or if it is within the tolerance and no third free end is as near. Open curves that
-    do not belong to a simple loop are added to the defects.
-
-    The second list contains the copies of open curves on the same layer, which are left out, each with its
-    original.
-    """
-    outlines = []
-    open_ones: defaultdict[str, list[tuple[int, Curve]]] = defaultdict(list)
-    originals: dict[tuple[str, bytes], Curve] = {}
-    copies = []
-    for number, curve in enumerate(curves):
-        extent = np.ptp(curve.points, axis=0).max()
-        if curve.closed or math.dist(curve.points[0], curve.points[-1]) <= tolerance < extent:
-            outlines.append((number, curve))
-            continue
-        # Two curves with equal keys are copies. The key does not depend on the direction of the curve,
-        # because a copy may run in the opposite direction.
-        on_grid = np.round(curve.points / rounding) + 0.0
-        key = curve.layer, min(on_grid.tobytes(), on_grid[::-1].tobytes())
-        if key in originals:
-            copies.append((curve, originals[key]))
-            continue
-        originals[key] = curve
-        open_ones[curve.layer].append((number, curve))
-    for curves_of_layer in open_ones.values():
-        outlines += _loops(curves_of_layer, (rounding, tolerance), defects)
-    return [curve for _, curve in sorted(outlines, key=lambda entry: entry[0])], copies
-
-
-def _loops(
-    curves: list[tuple[int, Curve]], tolerances: Sequence[float], defects: Defects
-) -> list[tuple[int, Curve]]:
-    """Return the closed loops that open curves form, each with the index of its first curve.
-
-    See :func:`closed_outlines` for the tolerances and the defects.
-    """
-    ends = np.array([curve.points[end] for _, curve in curves for end in (0, -1)])
-    partner: dict[int, int] = {}
-    free = np.arange(len(ends))
-    for tolerance in tolerances:
-        node = first_near(ends[free], tolerance)
-        meeting = np.bincount(node)[node]
-        by_node = np.argsort(node, kind="stable")
-        for a, b in free[by_node[meeting[by_node] == 2]].reshape(-1, 2).tolist():
-            partner[a], partner[b] = b, a
-        is_free = meeting != 2
-        free, node, meeting = free[is_free], node[is_free], meeting[is_free]
-        if not len(free):
-            break
-    where = [curve.where for _, curve in curves]
-    is_alone = meeting == 1
-    _add_open(ends, free[is_alone], partner, where, defects)
-    branches = np.unique(node[~is_alone], return_index=True)[1]
-    for branch, others in zip(free[~is_alone][branches], meeting[~is_alone][branches] - 1, strict=True):
-        mistake = f"touches {others} other ends of curves, but can be joined to only one"
-        several = "ends of curves touch several other ends, but can be joined to only one"
-        remedy = _remedy("lower 'outline_tolerance' (--outline-tolerance) to separate the ends")
-        defects.add(Defect(where[branch // 2], mistake, several, remedy, near(*ends[branch])))
-    following = {end: partner[end ^ 1] for end in range(len(ends)) if end ^ 1 in partner}
-    for start in free.tolist():
-        # Follow each open chain from its free end, and remove its curves.
-        end: int | None = start
-        while end is not None:
-            end = following.pop(end, None)
-    # Each ring describes a closed loop of curves. For each curve in order along the loop, the ring has the
-    # index of the end at which the loop enters the curve.
-    loops = []
-    for ring in rings_of(following):
-        if ring[0] % 2 == 0:  # skip the second copy of each loop, which runs in the opposite direction
-            parts = [curves[end // 2][1].points[:: -1 if end % 2 else 1] for end in ring]
-            number, curve = curves[ring[0] // 2]
-            loops.append((number, curve._replace(points=np.concatenate(parts), closed=True)))
-    return loops
-
-
-def _add_open(
-    ends: np.ndarray, free: np.ndarray, partner: dict[int, int], where: Sequence[str], defects: Defects
-) -> None:
-    """Add a defect for each open chain of curves. ``free`` lists the ends without another end nearby."""
-    seen = set()
-    for start in free.tolist():
-        if start in seen:
-            continue
-        end = start
-        while end ^ 1 in partner:
-            end = partner[end ^ 1]
-        seen.add(end ^ 1)
-        distance = np.hypot(*(ends[free] - ends[start]).T)
-        gap = f", {np.sort(distance)[1]:.3g} from the nearest free end" if len(free) > 1 else ""
-        remedy = _remedy("raise 'outline_tolerance' (--outline-tolerance) to close the gaps")
-        place = f"{near(*ends[start])}{gap}"
-        defects.add(Defect(where[start // 2], "is open", "outlines are open", remedy, place))
-
-
-def _remedy(change: str) -> str:
-    """Return the remedy for lines that do not form simple loops."""
-    return (
-        f"draw blocks as closed polylines, {change}, omit layers of other lines "
-        "with 'without_layers' (--without-layer), or set 'net' (--net) if all lines are joints"
-    )
 
 
 def net_cells(
@@ -475,7 +367,7 @@ def _add_loose(
         if owner >= len(joints) or owner in named or piece.length <= tolerance:
             continue
         named.add(owner)
-        place = f"{near(middle.x, middle.y)}, over a length of {piece.length:.3g}"
+        place = f"{near(middle.x, middle.y)}, over a length of {rounded(piece.length)}"
         remedy = "extend the line, raise 'outline_tolerance', or omit its layer with 'without_layers'"
         several = "lines end inside a block"
         defects.add(Defect(joints[owner].where, "ends inside a block", several, remedy, place))

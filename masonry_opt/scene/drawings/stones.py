@@ -1,5 +1,6 @@
 """Make scenes of drawn blocks: supports, weights and loads, in the plane or in space."""
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -10,10 +11,11 @@ import numpy as np
 import shapely
 from pydantic import ConfigDict
 
-from masonry_opt.errors import CaseError, listed, printable, shortened
+from masonry_opt.errors import CaseError, DrawingWarning, listed, printable, shortened
 from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Positive, Record
 from masonry_opt.scene.drawings.convex_parts import convex_solids
 from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, area_vector, refuse_holes, used
+from masonry_opt.scene.drawings.surfaces import count_bodies
 from masonry_opt.scene.geometry import NEAR_MISS, RELATIVE_TOLERANCE
 from masonry_opt.scene.joints import Friction, JointDefaults
 from masonry_opt.scene.scene import Scene
@@ -190,6 +192,8 @@ def _keys(shape: MeshSolid) -> dict[str, Any]:
 def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) -> Scene:
     """Return a scene in space whose blocks are closed meshes.
 
+    A DrawingWarning names movable blocks that consist of several closed surfaces.
+
     A support with a single face is replaced by a slab behind this face. Raises ValueError if no block can
     move, or, with one line for each wrong block, if blocks are not solids.
     """
@@ -206,7 +210,26 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
     refuse(list(mistakes.values()))
     scene = scene_of(blocks, drawing.replace(tolerance=tolerance), path)
     shapes(scene)  # raises CaseError if the analysis cannot use a block
+    _warn_of_several_surfaces(path, meshes)
     return scene
+
+
+def _warn_of_several_surfaces(path: Path, meshes: Sequence[Mesh]) -> None:
+    """Issue a DrawingWarning that names movable blocks of several closed surfaces.
+
+    Such a block is probably several stones, which the modelling program joined or wrote as one layer.
+    """
+    count = {mesh.name: count_bodies(mesh) for mesh in meshes if not mesh.fixed}
+    several = [f"'{name}' ({number} surfaces)" for name, number in count.items() if number > 1]
+    if not several:
+        return
+    is_one = len(several) == 1
+    warning = (
+        f"{path}: {'block' if is_one else 'blocks'} {listed_names(several)} "
+        f"{'consists' if is_one else 'consist'} of several closed surfaces, which cannot move relative to "
+        "each other: if the surfaces are stones, export each stone as a separate object"
+    )
+    warnings.warn(printable(warning), DrawingWarning, stacklevel=4)
 
 
 def _solids(

@@ -8,6 +8,7 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, Strict
 
+from masonry_opt.errors import rounded
 from masonry_opt.scene.blocks import Name, NonNegative, Point, Positive, Record, YesNo
 from masonry_opt.scene.generator import CLOSER, Count, SolidGenerator, cut, every
 from masonry_opt.scene.mistakes import repeated
@@ -256,7 +257,7 @@ class Plan(SolidGenerator):
                 if min(pieces, default=math.inf) < CLOSER * self.block[0] - self._nothing:
                     yield (
                         f"in wall '{stretch.wall.name}', a piece of course {course + 1} would be "
-                        f"{min(pieces):.3g} long, less than a quarter of a block: "
+                        f"{rounded(min(pieces))} long, less than a quarter of a block: "
                         "move an end of the wall or an opening"
                     )
                     break

@@ -13,7 +13,7 @@ from typing import NoReturn, Self
 import numpy as np
 import shapely
 
-from masonry_opt.errors import CaseError
+from masonry_opt.errors import CaseError, rounded
 from masonry_opt.scene import outlines
 from masonry_opt.scene.geometry import LARGEST_STRAIGHT_DISTANCE, TOLERANCE_OVER_ERROR
 from masonry_opt.scene.rows import Rows, bounds, dots, first_alike, following, lengths, ranges, sums, turned
@@ -242,8 +242,8 @@ def planes(surfaces: Surfaces, tolerance: float) -> FacePlanes:
             error = _ERROR_OVER_HEIGHT * float(height[worst])
             remedy += f", or {set_tolerance(TOLERANCE_OVER_ERROR * error)} if coordinates are inexact"
         why = (
-            f"{{}} is not flat, because a corner is {height[worst]:.3g} away from the plane of the face "
-            f"(tolerance {tolerance:.3g}): {remedy}"
+            f"{{}} is not flat, because a corner is {rounded(height[worst])} away from the plane of the face "
+            f"(tolerance {rounded(tolerance)}): {remedy}"
         )
         surfaces.refuse(int(face[worst]), why)
     block = surfaces.block[surfaces.part]

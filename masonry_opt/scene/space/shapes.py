@@ -8,6 +8,7 @@ from itertools import product
 import numpy as np
 
 from masonry_opt.brief import brief
+from masonry_opt.errors import rounded
 from masonry_opt.scene.geometry import (
     RELATIVE_TOLERANCE,
     Common,
@@ -282,7 +283,7 @@ def shapes(scene: Scene) -> Shapes:
     raise_for(
         np.unique(block),
         scene,
-        f"{{}} has no volume (tolerance {tolerance:.3g}): "
+        f"{{}} has no volume (tolerance {rounded(tolerance)}): "
         "define the faces of a solid, with all coordinates in the same unit",
     )
     surfaces = surfaces.reversed(signed_volume[surfaces.part] < 0)
@@ -333,7 +334,7 @@ def _refuse_parts(scene: Scene, parts: ConvexParts, origin: np.ndarray, toleranc
         raise_for(
             blocks,
             scene,
-            f"{{}} has {what} that is not convex (a corner is {farthest[worst]:.3g} "
+            f"{{}} has {what} that is not convex (a corner is {rounded(farthest[worst])} "
             "in front of the plane of a face): divide it into convex 'parts'",
         )
     count = np.bincount(parts.block)
@@ -348,5 +349,5 @@ def _refuse_parts(scene: Scene, parts: ConvexParts, origin: np.ndarray, toleranc
             [block],
             scene,
             f"the parts no. {numbers} of {{}} overlap in a volume of {common.size:.6g} "
-            f"and by a depth of {common.depth:.3g} near {where}: move the parts apart",
+            f"and by a depth of {rounded(common.depth)} near {where}: move the parts apart",
         )

@@ -480,3 +480,35 @@ def test_a_tolerance_as_large_as_mortar_is_named_with_the_contact_tolerance_that
     assert meant.warnings == ()
     touching = shaped(drawn_to_touch(WALL)).replace(tolerance=0.0101)
     assert contacts_of(touching).bridged == {}
+
+
+def test_wide_mortar_between_the_bricks_of_a_ring_is_bridged_in_one_round():
+    """The mortar is half as thick as the bricks. The gaps to level springers are narrower."""
+    thick, brick = 0.25, 0.197
+    scene = brick_ring(1.875, thick, 21, brick)
+    blocks = [block for block in scene.blocks if not block.fixed]
+    for name, x in (("left", -2.0), ("right", 2.0)):
+        blocks.append(stone(name, shapely.box(x - 0.3, -0.2, x + 0.3, 0), fixed=True))
+    scene = scene.replace(blocks=blocks)
+    with pytest.raises(mo.CaseError) as refusal:
+        mo.solve(scene, "static")
+    tolerance, joints, connected = advised(str(refusal.value))
+    assert (joints, connected) == (22, 21)
+    assert len(mo.solve(scene.replace(contact_tolerance=tolerance), "static").joints) == 22
+
+
+def test_bricks_of_a_ring_that_touch_at_the_intrados_name_the_mortar_between_them():
+    """Rectangular bricks as thick as their share of the intrados touch at corners, so that mortar is lost.
+
+    Without a mortar joint the ring is unstable. Voussoirs of the same weights fill the wedges.
+    """
+    brick = 2 * 1.5 * math.tan(math.pi / 21 / 2)
+    scene = brick_ring(1.5, 0.3, 21, brick)
+    (warning,) = sentences(mo.solve(scene, "static").warnings)
+    assert "if mortar fills the wedges between these blocks, set 'contact_tolerance' to" in warning
+    value = float(re.search(r"'contact_tolerance' to ([\d.]+)", warning)[1])
+    exact = mo.solve(brick_ring(1.5, 0.3, 21, brick, touching=True), "static").load_factor
+    found = mo.solve(scene.replace(contact_tolerance=value), "static")
+    assert len(found.joints) == 22
+    assert found.load_factor == pytest.approx(exact, rel=0.02)
+    assert not found.warnings

@@ -126,7 +126,7 @@ def test_all_defects_are_named_at_once_by_kind_and_place(tmp_path):
     assert "near (8, 0), 1 from the nearest free end; LWPOLYLINE" in opened
     # The diagonals of the outline of 4 × 1 cross at its middle.
     assert "on layer 'stones' crosses itself near (2, 5.5)" in crossing
-    assert "has no area near (5, 5): delete it" in empty
+    assert "has no area near (5, 5): delete outlines without area" in empty
 
 
 @pytest.mark.parametrize("option", ["tolerance", "outline_tolerance"])
@@ -141,7 +141,7 @@ def test_a_tolerance_larger_than_a_stone_is_named_instead_of_the_stone(tmp_path,
     (line,) = str(refusal.value).splitlines()
     assert f"no area within '{option}' {value:g}" in line
     assert "the thickness of the thinnest outline is 0.5, so set" in line
-    assert "delete it" not in line
+    assert "delete outlines" not in line
     advised = float(re.search(rf"set '{option}' to less than ([\d.]+),", line)[1])
     assert len(mo.read_dxf(path, **GIVEN, **{option: 0.99 * advised}).blocks) == 4
 
@@ -178,7 +178,7 @@ def test_a_frame_around_all_stones_is_named_with_its_remedy(tmp_path, outside, s
 def test_a_frame_on_the_layer_of_the_stones_must_be_deleted(tmp_path):
     frame = "", [(-9, -9), (9, -9), (9, 9), (-9, 9)]
     path = drawn(tmp_path / "a.dxf", frame, FLOOR, brick(0, 0))
-    with pytest.raises(mo.CaseError, match=r"is a frame .*delete the frame.*'stones' also has other"):
+    with pytest.raises(mo.CaseError, match=r"is a frame .*, unless its other outlines are stones; otherw"):
         mo.read_dxf(path, **GIVEN)
 
 
@@ -250,8 +250,10 @@ def test_a_layer_of_supports_that_was_not_read_is_named(tmp_path):
     document = ezdxf.readfile(path)
     document.layers.add("fixed").freeze()
     document.saveas(path)
-    with pytest.raises(mo.CaseError, match=r"layer 'fixed' was not read .frozen\)"):
+    with pytest.raises(mo.CaseError, match=r"layer 'fixed' was not read .frozen\): thaw the layer"):
         mo.read_dxf(path, **GIVEN)
+    with pytest.raises(mo.CaseError, match=r"'layers' \(--layer\): layer 'fixed' is frozen: thaw the layer"):
+        mo.read_dxf(path, **GIVEN, layers=["stones", "fixed"])
 
 
 def test_the_command_lists_layers_and_prints_warnings(tmp_path, monkeypatch, capsys):
@@ -337,7 +339,7 @@ def test_an_outline_far_away_is_not_blamed_on_the_others(tmp_path):
     with pytest.raises(mo.CaseError) as error:
         mo.read_dxf(drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0), far), **GIVEN)
     assert "3 outlines are smaller than the tolerance 10" in str(error.value)
-    advice = "if outlines far away from the others make the tolerance too large, delete these outlines"
+    advice = "if outlines far away from the others make the tolerance too large, delete the distant outlines"
     assert advice in str(error.value)
 
 
@@ -351,3 +353,60 @@ def test_a_short_side_does_not_tilt_another_side(tmp_path, number):
     (block,) = [block for block in scene.blocks if not block.fixed]
     assert sorted(block.vertices) == [(0, 0), (0, 1), (2, 0), (2, 1)]
     assert mo.solve(scene, "static").load_factor == pytest.approx(0.7)
+
+
+def lines_of(path, *chains):
+    """Write a drawing of open polylines on layer "stones", with the floor, and return the path."""
+    drawn(path, FLOOR)
+    document = ezdxf.readfile(path)
+    for chain in chains:
+        document.modelspace().add_lwpolyline(chain, dxfattribs={"layer": "stones"})
+    document.saveas(path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("corners", "advice"),
+    [
+        # The flag "closed" is missing.
+        ([(0, 0), (4000, 0), (4000, 2000), (0, 2000)], "set the flag 'closed' of polylines"),
+        # The last corner misses the first one.
+        ([(0, 0), (4000, 0), (4000, 2000), (0, 2000), (0, 30)], "raise 'outline_tolerance'"),
+        # A single line of four is left.
+        ([(0, 0), (4000, 0)], "draw the missing sides"),
+    ],
+)
+def test_the_remedy_of_an_open_outline_depends_on_its_gap(tmp_path, corners, advice):
+    """A tolerance as large as a side of the stone would leave no stone."""
+    every = {"set the flag 'closed' of polylines", "raise 'outline_tolerance'", "draw the missing sides"}
+    with pytest.raises(mo.CaseError) as refusal:
+        mo.read_dxf(lines_of(tmp_path / "a.dxf", corners), **GIVEN)
+    assert [text for text in every if text in str(refusal.value)] == [advice]
+    assert "e+03" not in str(refusal.value)
+
+
+def test_polylines_without_the_flag_closed_beside_each_other_are_each_named(tmp_path):
+    """Neighbours are nearer than the own ends of a polyline, so both remedies are named."""
+    stones = [[(x, 0), (x + 39, 0), (x + 39, 19), (x, 19)] for x in (0, 40)]
+    with pytest.raises(mo.CaseError, match=r"2 outlines are open .*set the flag 'closed' of polylines"):
+        mo.read_dxf(lines_of(tmp_path / "a.dxf", *stones), **GIVEN)
+
+
+def test_a_drawing_in_the_paper_space_is_found(tmp_path):
+    document = ezdxf.new()
+    for layout, corners in (("Layout1", FLOOR[1]), ("Layout1", brick(0, 0)[1])):
+        document.layout(layout).add_lwpolyline(corners, close=True)
+    document.saveas(tmp_path / "a.dxf")
+    message = "it is empty, but layout 'Layout1' in the paper space has 2 entities: move the blocks"
+    with pytest.raises(mo.CaseError, match=message):
+        mo.read_dxf(tmp_path / "a.dxf", **GIVEN)
+
+
+def test_a_drawing_whose_layers_are_all_hidden_is_not_called_empty(tmp_path):
+    path = drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0))
+    document = ezdxf.readfile(path)
+    for name in ("fixed", "stones"):
+        document.layers.add(name).off()
+    document.saveas(path)
+    with pytest.raises(mo.CaseError, match="all its entities or their layers are hidden: show them"):
+        mo.read_dxf(path, **GIVEN)

@@ -232,3 +232,16 @@ def test_any_damage_to_a_gltf_file_ends_in_a_scene_or_a_message(tmp_path):
             messages.append(str(error))
     assert len(messages) > 20
     assert all("stones.glb: " in message for message in messages)
+
+
+def test_a_subfolder_with_meshes_is_named(folder):
+    (folder / "upper").mkdir()
+    (folder / "pictures").mkdir()
+    (folder / "upper" / "stone_3.obj").write_bytes(obj({"Cube": box((0, 2), (0, 1), (5, 6))}))
+    with pytest.warns(DrawingWarning, match="1 subfolder with meshes was left out: 'upper'; move") as warned:
+        assert len(mo.read_mesh(folder, **GIVEN).blocks) == 3
+    assert len(warned) == 1
+    for file in folder.glob("*.*"):
+        file.unlink()
+    with pytest.raises(mo.CaseError, match=r"the folder has no meshes: .*; its subfolder 'upper' has meshes"):
+        mo.read_mesh(folder, **GIVEN)

@@ -1,0 +1,118 @@
+"""Select the layers of a DXF drawing that are read, and report which layers were not read."""
+
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping
+from typing import Any
+
+from masonry_opt.errors import counted
+from masonry_opt.scene.drawings import outlines, stones
+
+
+def select(
+    document: Any, shown: list[Any], layers: Collection[str] | None, without_layers: Collection[str]
+) -> list[Any]:
+    """Return the visible entities on the selected layers.
+
+    Raises ValueError if a named layer has no visible entities.
+    """
+    drawn = [outlines.layer_of(entity).casefold() for entity in shown]
+    hidden = outlines.hidden_layers(document)
+    for key, option, named in (
+        ("layers", "--layer", layers or ()),
+        ("without_layers", "--without-layer", without_layers),
+    ):
+        for layer in named:
+            if layer.casefold() in drawn:
+                continue
+            mistake = f"'{key}' ({option}): layer '{layer}'"
+            if key == "layers" and layer.casefold() in hidden:
+                reason = hidden[layer.casefold()]
+                raise ValueError(f"{mistake} is {reason}: {how_to_read(reason)}")
+            if layer.casefold() not in hidden:
+                raise ValueError(f"{mistake} is empty or does not exist{known(document, shown)}")
+    selected = {layer.casefold() for layer in layers or drawn}
+    selected -= {layer.casefold() for layer in without_layers}
+    return [entity for entity, layer in zip(shown, drawn, strict=True) if layer in selected]
+
+
+def unread(document: Any, layers: Collection[str] | None, without_layers: Collection[str]) -> dict[str, str]:
+    """Return the names of the layers that were not read, each with the reason."""
+    hidden = outlines.hidden_layers(document)
+    omitted = {layer.casefold() for layer in without_layers}
+    selected = None if layers is None else {layer.casefold() for layer in layers}
+    reasons = {}
+    for key, (name, count) in _curves_on_layers(document).items():
+        if key in hidden:
+            reasons[name] = hidden[key]
+        elif key in omitted:
+            reasons[name] = "--without-layer"
+        elif selected is not None and key not in selected:
+            reasons[name] = "not named with --layer"
+        elif not count:
+            reasons[name] = "no outlines"
+    return reasons
+
+
+def how_to_read(reason: str) -> str:
+    """Return the advice with which a layer is read that was not read for a given reason."""
+    if reason in ("frozen", "off"):
+        return "thaw the layer, or turn it on, in the drawing"
+    if reason == "--without-layer":
+        return "read the layer too"
+    return "read the layer too, with 'layers' (--layer)"
+
+
+def report(document: Any, left_out: Mapping[str, str], support_words: Iterable[str]) -> list[str]:
+    """Return lines of text that list the layers that were read, and the layers ``left_out`` with reasons."""
+    words = [*support_words]
+    read = []
+    for name, count in _curves_on_layers(document).values():
+        if name not in left_out:
+            supports = ", supports" if has_word(name, words) else ""
+            read.append(f"{name} ({counted(count, 'curve')}{supports})")
+    lines = [f"layers read: {', '.join(read)}"]
+    if left_out:
+        reasons = ", ".join(f"{name} ({reason})" for name, reason in left_out.items())
+        lines.append(f"layers not read: {reasons}")
+    return lines
+
+
+def has_word(name: str, words: Iterable[str]) -> bool:
+    """Return True if a name contains one of the given words, in upper or lower case."""
+    return any(word.casefold() in name.casefold() for word in words)
+
+
+def known(document: Any, shown: list[Any]) -> str:
+    """Return the end of a message: the names of all layers with visible entities.
+
+    If no entity is visible, return the place of the entities that the drawing has.
+    """
+    layers = sorted({outlines.layer_of(entity) for entity in shown})
+    if layers:
+        return f" (layers with entities: {stones.listed_names(layers)})"
+    if len(document.modelspace()):
+        return " (all its entities or their layers are hidden: show them in the drawing)"
+    for layout in document.layouts:
+        drawn = [entity for entity in layout if entity.dxftype() != "VIEWPORT"]
+        if drawn:
+            return (
+                f" (it is empty, but layout '{layout.name}' in the paper space has "
+                f"{_entities(len(drawn))}: move the blocks to the model space)"
+            )
+    return " (the drawing is empty)"
+
+
+def _entities(number: int) -> str:
+    """Return a number of entities as text."""
+    return "1 entity" if number == 1 else f"{number} entities"
+
+
+def _curves_on_layers(document: Any) -> dict[str, tuple[str, int]]:
+    """Return a dict from each layer's name in lower case to its original name and number of curves."""
+    names: dict[str, str] = {}
+    count: Counter[str] = Counter()
+    for entity in document.modelspace():
+        name = outlines.layer_of(entity)
+        names.setdefault(name.casefold(), name)
+        count[name.casefold()] += not outlines.is_ignored(entity)
+    return {key: (name, count[key]) for key, name in names.items()}

@@ -1,0 +1,142 @@
+"""Join open curves of a drawing to closed loops, and find outlines that are not closed."""
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+
+import numpy as np
+
+from masonry_opt.errors import rounded
+from masonry_opt.scene.drawings.defects import Defect, Defects, near
+from masonry_opt.scene.drawings.meshes import first_near, rings_of
+from masonry_opt.scene.drawings.outlines import Curve
+
+#: A gap of an open outline is probably inaccurate if it is at most this fraction of the outline's length. The
+#: message about a wider gap advises drawing the missing side. With a larger value, the message would also
+#: advise tolerances that are as large as stones.
+_WIDEST_ERROR = 0.05
+
+
+def closed_outlines(
+    curves: Sequence[Curve], tolerance: float, rounding: float, defects: Defects
+) -> tuple[list[Curve], list[tuple[Curve, Curve]]]:
+    """Return the closed curves of a drawing, and the closed loops formed by the open curves of each layer.
+
+    Curves and loops are in the order of the drawing. Two ends of curves are joined if their distance is
+    within the rounding, or if it is within the tolerance and no third free end is as near. Open curves that
+    do not belong to a simple loop are added to the defects.
+
+    The second list contains the copies of open curves on the same layer, which are left out, each with its
+    original.
+    """
+    outlines = []
+    open_ones: defaultdict[str, list[tuple[int, Curve]]] = defaultdict(list)
+    originals: dict[tuple[str, bytes], Curve] = {}
+    copies = []
+    for number, curve in enumerate(curves):
+        extent = np.ptp(curve.points, axis=0).max()
+        if curve.closed or math.dist(curve.points[0], curve.points[-1]) <= tolerance < extent:
+            outlines.append((number, curve))
+            continue
+        # Two curves with equal keys are copies. The key does not depend on the direction of the curve,
+        # because a copy may run in the opposite direction.
+        on_grid = np.round(curve.points / rounding) + 0.0
+        key = curve.layer, min(on_grid.tobytes(), on_grid[::-1].tobytes())
+        if key in originals:
+            copies.append((curve, originals[key]))
+            continue
+        originals[key] = curve
+        open_ones[curve.layer].append((number, curve))
+    for curves_of_layer in open_ones.values():
+        outlines += _loops(curves_of_layer, (rounding, tolerance), defects)
+    return [curve for _, curve in sorted(outlines, key=lambda entry: entry[0])], copies
+
+
+def _loops(
+    curves: list[tuple[int, Curve]], tolerances: Sequence[float], defects: Defects
+) -> list[tuple[int, Curve]]:
+    """Return the closed loops that open curves form, each with the index of its first curve.
+
+    See :func:`closed_outlines` for the tolerances and the defects.
+    """
+    ends = np.array([curve.points[end] for _, curve in curves for end in (0, -1)])
+    partner: dict[int, int] = {}
+    free = np.arange(len(ends))
+    for tolerance in tolerances:
+        node = first_near(ends[free], tolerance)
+        meeting = np.bincount(node)[node]
+        by_node = np.argsort(node, kind="stable")
+        for a, b in free[by_node[meeting[by_node] == 2]].reshape(-1, 2).tolist():
+            partner[a], partner[b] = b, a
+        is_free = meeting != 2
+        free, node, meeting = free[is_free], node[is_free], meeting[is_free]
+        if not len(free):
+            break
+    drawn = [curve for _, curve in curves]
+    is_alone = meeting == 1
+    _add_open(ends, free[is_alone], partner, drawn, defects)
+    branches = np.unique(node[~is_alone], return_index=True)[1]
+    for branch, others in zip(free[~is_alone][branches], meeting[~is_alone][branches] - 1, strict=True):
+        mistake = f"touches {others} other ends of curves, but can be joined to only one"
+        several = "ends of curves touch several other ends, but can be joined to only one"
+        remedy = _remedy("lower 'outline_tolerance' (--outline-tolerance) to separate the ends")
+        defects.add(Defect(drawn[branch // 2].where, mistake, several, remedy, near(*ends[branch])))
+    following = {end: partner[end ^ 1] for end in range(len(ends)) if end ^ 1 in partner}
+    for start in free.tolist():
+        # Follow each open chain from its free end, and remove its curves.
+        end: int | None = start
+        while end is not None:
+            end = following.pop(end, None)
+    # Each ring describes a closed loop of curves. For each curve in order along the loop, the ring has the
+    # index of the end at which the loop enters the curve.
+    loops = []
+    for ring in rings_of(following):
+        if ring[0] % 2 == 0:  # skip the second copy of each loop, which runs in the opposite direction
+            parts = [curves[end // 2][1].points[:: -1 if end % 2 else 1] for end in ring]
+            number, curve = curves[ring[0] // 2]
+            loops.append((number, curve._replace(points=np.concatenate(parts), closed=True)))
+    return loops
+
+
+def _add_open(
+    ends: np.ndarray, free: np.ndarray, partner: dict[int, int], drawn: Sequence[Curve], defects: Defects
+) -> None:
+    """Add a defect for each open chain of curves. ``free`` lists the ends without another end nearby."""
+    seen = set()
+    for start in free.tolist():
+        if start in seen:
+            continue
+        end = start
+        chain = [drawn[start // 2]]
+        while end ^ 1 in partner:
+            end = partner[end ^ 1]
+            chain.append(drawn[end // 2])
+        seen.add(end ^ 1)
+        distance = np.hypot(*(ends[free] - ends[start]).T)
+        nearest = float(np.sort(distance)[1]) if len(free) > 1 else math.inf
+        gap = f", {rounded(nearest)} from the nearest free end" if len(free) > 1 else ""
+        place = f"{near(*ends[start])}{gap}"
+        remedy = _remedy(_closing(chain, math.dist(ends[start], ends[end ^ 1]), nearest))
+        defects.add(Defect(chain[0].where, "is open", "outlines are open", remedy, place))
+
+
+def _closing(chain: Sequence[Curve], own_gap: float, nearest: float) -> str:
+    """Return the advice that closes an open chain of curves.
+
+    The distance of its ends is ``own_gap``, and the distance to the nearest free end is ``nearest``.
+    """
+    length = sum(float(np.hypot(*np.diff(curve.points, axis=0).T).sum()) for curve in chain)
+    raising = "raise 'outline_tolerance' (--outline-tolerance) to close the gaps"
+    is_near = nearest <= _WIDEST_ERROR * length
+    if own_gap > _WIDEST_ERROR * length and all(len(curve.points) > 2 for curve in chain):
+        flag = "set the flag 'closed' of polylines that lack their last side"
+        return f"{flag}, {raising}" if is_near else flag
+    return raising if is_near else "draw the missing sides"
+
+
+def _remedy(change: str) -> str:
+    """Return the remedy for lines that do not form simple loops."""
+    return (
+        f"draw blocks as closed polylines, {change}, omit layers of other lines "
+        "with 'without_layers' (--without-layer), or set 'net' (--net) if all lines are joints"
+    )

@@ -1,0 +1,114 @@
+"""Meshes with several closed surfaces: stones that one object contains, and stones that touch."""
+
+import json
+import warnings
+
+import numpy as np
+import pytest
+from meshes import box, glb, obj, ply, stl
+
+import masonry_opt as mo
+from masonry_opt.errors import DrawingWarning
+
+#: Two cubes, one on the other, on the ground. A horizontal load overturns both about an edge at λ = 1/2.
+GROUND = box((-1, 2), (-1, 2), (-1, 0))
+LOW = box((0, 1), (0, 1), (0, 1))
+HIGH = box((0, 1), (0, 1), (1, 2))
+GIVEN = {"friction": 0.7, "unit_weight": 10.0, "live": (1, 0, 0)}
+
+
+def joined(*shapes):
+    """Return the corners and faces of several shapes as one shape."""
+    corners, faces = [], []
+    for own, its_faces in shapes:
+        faces += [tuple(len(corners) + corner for corner in face) for face in its_faces]
+        corners += own.tolist()
+    return np.array(corners), faces
+
+
+def read(tmp_path, name, data, **keys):
+    path = tmp_path / name
+    path.write_bytes(data)
+    return mo.read_mesh(path, **GIVEN | keys)
+
+
+@pytest.mark.parametrize("word", ["o", "g"])
+def test_a_warning_names_an_object_of_several_stones(tmp_path, word):
+    """Programs that write layers as groups join all stones of a layer."""
+    several = r"block 'wall' \(2 surfaces\) consists of several closed surfaces, which cannot move"
+    with pytest.warns(DrawingWarning, match=several) as warned:
+        scene = read(tmp_path, "a.obj", obj({"wall": joined(LOW, HIGH), "fixed": GROUND}, word=word))
+    assert len(scene.blocks) == 2
+    assert warned[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        apart = read(tmp_path, "b.obj", obj({"low": LOW, "high": HIGH, "fixed": joined(GROUND, LOW)}))
+    assert len(apart.blocks) == 3
+
+
+def test_a_cavity_is_no_second_stone(tmp_path):
+    """A hollow stone has two closed surfaces, of which the inner one bounds the cavity."""
+    corners, faces = box((0.2, 0.8), (0.2, 0.8), (0.2, 0.8))
+    hollow = joined(LOW, (corners, [face[::-1] for face in faces]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = read(tmp_path, "hollow.obj", obj({"stone": hollow, "fixed": GROUND}))
+    assert len(scene.blocks) == 2
+
+
+def turned(shape, rng):
+    """Return a shape of which some faces are clockwise, as seen from outside."""
+    corners, faces = shape
+    return corners, [face[:: rng.choice((-1, 1))] for face in faces]
+
+
+def test_stones_of_one_mesh_touch_although_their_faces_are_turned_at_random(tmp_path):
+    """Faces of touching stones share edges. The order of the faces then separates the stones."""
+    rng = np.random.default_rng(4)
+    mesh = joined(*(turned(shape, rng) for shape in (LOW, HIGH, GROUND)))
+    scene = read(tmp_path, "stones.stl", stl({"stones": mesh}), fixed_below=-0.5)
+    assert [block.name for block in scene.blocks] == ["stones-0", "stones-1", "stones-2"]
+    assert mo.solve(scene, "static").required() == pytest.approx(1 / 2, rel=1e-5)
+
+
+def test_touching_stones_with_turned_faces_in_no_order_are_refused_with_the_reason(tmp_path):
+    rng = np.random.default_rng(4)
+    corners, faces = turned(joined(LOW, HIGH, GROUND), rng)
+    faces = [faces[number] for number in rng.permutation(len(faces))]
+    for name, write in (("a.stl", stl), ("a.ply", ply)):
+        with pytest.raises(mo.CaseError, match="are oriented inconsistently, so the surfaces cannot be sep"):
+            read(tmp_path, name, write({"stones": (corners, faces)}), fixed_below=-0.5)
+
+
+def test_nodes_without_names_are_numbered(tmp_path):
+    """glTF files need no names. Upwards is y."""
+    shapes = [(corners[:, [0, 2, 1]] * [1, 1, -1], faces) for corners, faces in (LOW, HIGH, GROUND)]
+    meshes = [
+        (corners, [three for a, b, c, d in faces for three in ((a, b, c), (a, c, d))])
+        for corners, faces in shapes
+    ]
+    data = glb([{"mesh": 0}, {"mesh": 1}, {"mesh": 2}], [[mesh] for mesh in meshes])
+    scene = read(tmp_path, "stones.glb", data, fixed_below=-0.5)
+    assert [block.name for block in scene.blocks] == ["stones-0", "stones-1", "stones-2"]
+
+
+def test_all_repeated_names_are_listed(tmp_path):
+    one, other = (obj({"a": shape, "b": GROUND}) for shape in (LOW, HIGH))
+    with pytest.raises(mo.CaseError, match="several blocks have the same name: a, b: give each block"):
+        read(tmp_path, "twice.obj", one + b"\n" + other)
+
+
+def test_a_warning_names_a_mesh_of_two_stones_in_compas_data(tmp_path):
+    def entry(shape):
+        corners, faces = shape
+        vertices = {
+            str(number): dict(zip("xyz", row, strict=True)) for number, row in enumerate(corners.tolist())
+        }
+        data = {"vertex": vertices, "face": {str(number): list(face) for number, face in enumerate(faces)}}
+        return {"dtype": "compas.datastructures/Mesh", "data": data}
+
+    path = tmp_path / "wall.json"
+    path.write_text(json.dumps([entry(GROUND), entry(joined(LOW, HIGH))]))
+    with pytest.warns(DrawingWarning, match=r"block '1' \(2 surfaces\) consists of several") as warned:
+        mo.read_compas(path, **GIVEN, fixed=["0"])
+    assert warned[0].filename == __file__
