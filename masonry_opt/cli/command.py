@@ -9,7 +9,7 @@ import math
 import re
 import signal
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from functools import partial
 from inspect import Parameter
@@ -87,6 +87,8 @@ def _movement(text: str) -> tuple[str, tuple[float, ...]]:
 _VIEW = "Azimuth and elevation of the viewer in degrees, for a scene in space."
 _DRAW = "Draw the answer to FILE (.png, .svg, .pdf{})."
 PICTURE = typer.Option(metavar="FILE", help=_DRAW.format(""))
+#: What the options of pictures apply to, and the option that they need (see :func:`refuse_without`).
+PICTURE_NEEDS = ("a picture", "--plot FILE")
 
 #: Command-line options for parameters that have the same meaning in all functions.
 _SHARED: dict[str, Any] = {
@@ -144,6 +146,23 @@ class Given(dict[str, Any]):
                     "the form that --help shows"
                 )
         return self | options
+
+
+def refuse_without(given: Given, ignored: Iterable[str], subject: str, needed: str) -> None:
+    """Raise OptionError if the user typed options that have no effect without another option.
+
+    Parameters
+    ----------
+    given: The arguments of the command, which know the name of the option for each parameter.
+    ignored: Names of the parameters that would be ignored.
+    subject: What the options apply to, such as "a picture".
+    needed: The missing option with its value, such as "--plot FILE".
+    """
+    names = [given.called[name] for name in ignored]
+    if names:
+        listed = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+        verb = "applies" if len(names) == 1 else "apply"
+        raise OptionError(f"{listed} {verb} to {subject}: add {needed}, or omit {listed}")
 
 
 def command(

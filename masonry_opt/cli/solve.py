@@ -8,10 +8,12 @@ import typer
 import masonry_opt as mo
 from masonry_opt.analysis import solve as solve_scene
 from masonry_opt.cli.command import (
+    PICTURE_NEEDS,
     Given,
     command,
     interrupts,
     print_json,
+    refuse_without,
     save,
     waiting,
 )
@@ -95,10 +97,8 @@ def _refuse_drawing_options(
     given: Given, drawing: dict[str, Any], plot: Path | None, mechanism: str | None
 ) -> None:
     """Raise OptionError for picture options without --plot, and for a mechanism that cannot be drawn."""
-    if plot is None and (drawing or mechanism is not None):
-        raise OptionError(
-            "--plot-kind, --mechanism, --names, --view and --force apply to a picture: give --plot FILE too"
-        )
+    if plot is None:
+        refuse_without(given, [*drawing, *(["mechanism"] if mechanism is not None else [])], *PICTURE_NEEDS)
     if mechanism not in (None, *_MECHANISMS):
         raise OptionError(f"--mechanism '{mechanism}' is unknown{instead_of(mechanism, _MECHANISMS)}")
     method = METHODS.get(given.get("method", DEFAULT))

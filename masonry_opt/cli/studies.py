@@ -14,12 +14,14 @@ from rich.console import Console
 import masonry_opt as mo
 from masonry_opt.cli.command import (
     PICTURE,
+    PICTURE_NEEDS,
     Given,
     command,
     interrupts,
     numbers,
     print_json,
     reader,
+    refuse_without,
     save,
     waiting,
 )
@@ -90,6 +92,10 @@ def capacity(
     following = given.take(mo.capacity)
     if plot is not None:
         refuse_picture(plot, **drawing)
+    else:
+        refuse_without(given, drawing, *PICTURE_NEEDS)
+    if spectrum is None:
+        refuse_without(given, checking, "a check against a spectrum", "--spectrum FILE")
     periods = None if spectrum is None else _spectrum(spectrum)
     with waiting("capacity") as work:
         steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
@@ -130,6 +136,8 @@ def crossing(
     drawing = given.take(mo.Crossing.save)
     if plot is not None:  # report an unusable path before the scene is solved
         refuse_file(plot, **drawing)
+    else:
+        refuse_without(given, drawing, *PICTURE_NEEDS)
     with waiting("crossing") as work:
 
         def progress(position: float, load_factor: float) -> None:
@@ -162,6 +170,8 @@ def directions(given: Given, case: Path, plot: Path | None = None, json: bool = 
     drawing = given.take(Cases.save)
     if plot is not None:
         refuse_picture(plot, **drawing)
+    else:
+        refuse_without(given, drawing, *PICTURE_NEEDS)
     options = given.rest(mo.directions)
     with waiting("directions") as work:
         answer = mo.directions(case, phases=work.phase, progress=work.step, **options)
@@ -246,8 +256,8 @@ def settle(
     if plot is not None:
         refuse_file(plot, drawing.get("force", False))
         refuse_view(mo.load(case), drawing.get("view"))
-    elif greatest or drawing:
-        raise OptionError("--greatest, --view and --force apply to a picture: give --plot FILE too")
+    else:
+        refuse_without(given, [*drawing, *(["greatest"] if greatest else [])], *PICTURE_NEEDS)
     with waiting("settle") as work:
         answer = mo.settle(case, phases=work.phase, **given.rest(mo.settle))
     if json:

@@ -211,9 +211,10 @@ class Capacity:
         """Return the poses (x, y, θ) of the movable blocks in one state of the curve, shape (b, 3).
 
         A pose is a rotation by θ about the origin of the geometry, then a translation by (x, y), in the
-        units of the case. In space the shape is (b, 6): a translation and a rotation vector.
+        units of the case. In space the shape is (b, 6): a translation and a rotation vector. Raises
+        OptionError if ``table`` has no row ``row``.
         """
-        return self.steps[row].poses[self.result.assembly.movable]
+        return self._step(row).poses[self.result.assembly.movable]
 
     @cached_property
     def table(self) -> pd.DataFrame:
@@ -248,9 +249,9 @@ class Capacity:
 
         The columns are the names of the blocks (``first``, ``second``), ``state`` ("closed", "hinged" or
         "separated"), the displaced position of the hinge (``x``, ``y``, in space ``z``; NaN without a hinge)
-        and the opening ``angle`` (rad).
+        and the opening ``angle`` (rad). Raises OptionError if ``table`` has no row ``row``.
         """
-        assembly, step = self.result.assembly, self.steps[row]
+        assembly, step = self.result.assembly, self._step(row)
         joints, dimension = assembly.joints, assembly.scene.dimension
         touching, points = np.bincount(joints.joint, step.touch), np.bincount(joints.joint)
         share = step.touch / np.maximum(touching, 1)[joints.joint]
@@ -402,12 +403,17 @@ class Capacity:
         if row is None:
             mover = "the live load" if self.control is self.live else "the control point"
             return curve_picture(self.result, self.table, mover, self.message)
+        step = self._step(row)
+        state, joints = self.table.iloc[row], self.joints(row)
+        return displaced_picture(self.result.assembly, state, joints, step.poses)
+
+    def _step(self, row: Any) -> PathState:
+        """Return the state in a row of ``table``. Raises OptionError if the table has no such row."""
         if not isinstance(row, int) or not -len(self.steps) <= row < len(self.steps):
             raise OptionError(
                 f"there is no row {row!r}: the table has {len(self.steps)} rows, numbered from 0"
             )
-        state, joints = self.table.iloc[row], self.joints(row)
-        return displaced_picture(self.result.assembly, state, joints, self.steps[row].poses)
+        return self.steps[row]
 
     def save(self, path: str | Path, row: int | None = None, force: bool = False) -> None:
         """Save the plot of :meth:`plot` to a file (.png, .svg or .pdf).

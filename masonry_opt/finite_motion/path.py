@@ -13,6 +13,7 @@ from typing import NamedTuple, NoReturn
 
 import numpy as np
 
+from masonry_opt.brief import brief
 from masonry_opt.effort import Effort
 from masonry_opt.finite_motion.chain import Chain
 from masonry_opt.finite_motion.moved_blocks import ForceOptimum, MovedBlocks, overlapping
@@ -69,6 +70,8 @@ class PathState:
     touch: np.ndarray
     #: Event at this state, such as the opening of a joint; None if there is no event.
     event: Reason | None = None
+
+    __repr__ = brief
 
 
 #: Function that is called at each new state of a path, with the number of the state and its load factor. The

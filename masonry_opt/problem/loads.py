@@ -45,6 +45,8 @@ class Forces:
     point: np.ndarray  #: point of action of each force, relative to ``Geometry.origin``, shape (f, dim)
     couple: np.ndarray  #: additional moment on each movable block, shape (b, 1); in space (b, 3)
 
+    __repr__ = brief
+
     def about(self, centroid: np.ndarray) -> np.ndarray:
         """Return the resultant of the forces on each block about its centroid, shape (3b,).
 
@@ -92,6 +94,8 @@ class Loads:
     weight: Forces
     dead: Forces
     live: Forces
+
+    __repr__ = brief
 
 
 def weights(scene: Scene, shapes: Extents, movable: np.ndarray) -> np.ndarray:

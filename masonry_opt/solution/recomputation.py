@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.displaced import placed
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.solution.solution import Solution
 
@@ -19,17 +20,30 @@ Columns = dict[str, list[Any]]
 def load_columns(assembly: Assembly) -> Columns:
     """Return the dead and live load of each movable block: forces, and moments about the block's centroid.
 
-    In the plane the columns also contain the ``vertices`` of the block.
+    In the plane the columns also contain the ``vertices`` of the block, after a settlement at their displaced
+    positions.
     """
     problem = assembly.problem
     columns: Columns = {}
     if assembly.scene.dimension == 2:
-        columns["vertices"] = [assembly.scene.blocks[row].vertices for row in assembly.movable]
+        columns["vertices"] = [_vertices(assembly, row) for row in assembly.movable]
     for kind, load in (("dead", problem.dead), ("live", problem.live)):
         forces = problem.forces(load) * problem.force_unit
         moments = problem.moments(load) * problem.force_unit * problem.length_unit
         columns |= _components(forces, moments, f"{kind}_")
     return columns
+
+
+def _vertices(assembly: Assembly, row: int) -> Any:
+    """Return the vertices of a block in the plane, displaced by the settlement of supports if there is one.
+
+    The result is None for a block that consists of several polygons.
+    """
+    vertices, settled = assembly.scene.blocks[row].vertices, assembly.scene.settled
+    if vertices is None or settled is None:
+        return vertices
+    origin = assembly.geometry.origin
+    return (placed(np.array(vertices) - origin, settled.poses[row]) + origin).tolist()
 
 
 def limit_columns(assembly: Assembly, solution: Solution) -> Columns:

@@ -119,9 +119,10 @@ def test_wrong_names_are_refused(arguments, message):
         plan(*arguments)
 
 
-def test_a_scene_made_in_python_is_to_be_saved_first():
+@pytest.mark.parametrize("scenes", [[two_blocks()], two_blocks()])
+def test_a_scene_made_in_python_is_to_be_saved_first(scenes):
     with pytest.raises(mo.OptionError, match=r"mo\.save"):
-        mo.compare([two_blocks()])
+        mo.compare(scenes)
 
 
 KNOWN = {"made/up": BestKnown(0.16, "by hand")}

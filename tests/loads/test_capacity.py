@@ -392,8 +392,9 @@ def test_what_it_is_not_for_is_refused():
         mo.capacity(solved(block_on_floor(live=(0, -1)), "static"))
     curve = followed(block_on_floor(friction=3.0), steps=2)
     for row in (1000, "last"):
-        with pytest.raises(OptionError, match="row"):
-            curve.plot(row)
+        for shown in (curve.plot, curve.joints, curve.poses):
+            with pytest.raises(OptionError, match="there is no row"):
+                shown(row)
 
 
 @pytest.mark.slow

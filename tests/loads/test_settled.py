@@ -69,6 +69,14 @@ def test_a_beam_on_a_pier_that_has_sunk():
     assert "settled: 'R' by (0, -0.02)" in result.case
 
 
+def test_the_json_of_a_settled_scene_has_the_displaced_vertices():
+    """The beam turns about (1, 1) by asin(0.02/4), and its lower right corner moves along a circle."""
+    (row,) = mo.solve(beam(), "static", settled=SINKS).as_dict()["block_results"]
+    vertices = np.array(row["vertices"])
+    np.testing.assert_allclose(vertices[np.argmax(vertices[:, 0] - vertices[:, 1])], [5, 0.98], atol=3e-5)
+    np.testing.assert_allclose(vertices.mean(axis=0), [row["x"], row["y"]], atol=1e-12)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("turn", [-0.1, 0.05])
 def test_a_block_on_a_floor_that_has_turned(turn):

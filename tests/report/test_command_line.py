@@ -448,3 +448,19 @@ def test_progress_with_json_is_written_to_standard_error(monkeypatch, capsys, sa
     assert code == 0
     assert json.loads(out)["load_factor"] is not None
     assert re.search(r"^0 s: .*: ", error, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "words"),
+    [
+        ("capacity", ["--code", "NTC 2018 SLV"], "--code applies to a check against a spectrum"),
+        ("capacity", ["--gravity", "981", "--confidence-factor", "1.2"], "--confidence-factor and --gravity"),
+        ("capacity", ["--force"], "--force applies to a picture: add --plot FILE, or omit --force"),
+        ("crossing", ["--force"], "--force applies to a picture"),
+        ("directions", ["--force"], "--force applies to a picture"),
+        ("settle", ["--support", "ground", "--direction", "0,-1", "--greatest"], "--greatest applies"),
+        ("solve", ["--mechanism", "incremental", "--names"], "--names and --mechanism apply to a picture"),
+    ],
+)
+def test_an_option_that_needs_another_option_is_refused_without_it(name, options, words, command, saved):
+    assert words in command.refused(name, saved(block_on_floor()), *options)

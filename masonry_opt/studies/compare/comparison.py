@@ -18,6 +18,7 @@ from masonry_opt.errors import NoRunSolvedError, OptionError
 from masonry_opt.files import refuse_outputs, write_folder
 from masonry_opt.scene.case_file import case_folder
 from masonry_opt.scene.mistakes import suggests_arguments
+from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import LANGUAGES
 from masonry_opt.studies.compare import judge, runs
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
@@ -123,9 +124,9 @@ def compare(  # noqa: PLR0913 - options of the public API are keywords
     return comparison
 
 
-def _listed(argument: str, names: str | Path | Sequence[Any]) -> Sequence[Any]:
-    """Return a name or a list of names as a list. Raises OptionError if the argument is neither."""
-    if isinstance(names, str | Path):
+def _listed(argument: str, names: str | Path | Scene | Sequence[Any]) -> Sequence[Any]:
+    """Return a name, a scene or a list as a list. Raises OptionError if the argument is none of these."""
+    if isinstance(names, str | Path | Scene):
         return [names]
     if not isinstance(names, Sequence):
         raise OptionError(f"{argument} must be a list of names (found {names!r})")

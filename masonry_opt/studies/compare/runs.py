@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from masonry_opt.analysis import solve
+from masonry_opt.brief import brief
 from masonry_opt.effort import PARTS
 from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.methods.registry import METHODS, HowToSolve
@@ -143,6 +144,8 @@ class RunPlan:
     pairs: tuple[Pair, ...]
     #: Combinations that are not possible, as tuples of method, model, solver and reason.
     left_out: tuple[tuple[str, str, str, str], ...]
+
+    __repr__ = brief
 
 
 def plan(
