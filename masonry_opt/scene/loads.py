@@ -53,8 +53,8 @@ class Load(Record):
     live_moment, dead_moment: Moments ``[mx, my, mz]`` on a :class:`Solid`, in addition to the moments of the
         forces.
     mass: Weight, as a force, that an earthquake multiplies to a horizontal force at the point of the load. It
-        is not a dead load. By default it is the component along gravity of the forces that act as dead loads.
-        With 0 the load has no mass.
+        is not a dead load. By default it is the component along gravity of the forces that act as dead loads,
+        and 0 if this component points against gravity. With 0 the load has no mass.
     group: A name by which a :class:`LoadCase` refers to the load.
     """
 
@@ -192,8 +192,8 @@ class Earthquake(Record):
     """Live load of an earthquake: λ times ``coefficient`` is the horizontal force per unit weight.
 
     The horizontal force of each weight acts at the same point as the weight. The component of a dead force
-    along gravity counts as a weight. A :class:`Load` or :class:`EdgeLoad` with a ``mass`` uses this mass
-    instead.
+    along gravity counts as a weight; a dead force against gravity has no mass. A :class:`Load` or
+    :class:`EdgeLoad` with a ``mass`` uses this mass instead.
 
     Raises CaseError if a value is wrong.
 

@@ -52,8 +52,9 @@ class Stability:
     geometric_margin: largest fraction by which all joints can shrink towards their middles while forces still
         carry the dead load. With a margin of 0.4 all resultants fit into the middle 60 % of the joints. None
         if joints have a limited strength, or if the margin was not computed because the scene is large.
-    worst_joint: joint whose resultant is nearest to its edge under the joint forces of this result; None if
-        no joint with an area (in the plane, a length) is pressed.
+    worst_joint: joint whose resultant is nearest to its edge under the joint forces of this result. Joints
+        are left out if their normal force is below 1 % of the dead load of the lighter block. None if no
+        joint with an area (in the plane, a length) is pressed.
     """
 
     unique: bool

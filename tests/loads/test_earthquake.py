@@ -118,6 +118,18 @@ def test_dead_forces_without_mass(given, mass):
         assert counts == pytest.approx(1.2 / (1.5 * 3), rel=1e-6)
 
 
+@pytest.mark.parametrize("kind", ["block", "load", "line"])
+def test_a_dead_force_against_gravity_has_no_mass(kind):
+    """The block has b = 1, h = 3 and W = 1, and the force F = 0.4 lifts it: λ W h/2 = (W - F) b/2."""
+    lifts = (0.0, 0.4)
+    scene = block_on_floor(1.0, 3.0, live=(0.0, 0.0), dead=lifts if kind == "block" else (0.0, 0.0))
+    if kind == "load":
+        scene = scene.replace(loads=[mo.Load(block="A", dead=lifts, at=(0.5, 3.0))])
+    if kind == "line":
+        scene = scene.replace(edge_loads=[mo.EdgeLoad(start=(0, 3), end=(1, 3), force=lifts)])
+    assert quake(scene, direction="right") == pytest.approx(0.2, rel=1e-9)
+
+
 def over_direction(size, friction, vertical, degrees):
     """Return the closed-form λ of a box that an earthquake pushes in a horizontal direction.
 
