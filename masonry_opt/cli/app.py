@@ -11,6 +11,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from masonry_opt.cli import garbage_collection_paused
 from masonry_opt.errors import InterruptedByUserError, MasonryError, OptionError, OutputError, ReaderGoneError
 from masonry_opt.reporting.terminal import print_text, results_alone
 
@@ -65,7 +66,8 @@ class _Commands(TyperGroup):
 def load(name: str) -> Any:
     """Load and return a command with all its options."""
     try:
-        module = import_module(f"masonry_opt.cli.{_MODULES.get(name, name)}")
+        with garbage_collection_paused():
+            module = import_module(f"masonry_opt.cli.{_MODULES.get(name, name)}")
     except KeyboardInterrupt:
         raise InterruptedByUserError("interrupted") from None
     command: Any = typer.main.get_command(getattr(module, name))

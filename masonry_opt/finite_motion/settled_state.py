@@ -23,7 +23,6 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import MOVES
 from masonry_opt.solvers.registry import MATRICES, find_solver
-from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
 
 #: Part of error messages that shows how movements of supports are specified.
 _FORM = "'settled' needs the movement of each support by name, such as {'pier': (0, -0.02)}"
@@ -123,6 +122,10 @@ def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float
 
 def _falls(problem: Problem) -> bool:
     """Return True if a scene is unstable under its dead load; False if it is stable or undecided."""
+    # The import is local: all studies import this module, but few scenes settle. Importing CVXPY takes a
+    # second.
+    from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
+
     try:
         return falling_mechanism(problem, find_solver("cvxpy", None), Effort()) is not None
     except DeadLoadUndecided:

@@ -11,7 +11,7 @@ from report.refresh_solver_people import table
 from scenes import CASES
 
 import masonry_opt as mo
-from masonry_opt.exports.export import EPSILON
+from masonry_opt.exports.programs import EPSILON
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()

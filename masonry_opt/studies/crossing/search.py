@@ -17,7 +17,6 @@ import shapely
 
 from masonry_opt.deadline import SAME_TIME, check_time
 from masonry_opt.effort import Effort
-from masonry_opt.models.cvxpy_static import CvxpyStatic
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.fill import Road
 from masonry_opt.problem.problem import Problem, ShearLimits, in_units_of_load
@@ -185,6 +184,10 @@ def moving_load(problem: Problem, effort: Effort) -> SolveLive:
     The program is compiled only once, because another live load changes only the column of λ.
     """
     scaled = in_units_of_load(problem)
+    # The import is local: all studies import this module, but only crossings with associative flow use CVXPY,
+    # whose import takes a second.
+    from masonry_opt.models.cvxpy_static import CvxpyStatic
+
     model = CvxpyStatic(scaled.problem, scaled.limits(ShearLimits.true(problem)))
     statics, program = model.statics, HighsSession(model.program, effort, "associative load factor")
 

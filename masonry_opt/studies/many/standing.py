@@ -23,7 +23,6 @@ from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import LEAST_DECREASE
 from masonry_opt.solvers.registry import Solver, find_solver
 from masonry_opt.stability.dead_load import unit_pressure, with_pressure_removed
-from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
 
 
 class DeadLoadMargin(NamedTuple):
@@ -104,6 +103,9 @@ def _falls(problem: Problem, solver: Solver, effort: Effort) -> np.ndarray | Non
 
     Raises NoLoadFactorError if the stability cannot be decided.
     """
+    # The import is local, because few scenes have no finite margin. It imports CVXPY, which takes a second.
+    from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
+
     try:
         return falling_mechanism(problem, solver, effort)
     except DeadLoadUndecided as stopped:

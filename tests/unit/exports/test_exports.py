@@ -25,7 +25,7 @@ from scenes_in_space import box_on_floor, corner_wall
 
 import masonry_opt as mo
 from masonry_opt.errors import NoLoadFactorError
-from masonry_opt.exports.export import EPSILON, names_in
+from masonry_opt.exports.programs import EPSILON, names_in
 from masonry_opt.models.pyomo_mcp import PyomoMcp, with_pairs
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.names import unique
