@@ -128,7 +128,8 @@ def _refuse_repeated_names(meshes: Sequence[Mesh]) -> None:
         raise ValueError(f"two blocks are named '{names[0]}': rename one of them")
     if names:
         raise ValueError(
-            f"several blocks have the same name: {stones.listed_names(names)}: give each block a name of its own"
+            f"several blocks have the same name: {stones.listed_names(names)}: "
+            "give each block a name of its own"
         )
 
 
