@@ -11,7 +11,7 @@ from docutils import nodes
 from sphinx import addnodes
 from sphinx.application import Sphinx
 
-_LONGEST = 24  #: Number of letters up to which a word of code is kept on one line.
+_LONGEST = 20  #: Number of letters up to which a word of code is kept on one line.
 
 
 def mark(app: Sphinx, doctree: nodes.document, name: str = "") -> None:

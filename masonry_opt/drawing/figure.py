@@ -181,7 +181,7 @@ def finish(
     columns = _legend_columns([str(handle.get_label()) for handle in handles])
     rows = -(-len(handles) // columns)
     lines = [line for note in notes for line in textwrap.wrap(printable(note), _NOTE_LENGTH)]
-    axis_labels = _AXIS_LABELS if axes.axison else 0.1
+    axis_labels = _AXIS_LABELS + axes.get_xlabel().count("\n") * _LINE_HEIGHT if axes.axison else 0.1
     at_legend = axis_labels + (_COLOUR_BAR if colours is not None else 0.0)
     at_notes = at_legend + rows * _LINE_HEIGHT + 0.1
     below = at_notes + len(lines) * _LINE_HEIGHT

@@ -164,6 +164,15 @@ def test_a_curve_is_drawn_with_its_load_factor_and_the_first_joints_that_move(cu
     assert told == ["load factor λ = 0.18844", "associative λ = 0.25", "the first joints slide"]
 
 
+def test_the_label_below_a_curve_is_narrower_than_the_axis_and_above_the_legend(curved):
+    figure = curved.plot("curve")
+    FigureCanvasAgg(figure).draw()
+    (axes,), (below,) = figure.axes, figure.legends
+    label = axes.xaxis.label.get_window_extent()
+    assert label.width < 0.9 * axes.get_window_extent().width
+    assert label.y0 > below.get_window_extent().y1
+
+
 def test_numbers_that_would_overlap_below_a_curve_are_added():
     grouped = _grouped_numbers([0.0, 0.9, 1.0, 1.5, 4.0], [1, 2, 4, 8, 16], 1.0)
     assert grouped == [(0.0, 3), (1.0, 12), (4.0, 16)]
