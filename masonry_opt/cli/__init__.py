@@ -1,9 +1,8 @@
 """Entry point of the command `masonry-opt`, which can be interrupted from its first moment on."""
 
-import gc
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+
+from masonry_opt.cli.imports import garbage_collection_paused
 
 
 def main() -> None:
@@ -18,18 +17,3 @@ def main() -> None:
         print("error: interrupted", file=sys.stderr)
         sys.exit(130)
     run()
-
-
-@contextmanager
-def garbage_collection_paused() -> Iterator[None]:
-    """Pause the garbage collector while modules are imported during a ``with`` block.
-
-    The objects of modules live until the program ends. Collections would visit them again and again, and find
-    no garbage. Therefore they are also excluded from later collections.
-    """
-    gc.disable()
-    try:
-        yield
-    finally:
-        gc.freeze()
-        gc.enable()

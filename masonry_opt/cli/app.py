@@ -11,7 +11,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from masonry_opt.cli import garbage_collection_paused
+from masonry_opt.cli.imports import garbage_collection_paused
 from masonry_opt.errors import InterruptedByUserError, MasonryError, OptionError, OutputError, ReaderGoneError
 from masonry_opt.reporting.terminal import print_text, results_alone
 
