@@ -1,4 +1,4 @@
-"""Collapse load factor of masonry: rigid blocks, dry Coulomb joints, linear programming.
+"""Compute collapse load factors of masonry: rigid blocks with dry Coulomb joints, by linear programming.
 
 >>> import masonry_opt as mo
 >>> scene = mo.load("cases/ferris_tinloi/wall_1.toml")

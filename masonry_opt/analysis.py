@@ -48,7 +48,7 @@ class Session:
     how: HowToSolve  #: how to solve each scene: method, solver and options
     #: Cache of compiled optimisation programs for scenes that differ only in joint properties. The cache also
     #: stores joint forces, which may show that a later scene is stable. It does not change any load factor.
-    kept: ProgramCache = field(default_factory=ProgramCache)
+    cache: ProgramCache = field(default_factory=ProgramCache)
     #: If True, the session decides whether a scene without live load is stable. If False, a scene without
     #: live load raises an error.
     answers_stability: bool = False
@@ -131,13 +131,13 @@ class Session:
             raise TimeLimitError(
                 f"{scene.origin}: the search for joints reached the {stop}: use a longer time limit"
             ) from None
-        if self.kept.keeps:
+        if self.cache.keeps:
             self._last = assembly
         return assembly
 
     def _check(self, assembly: Assembly, effort: Effort) -> DeadLoadCheck:
         """Return an object that tests whether an assembled scene is stable under its dead load."""
-        return DeadLoadCheck(assembly, self.how, self.kept, effort)
+        return DeadLoadCheck(assembly, self.how, self.cache, effort)
 
     def pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:
         """Run the method on a scene that is stable under its dead load, and return the solution.
@@ -163,7 +163,7 @@ class Session:
         """
         problem, incremental = assembly.problem, self._solve_incremental(assembly, progress, effort)
         effort.begins(f"method '{self.method.name}'")
-        task = Task(problem, self.how.engine, self.how.own_options, effort, progress, self.kept, incremental)
+        task = Task(problem, self.how.engine, self.how.own_options, effort, progress, self.cache, incremental)
         solution = replace(run_method(self.method, task), incremental=incremental).accepted()
         solution = _complete(assembly, task, solution)
         if solution.status not in (Status.SOLVER_FAILED, Status.BELOW_ZERO):
@@ -192,7 +192,7 @@ class Session:
         effort.uses(solver.name, "incremental analysis")
         with effort.measure("incremental"):
             own = Effort(effort.begins)
-            task = Task(problem, solver, effort=own, kept=self.kept)
+            task = Task(problem, solver, effort=own, cache=self.cache)
             if self.method.begins_with_load_history:
                 task = replace(task, progress=progress)
             solution = run_method(method, task)

@@ -37,7 +37,7 @@ class DeadLoadCheck:
 
     assembly: Assembly
     how: HowToSolve  #: method, solver and options
-    kept: ProgramCache  #: compiled programs of the session
+    cache: ProgramCache  #: compiled programs of the session
     effort: Effort
 
     @property
@@ -123,7 +123,7 @@ class DeadLoadCheck:
         solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
         with self.effort.measure("dead_load"):
             try:
-                falling, forces = diagnosis.mechanism_or_forces(problem, solver, effort, self.kept)
+                falling, forces = diagnosis.mechanism_or_forces(problem, solver, effort, self.cache)
             except diagnosis.DeadLoadUndecided as error:
                 return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **error.values), None
         if falling is None:
@@ -148,7 +148,7 @@ class DeadLoadCheck:
         problem = self.assembly.problem
         if not self._is_history_possible(problem):
             return None
-        task = Task(problem, find_solver(MATRICES, None), effort=Effort(), kept=self.kept)
+        task = Task(problem, find_solver(MATRICES, None), effort=Effort(), cache=self.cache)
         if analysis_of(task).preload_forces is not None:
             return None
         solution = METHODS[INCREMENTAL_METHOD].run(task)
@@ -169,7 +169,7 @@ class DeadLoadCheck:
         problem = self.assembly.problem
         if not self._is_history_possible(problem):
             return None
-        forces = analysis_of(Task(problem, effort=effort, kept=self.kept)).preload_forces
+        forces = analysis_of(Task(problem, effort=effort, cache=self.cache)).preload_forces
         if forces is None or not carries(problem, forces):
             return None
         if problem.settled is None and problem.dead.any():

@@ -357,16 +357,16 @@ def _ending(path: str | Path) -> str:
     return Path(path).suffix.lower().removeprefix(".")
 
 
-def curve_axes(scene: Scene, said: str, along: str) -> tuple[Picture, Axes]:
+def curve_axes(scene: Scene, subtitle: str, along: str) -> tuple[Picture, Axes]:
     """Return a picture with empty axes for a curve of λ over another quantity.
 
-    ``along`` is the label of the horizontal axis. ``said`` is a line below the scene's title.
+    ``along`` is the label of the horizontal axis. ``subtitle`` is a line below the scene's title.
     """
     made = Picture()
     axes = made.add_subplot()
     axes.set_box_aspect(_CURVE_ASPECT)
     axes.set(xlabel=along, ylabel="load factor λ")
-    entitle(axes, title_of(scene), said)
+    entitle(axes, title_of(scene), subtitle)
     return made, axes
 
 

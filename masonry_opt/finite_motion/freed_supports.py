@@ -65,8 +65,8 @@ def reaction_at_rest(held: Problem, settling: Problem, own: int) -> tuple[float,
         return None
     on_blocks = settling.B[:, :own] @ q[:own]
     reaction = float(on_blocks @ settling.live / (settling.live @ settling.live))
-    left = on_blocks + settling.dead - reaction * settling.live
-    q = np.append(q[:own], np.linalg.lstsq(settling.B[:, own:].toarray(), -left, rcond=None)[0])
+    unbalanced = on_blocks + settling.dead - reaction * settling.live
+    q = np.append(q[:own], np.linalg.lstsq(settling.B[:, own:].toarray(), -unbalanced, rcond=None)[0])
     # Set a reaction as small as rounding errors to zero. Otherwise solvers would scale the loads by a number
     # that consists of rounding errors only.
     return reaction if abs(reaction) > ZERO else 0.0, q

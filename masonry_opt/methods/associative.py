@@ -70,17 +70,17 @@ def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, A
         """Return a state with its certificate for associative flow, or None if there is no state."""
         return certified(problem, state.load_factor, state.q, state.d, problem.friction) if state else None
 
-    how = {"of_load": True, "repeats": task.kept.keeps}
-    driver = task.kept.driver(problem, formulation, task.solver, task.effort, **how)
+    how = {"of_load": True, "repeats": task.cache.keeps}
+    driver = task.cache.driver(problem, formulation, task.solver, task.effort, **how)
     # Accept a nearly optimal point, because its certificate later shows whether the point is accurate enough.
     answer = driver.solve(nearly=True)
     state = with_certificate(answer.state)
     if problem.by_strength.conic and state and (answer.solved.failed or _is_short(answer, state)):
         # Solve again for more accuracy. The constraints that limit crushing are now scaled by the normal
         # forces of the first solution.
-        again = driver.solve(nearly=True, near=state.q)
-        if again.state is not None:
-            answer, state = again, with_certificate(again.state)
+        second_answer = driver.solve(nearly=True, near=state.q)
+        if second_answer.state is not None:
+            answer, state = second_answer, with_certificate(second_answer.state)
     return answer, state, driver.size()
 
 
@@ -106,7 +106,7 @@ def with_associative(task: Task, of: Solution) -> Solution:
         answer = _by_simplex(task.problem, task.effort)
         if answer is not None:
             return replace(of, associative=answer.load_factor, associative_ended=Status.OPTIMAL)
-        own = Task(task.problem, kept=task.kept)
+        own = Task(task.problem, cache=task.cache)
         task.effort.uses(own.solver.name, _ASSOCIATIVE_PURPOSE)
         solution = associative(own, by_chords=True).accepted()
     return replace(of, associative=solution.load_factor, associative_ended=solution.status)

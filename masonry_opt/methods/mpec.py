@@ -139,9 +139,9 @@ class CasadiIpopt:
             "ipopt.sb": "yes",
         }
         options |= {f"ipopt.{name}": value for name, value in _OPTIONS.items()}
-        left = seconds_left()
-        if math.isfinite(left):
-            options["ipopt.max_wall_time"] = max(left, SAME_TIME)  # IPOPT refuses zero
+        remaining_time = seconds_left()
+        if math.isfinite(remaining_time):
+            options["ipopt.max_wall_time"] = max(remaining_time, SAME_TIME)  # IPOPT refuses zero
         return casadi.nlpsol("program", "ipopt", self._functions, options)
 
     def solve(self, epsilon: float) -> tuple[bool, str, int]:

@@ -111,7 +111,7 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
         at = load_factor
         growing, rest = problem.live + share / at * problem.dead, (1 - share) * problem.dead
         moved = replace(problem, live=growing, dead=rest)
-        solution = run(replace(task, problem=moved, kept=ProgramCache(), incremental=None)).accepted()
+        solution = run(replace(task, problem=moved, cache=ProgramCache(), incremental=None)).accepted()
         answer = solution.answer
         if answer is None:
             return None
@@ -145,7 +145,7 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
     the live load does positive work in it.
     """
     problem = task.problem.by_cone
-    upper = associative(Task(task.problem, kept=task.kept), by_chords=True)
+    upper = associative(Task(task.problem, cache=task.cache), by_chords=True)
     answer = upper.accepted().answer
     if answer is None or answer.load_factor <= ZERO or not problem.dead.any():
         return None

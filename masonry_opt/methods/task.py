@@ -40,7 +40,7 @@ class Task:
     progress: Progress = lambda _: None
     #: Cache of compiled programs. Analyses of the same scene with other friction, cohesion or dilatancy use
     #: them again.
-    kept: ProgramCache = field(default_factory=ProgramCache)
+    cache: ProgramCache = field(default_factory=ProgramCache)
     #: Solution of the same problem by method "incremental", or None if this method is switched off.
     incremental: Solution | None = None
 

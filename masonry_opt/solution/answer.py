@@ -284,28 +284,28 @@ class InfeasibilityCertificate:
 
 
 def ray_residuals(
-    problem: Problem, q: np.ndarray, slope: np.ndarray, still: np.ndarray | bool = False
+    problem: Problem, q: np.ndarray, slope: np.ndarray, motionless: np.ndarray | bool = False
 ) -> tuple[float, float]:
     """Return the residuals of joint forces q that carry the live load alone, without cohesion.
 
     They are the residuals of B q + f_L = 0 and of C(slope) q ≥ 0, each divided by Σ|f_L|. The joint forces q
     have shape (3c + t,). The second condition is not tested for the faces (yield conditions) for which
-    ``still``, shape (faces,), is True.
+    ``motionless``, shape (faces,), is True.
     """
     equilibrium = float(np.abs(problem.B @ q + problem.live).max())
-    violation = np.where(still, 0.0, -(problem.C(slope) @ q))
+    violation = np.where(motionless, 0.0, -(problem.C(slope) @ q))
     return equilibrium / problem.live_norm, float(violation.max(initial=0.0)) / problem.live_norm
 
 
-def kinematic_residual(problem: Problem, q: np.ndarray, still: np.ndarray) -> float:
+def kinematic_residual(problem: Problem, q: np.ndarray, motionless: np.ndarray) -> float:
     """Return the residual of a proof that at least one of the given faces must have a nonzero rate.
 
     The proof is valid for mechanisms in which the live load does positive work. The given faces (yield
-    conditions) are those for which ``still``, shape (faces,), is True. A residual of zero proves that
+    conditions) are those for which ``motionless``, shape (faces,), is True. A residual of zero proves that
     f_L·d ≤ 0 in every mechanism in which the rates of all given faces are zero. The residual is the larger
     value of :func:`ray_residuals` with the joints' own flow rule.
     """
-    return max(ray_residuals(problem, q, problem.dilatancy, still))
+    return max(ray_residuals(problem, q, problem.dilatancy, motionless))
 
 
 def static_residual(problem: Problem, d: np.ndarray, p: np.ndarray, held: np.ndarray) -> float:

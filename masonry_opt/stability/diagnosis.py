@@ -101,17 +101,17 @@ class _Standing:
 
 
 def falling_mechanism(
-    problem: Problem, solver: Solver, effort: Effort, kept: ProgramCache | None = None
+    problem: Problem, solver: Solver, effort: Effort, cache: ProgramCache | None = None
 ) -> np.ndarray | None:
     """Return block velocities, shape (3b,), of a fall under the dead load; None if the scene is stable.
 
     See :func:`mechanism_or_forces`.
     """
-    return mechanism_or_forces(problem, solver, effort, kept)[0]
+    return mechanism_or_forces(problem, solver, effort, cache)[0]
 
 
 def mechanism_or_forces(
-    problem: Problem, solver: Solver, effort: Effort, kept: ProgramCache | None = None
+    problem: Problem, solver: Solver, effort: Effort, cache: ProgramCache | None = None
 ) -> tuple[np.ndarray, None] | tuple[None, np.ndarray]:
     """Return a mechanism that the dead load drives; if there is none, joint forces that carry the dead load.
 
@@ -124,19 +124,19 @@ def mechanism_or_forces(
 
     Raises DeadLoadUndecided if neither forces nor a mechanism are verified.
     """
-    by_cone, kept = problem.by_cone, kept or ProgramCache()
+    by_cone, cache = problem.by_cone, cache or ProgramCache()
     chosen = in_cvxpy(solver, by_cone.by_friction.conic)
 
     def declared() -> _Standing:
         """Declare the program in CVXPY, and return it with the :class:`CvxpyEngine` that solves it."""
         model = CvxpyStanding(by_cone, ShearLimits.true(problem))
-        engine = CvxpyEngine(model.program, chosen, effort, DEAD_LOAD, repeats=kept.keeps)
+        engine = CvxpyEngine(model.program, chosen, effort, DEAD_LOAD, repeats=cache.keeps)
         return _Standing(model, engine)
 
     # Replace the live load, which the check does not need, by the dead load. Scenes with equal dead loads
     # then share one compiled program.
     unloaded = replace(problem, live=problem.dead)
-    standing = kept.of((DEAD_LOAD, chosen.key), unloaded, effort, declared)
+    standing = cache.of((DEAD_LOAD, chosen.key), unloaded, effort, declared)
     if standing.forces is not None and carries(problem, standing.forces):
         return None, standing.forces
     standing.engine.solve()
@@ -416,7 +416,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
     largest = float(problem.friction.max(initial=0.0))
     if not largest or problem.joints > FACTOR_UP_TO:
         return stands, falls
-    largest_factor, kept = _LARGEST_FRICTION / largest, ProgramCache(keeps=True)
+    largest_factor, cache = _LARGEST_FRICTION / largest, ProgramCache(keeps=True)
     for _ in range(_MOST_FACTORS):
         if stands is None and falls < largest_factor:
             factor = min(max(2.0, falls**2), largest_factor)
@@ -426,7 +426,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
             break
         stronger = replace(problem, law=replace(problem.law, friction=factor * problem.friction))
         try:
-            is_stable = falling_mechanism(stronger, solver, effort, kept) is None
+            is_stable = falling_mechanism(stronger, solver, effort, cache) is None
         except DeadLoadUndecided:
             break
         if is_stable:

@@ -213,14 +213,14 @@ class Cuts:
         self._keep(_RESTING, static_residual(self.problem, d, p - r, blamed), blamed)
         return frozenset(np.flatnonzero(blamed).tolist())
 
-    def _kinematic_cut(self, still: np.ndarray) -> None:
+    def _kinematic_cut(self, motionless: np.ndarray) -> None:
         """Find faces of which at least one has a nonzero rate in every mechanism, and add them as a cut.
 
         The mechanisms are those in which the live load does work. The faces of the cut are among the faces
-        with zero rates, for which the mask ``still``, shape (faces,), is True.
+        with zero rates, for which the mask ``motionless``, shape (faces,), is True.
         """
         model = self._no_motion
-        self._kinematics.set_most(model.v, np.where(still, np.inf, 0.0))
+        self._kinematics.set_most(model.v, np.where(motionless, np.inf, 0.0))
         if not self._solved(self._kinematics):
             raise _Undecided
         q, v = self._kinematics.values(model.q), self._kinematics.values(model.v)

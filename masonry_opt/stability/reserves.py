@@ -39,12 +39,12 @@ def least_friction_factor(problem: Problem, solver: Solver, effort: Effort) -> f
     """
     if not len(problem.sliding) or problem.joints > FACTOR_UP_TO:
         return None
-    kept = ProgramCache(keeps=True)
+    cache = ProgramCache(keeps=True)
 
     def is_stable(factor: float) -> bool:
         """Return True if the scene is stable after all friction coefficients are multiplied by a factor."""
         weaker = replace(problem, law=replace(problem.law, friction=factor * problem.friction))
-        return falling_mechanism(weaker, solver, effort, kept) is None
+        return falling_mechanism(weaker, solver, effort, cache) is None
 
     return _least_stable(is_stable)
 

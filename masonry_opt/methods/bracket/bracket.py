@@ -105,9 +105,9 @@ def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
     ``search`` is the time of an additional search in seconds, or None. At the time limit the lowest state so
     far is returned, or a solution without an answer if no state is known.
     """
-    left = max(began + task.options.time_limit - time.perf_counter(), 0.0)
+    remaining_time = max(began + task.options.time_limit - time.perf_counter(), 0.0)
     try:
-        with limited(left):
+        with limited(remaining_time):
             own = task.with_options(CoulombOptions(search=search), find_solver(MATRICES, None))
             start = coulomb(own)
             # If no search was made, look for an exact state near the forces of the solution, even if the

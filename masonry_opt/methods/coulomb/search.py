@@ -213,8 +213,10 @@ class _Lowest:
 def _without_state(first: Solution, missed: Code) -> Solution:
     """Add to a solution the reason why the search from its forces found no exact state."""
     reasons = (
-        replace(said, values=said.values | {"searched": True}) if said.code is Code.UNDECIDED else said
-        for said in first.reasons
+        replace(own_reason, values=own_reason.values | {"searched": True})
+        if own_reason.code is Code.UNDECIDED
+        else own_reason
+        for own_reason in first.reasons
     )
     return replace(first, reasons=tuple(reasons)).telling(reason(missed))
 
@@ -227,11 +229,11 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder,
     has_same_law = first.found.forms == best.answer.forms
     # If the answer of ``first`` is exact, keep it for comparison, because the search may end at a higher load
     # factor.
-    kept = first.answer if has_same_law and first.kind is Kind.EXACT else None
-    answer = lower_of(best.answer, kept) or best.answer
-    is_kept = answer is kept
+    exact_answer = first.answer if has_same_law and first.kind is Kind.EXACT else None
+    answer = lower_of(best.answer, exact_answer) or best.answer
+    is_kept = answer is exact_answer
     if is_kept:
-        lowest.met.count(kept)
+        lowest.met.count(exact_answer)
     lowest.met.lowest = min(lowest.met.lowest, first.below_zero)
     kind = Kind.EXACT if answer.exact else Kind.NEARLY_COMPLEMENTARY
     history = tuple(lowest.history)

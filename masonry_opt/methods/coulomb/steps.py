@@ -117,7 +117,7 @@ class ExactFrom:
             if run.known.proven_none:
                 run.ended = run.known
             return
-        forces = associative(Task(run.problem, kept=run.task.kept)).answer
+        forces = associative(Task(run.problem, cache=run.task.cache)).answer
         if forces is not None:
             run.states.near(forces)
 
@@ -263,7 +263,7 @@ def _end_without_loop(run: CoulombRun) -> Solution | None:
     """Return the solution if the loop is not needed (cases 2 to 4 of :meth:`Loop.run`), otherwise None."""
     assert run.incremental is not None
     found = run.known.infeasibility
-    grows = [said for said in run.incremental.reasons if said.code is Code.UNBOUNDED]
+    grows = [own_reason for own_reason in run.incremental.reasons if own_reason.code is Code.UNBOUNDED]
     if grows and found is not None and found.existence is Existence.UNBOUNDED:
         return replace(run.known, status=Status.JAMMED, reasons=tuple(grows))
     lowest = run.states.met.lowest

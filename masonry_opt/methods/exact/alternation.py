@@ -231,4 +231,4 @@ def alternation_of(task: Task, settings: SearchSettings = SEARCH) -> Alternation
     def build() -> Alternation:
         return Alternation(problem, effort, settings)
 
-    return task.kept.of(("alternation", settings), problem, effort, build, own=True)
+    return task.cache.of(("alternation", settings), problem, effort, build, own=True)

@@ -280,8 +280,8 @@ class Refiner(StateFinder):
             lower = mechanism and self.least(*mechanism)
             if lower and is_lower(lower.load_factor, state.load_factor) and not self._weightless(lower):
                 return lower
-        again = self.first(state.q)
-        return again if again and is_lower(again.load_factor, state.load_factor) else None
+        other_state = self.first(state.q)
+        return other_state if other_state and is_lower(other_state.load_factor, state.load_factor) else None
 
     def _weightless(self, state: ExactState) -> bool:
         """Return True if λ is negative and no moving block carries a net load at this λ."""

@@ -187,7 +187,7 @@ def analysis_of(task: Task, settings: IncrementalSettings | None = None) -> Incr
     def build() -> IncrementalAnalysis:
         return IncrementalAnalysis(problem, settings)
 
-    return task.kept.of(("incremental", settings), problem, task.effort, build, own=True)
+    return task.cache.of(("incremental", settings), problem, task.effort, build, own=True)
 
 
 def is_meaningful(analysis: IncrementalAnalysis, load_factor: float, d: np.ndarray) -> bool:

@@ -93,12 +93,12 @@ def _solve_far_along(
     control = solver.matrix.B @ solver.trial_change(d).ravel()
     for _ in range(solver.settings.newton_iterations):
         response = solver.law.respond(trial + solver.trial_change(d))
-        left = solver.unbalanced(response, problem.dead + load_factor * problem.live)
-        both = solver.solve_linear(response.tangent, 0.0, np.column_stack([left, problem.live]))
+        unbalanced = solver.unbalanced(response, problem.dead + load_factor * problem.live)
+        both = solver.solve_linear(response.tangent, 0.0, np.column_stack([unbalanced, problem.live]))
         x, y = both.T
         if not np.isfinite(both).all() or control @ y == 0:
             return None
-        if np.abs(left).max() <= negligible:
+        if np.abs(unbalanced).max() <= negligible:
             return _FarState(load_factor, response.remembered, response.forces, d, y)
         change = -float(control @ x) / float(control @ y)
         d, load_factor = d + x + change * y, load_factor + change

@@ -192,8 +192,8 @@ class EquilibriumSolver:
 
     def unbalanced(self, response: Response, load: np.ndarray) -> np.ndarray:
         """Return the unbalanced forces on the blocks, shape (3b,)."""
-        left: np.ndarray = self.matrix.B @ response.forces.ravel() + load
-        return left
+        unbalanced: np.ndarray = self.matrix.B @ response.forces.ravel() + load
+        return unbalanced
 
     def is_balanced(self, unbalanced: np.ndarray, load: np.ndarray) -> bool:
         """Return True if unbalanced forces are negligible compared with a load."""

@@ -172,7 +172,7 @@ def _declared(task: Task, problem: Problem, solver: Solver, tolerance: float | N
     of_load = tolerance is not None
     solver = solver if tolerance is None else rougher(solver, tolerance)
     how: dict[str, Any] = {"of_load": of_load, "purpose": "sub-problems", "repeats": True}
-    return task.kept.driver(problem, "static", solver, task.effort, **how)
+    return task.cache.driver(problem, "static", solver, task.effort, **how)
 
 
 def _next(runs: list[_Ran], remaining: _RemainingRemedies, options: LoopOptions) -> Attempt | None:
@@ -213,7 +213,7 @@ def _gathered(runs: list[_Ran], options: LoopOptions, least: Reason) -> Solution
     if remedies:
         if chosen.failure is Status.LOCKED:
             solution = replace(solution, reasons=(reason(Code.DILATANCY_LOCKS),))
-        again = reason(Code.BEGAN_AGAIN, first=str(runs[0].failure), remedies=remedies, in_vain=not decided)
-        solution = solution.telling_first(again) if decided else solution.telling(again)
+        restart = reason(Code.BEGAN_AGAIN, first=str(runs[0].failure), remedies=remedies, in_vain=not decided)
+        solution = solution.telling_first(restart) if decided else solution.telling(restart)
     history = tuple(entry for ran in runs for entry in ran.solution.history)
     return replace(solution, solver=chosen.attempt.solver, history=history)
