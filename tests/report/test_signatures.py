@@ -9,7 +9,7 @@ from scenes import run_command
 from typer.testing import CliRunner
 
 from masonry_opt.cli.app import COMMANDS, load
-from masonry_opt.cli.command import Given, command, reader
+from masonry_opt.cli.command import CommandArguments, command, reader
 from masonry_opt.errors import OptionError
 
 
@@ -54,7 +54,7 @@ def run(*texts):
         live_layers=typer.Option(parser=lambda text: tuple(text.split("="))),
         place=typer.Option(parser=reader(two, "{}: write two numbers")),
     )
-    def asked(given: Given, case: Path) -> None:
+    def asked(given: CommandArguments, case: Path) -> None:
         """Exit code 0."""
         called.update(given.rest(study), case=case)
 
