@@ -274,17 +274,17 @@ def lost(before: list[Measured], after: list[Measured]) -> str:
     answers = sum(new.value is not None for _, new in pairs) - sum(old.value is not None for old, _ in pairs)
     exact = sum(new.exact for new in after) - sum(old.exact for old in before)
     expected = sum(new.incremental for new in after) - sum(old.incremental for old in before)
-    told = [f"answers {answers:+d}", f"exact {exact:+d}", f"incremental {expected:+d}"]
+    phrases = [f"answers {answers:+d}", f"exact {exact:+d}", f"incremental {expected:+d}"]
     for word, part in (
         ("higher", 100 * change[change > EQUALITY_TOLERANCE]),
         ("lower", -100 * change[change < -EQUALITY_TOLERANCE]),
     ):
         by = f" by {part.mean():.2g} %, at most {part.max():.2g}" if len(part) else ""
-        told.append(f"λ {word} {len(part)}{by}")
+        phrases.append(f"λ {word} {len(part)}{by}")
     for word in ("steps", "seconds"):
         was, now = (sum(getattr(run, word) for run in runs) for runs in (before, after))
-        told.append(f"{word} × {now / max(was, 1e-9):.2f}")
-    return "; ".join(told)
+        phrases.append(f"{word} × {now / max(was, 1e-9):.2f}")
+    return "; ".join(phrases)
 
 
 def _hangs_together(scene: mo.Scene) -> bool:

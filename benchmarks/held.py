@@ -65,8 +65,8 @@ def main() -> None:
             gaps += [] if gap is None else [gap]
             ends[end := ended(result)] += 1
             if end != "exact" or (gap or 0) > 1e-8:
-                told = ", ".join(str(reason.code) for reason in result.reasons)
-                print(f"{kind} {seed}: {end} ({told}), duality gap {gap}", flush=True)
+                codes_text = ", ".join(str(reason.code) for reason in result.reasons)
+                print(f"{kind} {seed}: {end} ({codes_text}), duality gap {gap}", flush=True)
     print("; ".join(f"{count} {end}" for end, count in ends.most_common()))
     print(f"duality gap at most {max(gaps):.1e}, of {len(gaps)} scenes with an associative load factor")
 

@@ -195,8 +195,8 @@ def budgets(rows: list[dict[str, str]]) -> None:
         )
         proven = [int((needed <= most).sum()) for most in BUDGETS]
         ratios = with_proof / without
-        told = f"median {np.median(ratios):.2f}, most {ratios.max():.2f}"
-        print(f"{low}–{high:<8} {len(own):<7} {', '.join(map(str, proven)):<20} {told}")
+        ratio_text = f"median {np.median(ratios):.2f}, most {ratios.max():.2f}"
+        print(f"{low}–{high:<8} {len(own):<7} {', '.join(map(str, proven)):<20} {ratio_text}")
 
 
 def _slower(rows: list[dict[str, str]]) -> str:

@@ -75,10 +75,10 @@ def timed(scene: mo.Scene, method: str, **options: Any) -> tuple[mo.Result, floa
 
 def row(*cells: Any) -> None:
     """Print a row of a table."""
-    told = (
+    cells = (
         f"{cell:.5g}" if isinstance(cell, float) else "–" if cell is None else str(cell) for cell in cells
     )
-    print(f"| {' | '.join(told)} |", flush=True)
+    print(f"| {' | '.join(cells)} |", flush=True)
 
 
 def head(*cells: str) -> None:
@@ -168,8 +168,8 @@ def sides(asked: argparse.Namespace) -> None:
             polygons, seconds = associative_of(assemble(scene).problem)
             soft, soft_seconds = timed(scene, "incremental")
             found[count] = 100 * (1 - polygons / cones), seconds
-            told = soft.incremental, soft.iterations, round(soft_seconds, 2)
-            row(blocks, friction, count, polygons, round(found[count][0], 3), round(seconds, 2), *told)
+            soft_cells = soft.incremental, soft.iterations, round(soft_seconds, 2)
+            row(blocks, friction, count, polygons, round(found[count][0], 3), round(seconds, 2), *soft_cells)
         matrices.SIDES = own
     if asked.chart:
         chart(drawn)
@@ -232,10 +232,10 @@ def random(asked: argparse.Namespace) -> None:
         ends[kind][end] += 1
         seconds[kind].append(took)
         if asked.verbose or not end.startswith(("certified", "proven")):
-            told = f"{static.load_factor} {result.incremental} {result.load_factor} {took:.1f} s"
+            numbers = f"{static.load_factor} {result.incremental} {result.load_factor} {took:.1f} s"
             size = result.assembly.problem.blocks
             print(
-                f"    {kind} {seed}: {end}; {size} blocks; {told}; {codes(static)}; {codes(result)}",
+                f"    {kind} {seed}: {end}; {size} blocks; {numbers}; {codes(static)}; {codes(result)}",
                 flush=True,
             )
     head(
@@ -296,8 +296,14 @@ def vaults(_: argparse.Namespace) -> None:
             began = time.process_time()
             result.save(Path(folder, "vault.html"))
             drawing = time.process_time() - began
-        told = result.load_factor, result.incremental, result.associative
-        row(thickness, friction, live, *(round(part, 1) for part in (reading, seconds, drawing)), *told)
+        load_factors = result.load_factor, result.incremental, result.associative
+        row(
+            thickness,
+            friction,
+            live,
+            *(round(part, 1) for part in (reading, seconds, drawing)),
+            *load_factors,
+        )
 
 
 PARTS: dict[str, Callable[[argparse.Namespace], None]] = {

@@ -116,7 +116,7 @@ _SHARED: dict[str, Any] = {
 }
 
 
-class Given(dict[str, Any]):
+class CommandArguments(dict[str, Any]):
     """Arguments from the command line for the functions that a command calls, by parameter name.
 
     The dictionary contains only arguments that the user typed, and no arguments of the command itself. The
@@ -171,8 +171,9 @@ def command(
     """Return a decorator that converts a function to a command, in the form of a Typer app.
 
     The command has the options of the decorated function and of the functions in ``functions``. The decorated
-    function is called with the arguments for the other functions (:class:`Given`), and with its own options,
-    which replace options of equal name. The command ends with exit code 1 if the function returns False.
+    function is called with the arguments for the other functions (:class:`CommandArguments`), and with its
+    own options, which replace options of equal name. The command ends with exit code 1 if the function
+    returns False.
 
     Parameters
     ----------
@@ -187,7 +188,7 @@ def command(
     def decorator(own: Function) -> typer.Typer:
         """Make a Typer app of the decorated function."""
         options = dict(inspect.signature(own, eval_str=True).parameters)
-        del options[next(iter(options))]  # the first parameter receives a Given object: it is not an option
+        del options[next(iter(options))]  # the first parameter receives the arguments: it is no option
         for name, parameter in options.items():
             options[name] = parameter.replace(annotation=Annotated[parameter.annotation, infos[name]])
         parsers: dict[str, Function | None] = {}
@@ -203,14 +204,14 @@ def command(
 
         def run(ctx: typer.Context, **typed: Any) -> None:
             """Call the decorated function with the arguments that the user typed."""
-            given = Given()
-            given.called = {str(option.name): option.opts[-1] for option in ctx.command.params}
+            arguments = CommandArguments()
+            arguments.called = {str(option.name): option.opts[-1] for option in ctx.command.params}
             for name in [name for name in parsers if name in typed]:
                 value, parse = typed.pop(name), parsers[name] or (lambda text: text)
                 if ctx.get_parameter_source(name).name != "DEFAULT":  # type: ignore[union-attr]
-                    given[name] = [*map(parse, value)] if isinstance(value, list) else parse(value)
+                    arguments[name] = [*map(parse, value)] if isinstance(value, list) else parse(value)
             with _warnings_printed():
-                succeeds = own(given, **typed) in (None, True)
+                succeeds = own(arguments, **typed) in (None, True)
             if not succeeds:
                 raise typer.Exit(1)
 

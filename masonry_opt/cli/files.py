@@ -13,7 +13,7 @@ import numpy as np
 import typer
 
 import masonry_opt as mo
-from masonry_opt.cli.command import Given, command, numbers, reader, waiting
+from masonry_opt.cli.command import CommandArguments, command, numbers, reader, waiting
 from masonry_opt.drawing.elements import counts
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.drawing.pictures import doubts, scene_picture
@@ -56,18 +56,18 @@ _INPUT_HELP = (
 
 
 @command(mo.draw, file=typer.Argument(help="File to write (.png, .svg, .pdf)."))
-def draw(given: Given, case: Path, file: Path, load_case: str | None = None) -> None:
+def draw(arguments: CommandArguments, case: Path, file: Path, load_case: str | None = None) -> None:
     """Write the picture to FILE, and print the numbers of blocks and joints, and warnings.
 
     Without --load-case the picture shows the loads of the scene itself, not those of its load cases.
     """
-    force = given.pop("force", False)
+    force = arguments.pop("force", False)
     refuse_picture(file, force)
     scene = as_scene(case, load_case)
-    refuse_view(scene, given.get("view"))
+    refuse_view(scene, arguments.get("view"))
     assembly = assemble(scene, floating=True)
     with writing(file):
-        scene_picture(assembly, **given).save(file, force)
+        scene_picture(assembly, **arguments).save(file, force)
     print_text(printable(f"{file}: {counts(assembly)}"))
     print_warnings(doubts(assembly))
 
@@ -81,19 +81,19 @@ def draw(given: Given, case: Path, file: Path, load_case: str | None = None) -> 
         ".gltf, .json)."
     ),
 )
-def export(given: Given, case: Path, file: Path, load_case: str | None = None) -> None:
+def export(arguments: CommandArguments, case: Path, file: Path, load_case: str | None = None) -> None:
     """Write FILE and the files that belong to it, and print their names.
 
     The names of the rows and columns of a .nl file are in a .row and a .col file.
     """
     exported: mo.Scene | mo.Result = as_scene(case, load_case)
-    method = given.pop("method", None) if file.suffix.lower() in SOLID_ENDS else None
+    method = arguments.pop("method", None) if file.suffix.lower() in SOLID_ENDS else None
     if method:
-        refuse_unwritable(file, given.get("force", False))
+        refuse_unwritable(file, arguments.get("force", False))
         with waiting("export", if_interrupted="no file was written") as work:
             steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
             exported = mo.solve(case, method, incremental=False, load_case=load_case, **steps)
-    print_text("\n".join(printable(str(path)) for path in mo.export(exported, file, **given)))
+    print_text("\n".join(printable(str(path)) for path in mo.export(exported, file, **arguments)))
     if isinstance(exported, mo.Result):
         print_warnings(exported.warning_sentences)
     else:
@@ -133,7 +133,7 @@ def _direction(text: str) -> str | tuple[float, ...]:
     drawing=typer.Argument(metavar="IN", help=_INPUT_HELP),
     out=typer.Argument(metavar="OUT", help="Case file (.toml or .json)."),
 )
-def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None:
+def convert(arguments: CommandArguments, drawing: Path, out: Path, force: bool = False) -> None:
     """Read the drawing IN, and write the case file OUT.
 
     The page docs/drawings.md explains layers, names, arcs, COMPAS data and meshes.
@@ -143,7 +143,7 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
     """
     if out.suffix.lower() == ".dxf":
         refuse_replacing(out, force)
-        _refuse(given, {}, f"{out}: the drawing of a case file")
+        _refuse(arguments, {}, f"{out}: the drawing of a case file")
         scene = mo.load(drawing)
         mo.write_dxf(scene, out, force)
         _print_counts(scene, out)
@@ -160,23 +160,23 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
             f"{drawing}: only drawings (.dxf), meshes ({', '.join(MESHES)}), COMPAS data (.json) and folders "
             "of meshes can be converted: use a file of one of these types"
         )
-    missing = [given.called[name] for name in ("friction", "unit_weight") if name not in given]
+    missing = [arguments.called[name] for name in ("friction", "unit_weight") if name not in arguments]
     if missing:
         raise OptionError(
             f"{drawing}: a drawing does not contain friction and unit weight: specify {' and '.join(missing)}"
         )
     kind, read = _READERS[suffix]
-    _refuse(given, inspect.signature(read).parameters, f"{drawing}: {kind}")
-    if "live_layers" in given:
-        given["live_layers"] = dict(given["live_layers"])
+    _refuse(arguments, inspect.signature(read).parameters, f"{drawing}: {kind}")
+    if "live_layers" in arguments:
+        arguments["live_layers"] = dict(arguments["live_layers"])
     reading = f"convert: reading {printable(str(drawing))}"
-    with waiting(reading, if_interrupted="no file was written") as work, _options_named(given.called):
+    with waiting(reading, if_interrupted="no file was written") as work, _options_named(arguments.called):
         layers: list[str] = []
         unit, metres = "", None
         if read is mo.read_dxf:
-            scene, layers, unit, metres = read_with_layers(drawing, DxfDrawing.of(given))
+            scene, layers, unit, metres = read_with_layers(drawing, DxfDrawing.of(arguments))
         else:
-            scene = read(drawing, **given)
+            scene = read(drawing, **arguments)
         # Find the joints before the case file is written. If the geometry is wrong, CaseError is raised, and
         # no file is written.
         work.show("convert: finding joints")
@@ -184,7 +184,7 @@ def convert(given: Given, drawing: Path, out: Path, force: bool = False) -> None
         joints = len(find_joints(scene, shapes).first)
     corners = sum(len(block.corners()) for block in scene.blocks) if read is mo.read_mesh else 0
     by_name = corners > _MOST_CORNERS
-    save(_case_of_mesh(drawing, out, scene, given) if by_name else scene, out, force)
+    save(_case_of_mesh(drawing, out, scene, arguments) if by_name else scene, out, force)
     _print_counts(scene, out, f", {counted(joints, 'joint')}" + (f", in {drawing}" if by_name else ""))
     print_text(_size(shapes.extent_of(~scene.fixed), unit, metres))
     if layers:
@@ -243,8 +243,8 @@ def _size(sides: np.ndarray, unit: str, metres: float | None) -> str:
     return f"{size} {unit} = {' × '.join(rounded(side * metres, 4) for side in sides)} m"
 
 
-def _refuse(given: Given, known: Container[str], what: str) -> None:
+def _refuse(arguments: CommandArguments, known: Container[str], what: str) -> None:
     """Raise OptionError if the user typed an option that does not apply to the input."""
-    for name in given:
+    for name in arguments:
         if name not in known:
-            raise OptionError(f"{what} does not take {given.called[name]}")
+            raise OptionError(f"{what} does not take {arguments.called[name]}")

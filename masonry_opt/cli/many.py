@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 import masonry_opt as mo
-from masonry_opt.cli.command import Given, command, ended_by_kill, numbers, reader, waiting
+from masonry_opt.cli.command import CommandArguments, command, ended_by_kill, numbers, reader, waiting
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted
 from masonry_opt.files import WRITER
 from masonry_opt.reporting.terminal import print_result
@@ -76,7 +76,7 @@ def _vary(text: str) -> tuple[str, list[float]]:
     ),
     out=typer.Option(help="Folder to which the table and the charts are written."),
 )
-def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> None:
+def sweep(arguments: CommandArguments, case: Path, out: Path, load_case: str | None = None) -> None:
     """Write the results of all runs to a table (runs.csv) and charts; --sample also prints statistics of λ.
 
     Values: --vary NAME=FROM:TO:COUNT or --vary NAME=VALUE,VALUE,..., such as joints.friction=0.3:0.8:11 or
@@ -88,11 +88,11 @@ def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> 
     Repeat the command to continue an interrupted sweep where it stopped. Exit code 0: the sweep is complete;
     1: no run was solved, and the message says why; 130: interrupted; 2: wrong case file, name or option.
     """
-    vary, drawn = given.pop("vary", None), given.pop("distributions", None)
+    vary, drawn = arguments.pop("vary", None), arguments.pop("distributions", None)
     if bool(vary) == bool(drawn):
         raise OptionError("give either --vary NAME=FROM:TO:COUNT, or --sample NAME=lognormal:MEAN:DEVIATION")
     of_sample = signature(mo.sample).parameters.keys() - signature(mo.sweep).parameters.keys()
-    others = [given.called[name] for name in given if name in of_sample]
+    others = [arguments.called[name] for name in arguments if name in of_sample]
     if vary and others:
         raise OptionError(
             f"{', '.join(others)} cannot be used with --vary: use --sample instead of --vary, or omit "
@@ -104,7 +104,7 @@ def sweep(given: Given, case: Path, out: Path, load_case: str | None = None) -> 
             f"{'--vary' if vary else '--sample'} names a parameter twice: name each parameter only once"
         )
     run: Any = mo.sweep if vary else mo.sample
-    options = given.rest(run)
+    options = arguments.rest(run)
     scene = as_scene(case, load_case)
     errors = Console(stderr=True)
     columns = (TextColumn("sweep"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
@@ -154,7 +154,7 @@ def _names(text: str) -> list[str]:
     ),
     scenes=typer.Argument(metavar="CASE...", help="Case files, or names of cases in the folder --cases."),
 )
-def compare(given: Given, scenes: list[str] | None = None) -> None:
+def compare(arguments: CommandArguments, scenes: list[str] | None = None) -> None:
     """Run each method with each solver on each scene.
 
     To continue an interrupted comparison, repeat the command.
@@ -163,9 +163,9 @@ def compare(given: Given, scenes: list[str] | None = None) -> None:
     case file or option.
     """
     with waiting("comparing") as work, ended_by_kill():
-        comparison = mo.compare(scenes or [], progress=work.show, **given)
+        comparison = mo.compare(scenes or [], progress=work.show, **arguments)
     print_result(str(comparison), bold_line=None)
-    folder = given.get("out", DEFAULT_FOLDER)
+    folder = arguments.get("out", DEFAULT_FOLDER)
     page, table = folder / "report.html", folder / "summary.csv"
     written = (
         f"{page}; tables and pictures are in the same folder"

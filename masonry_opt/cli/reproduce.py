@@ -13,7 +13,7 @@ import pandas as pd
 import typer
 from matplotlib.figure import Figure
 
-from masonry_opt.cli.command import Given, command
+from masonry_opt.cli.command import CommandArguments, command
 from masonry_opt.drawing.figure import boxes, style
 from masonry_opt.errors import NoLoadFactorError, OptionError
 from masonry_opt.files import (
@@ -47,7 +47,9 @@ def scripts() -> dict[str, Path]:
 
 
 @command(example=typer.Argument(help=_EXAMPLE_HELP), out=typer.Option(help=_OUTPUT_HELP))
-def reproduce(_: Given, example: str = "", out: Path = Path("results"), force: bool = False) -> bool:
+def reproduce(
+    _: CommandArguments, example: str = "", out: Path = Path("results"), force: bool = False
+) -> bool:
     """Run an example of the paper, and compare its values with the published values.
 
     Exit code 0: every value is as published; 1: a value differs; 2: wrong example or folder. Each example

@@ -9,7 +9,7 @@ import masonry_opt as mo
 from masonry_opt.analysis import solve as solve_scene
 from masonry_opt.cli.command import (
     PICTURE_NEEDS,
-    Given,
+    CommandArguments,
     command,
     interrupts,
     print_json,
@@ -43,7 +43,7 @@ _MECHANISM_HELP = "Mechanism to draw: least (default, at the lowest load factor 
     mechanism=typer.Option(metavar="WHICH", help=_MECHANISM_HELP),
 )
 def solve(
-    given: Given,
+    arguments: CommandArguments,
     case: Path,
     json: bool = False,
     verbose: bool = False,
@@ -59,15 +59,15 @@ def solve(
     """
     if json + verbose + quiet > 1:
         raise OptionError("--json, --verbose and --quiet exclude each other: give only one of the three")
-    drawing = given.take(mo.Result.save)
-    _refuse_drawing_options(given, drawing, plot, mechanism)
-    load_case = given.pop("load_case", None)
+    drawing = arguments.take(mo.Result.save)
+    _refuse_drawing_options(arguments, drawing, plot, mechanism)
+    load_case = arguments.pop("load_case", None)
     scene = as_scene(case, load_case)
     if plot is not None:  # report an unusable path before the scene is solved
         from masonry_opt.drawing.page import refuse_saving
 
         refuse_saving(scene, plot, **{"kind": "mechanism"} | drawing)
-    options = given.rest(solve_scene)
+    options = arguments.rest(solve_scene)
     if drawing.get("kind") == "curve" and not options.get("curve"):
         raise OptionError("--plot-kind curve needs --method incremental and --option curve=true")
     function = mo.solve_cases if scene.load_cases and load_case is None else solve_scene
@@ -94,15 +94,15 @@ def solve(
 
 
 def _refuse_drawing_options(
-    given: Given, drawing: dict[str, Any], plot: Path | None, mechanism: str | None
+    arguments: CommandArguments, drawing: dict[str, Any], plot: Path | None, mechanism: str | None
 ) -> None:
     """Raise OptionError for picture options without --plot, and for a mechanism that cannot be drawn."""
     if plot is None:
-        refuse_without(given, [*drawing, *(["mechanism"] if mechanism is not None else [])], *PICTURE_NEEDS)
+        refuse_without(arguments, [*drawing, *(["mechanism"] if mechanism is not None else [])], *PICTURE_NEEDS)
     if mechanism not in (None, *_MECHANISMS):
         raise OptionError(f"--mechanism '{mechanism}' is unknown{instead_of(mechanism, _MECHANISMS)}")
-    method = METHODS.get(given.get("method", DEFAULT))
-    has_incremental = given.get("incremental", True) and not (method and method.associative)
+    method = METHODS.get(arguments.get("method", DEFAULT))
+    has_incremental = arguments.get("incremental", True) and not (method and method.associative)
     if mechanism == "incremental" and not has_incremental:
         raise OptionError(
             f"--mechanism {mechanism} needs the incremental load factor: choose a Coulomb method, and omit "
@@ -149,12 +149,12 @@ def _drawn_result(answer: Any) -> mo.Result:
 
 
 @command(mo.check)
-def check(given: Given, case: Path, load_case: str | None = None) -> bool:
+def check(arguments: CommandArguments, case: Path, load_case: str | None = None) -> bool:
     """Compare four solutions of the associative problem of CASE, and print their differences.
 
     Exit code 0: the load factors agree; 1: they differ, or no load factor exists; 2: wrong case file.
     """
     with waiting("comparing the static with the kinematic formulation, and CVXPY with Pyomo"):
-        report = mo.check(as_scene(case, load_case), **given)
+        report = mo.check(as_scene(case, load_case), **arguments)
     print_result(str(report))
     return report.passed

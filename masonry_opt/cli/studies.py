@@ -15,7 +15,7 @@ import masonry_opt as mo
 from masonry_opt.cli.command import (
     PICTURE,
     PICTURE_NEEDS,
-    Given,
+    CommandArguments,
     command,
     interrupts,
     numbers,
@@ -76,7 +76,7 @@ _REPORT_FILE_HELP = "Page to write (.html). Default: CASE_report.html in the cur
     plot=PICTURE,
 )
 def capacity(
-    given: Given,
+    arguments: CommandArguments,
     case: Path,
     spectrum: Path | None = None,
     plot: Path | None = None,
@@ -88,18 +88,18 @@ def capacity(
     Exit code 0: the capacity curve reaches λ = 0; 1: it ends at a larger λ; 2: wrong input. Exit code 1 also
     means that the scene has no load factor, or that the time limit was reached.
     """
-    drawing, checking = given.take(mo.Capacity.save), given.take(mo.Capacity.check)
-    following = given.take(mo.capacity)
+    drawing, checking = arguments.take(mo.Capacity.save), arguments.take(mo.Capacity.check)
+    following = arguments.take(mo.capacity)
     if plot is not None:
         refuse_picture(plot, **drawing)
     else:
-        refuse_without(given, drawing, *PICTURE_NEEDS)
+        refuse_without(arguments, drawing, *PICTURE_NEEDS)
     if spectrum is None:
-        refuse_without(given, checking, "a check against a spectrum", "--spectrum FILE")
+        refuse_without(arguments, checking, "a check against a spectrum", "--spectrum FILE")
     periods = None if spectrum is None else _spectrum(spectrum)
     with waiting("capacity") as work:
         steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
-        onset = mo.solve(case, incremental=False, **steps, **given.rest(mo.solve))
+        onset = mo.solve(case, incremental=False, **steps, **arguments.rest(mo.solve))
         work.show("capacity: following the mechanism")
 
         def progress(number: int, load_factor: float) -> None:
@@ -124,7 +124,7 @@ def capacity(
 
 @command(mo.crossing, mo.solve, mo.Crossing.save, leave="position", axles=_AXLES, load_case=_IN_CASE)
 def crossing(
-    given: Given, case: Path, plot: Path | None = None, table: bool = False, json: bool = False
+    arguments: CommandArguments, case: Path, plot: Path | None = None, table: bool = False, json: bool = False
 ) -> bool:
     """Solve CASE with axles at each position on the road, and print the position with the lowest λ.
 
@@ -133,11 +133,11 @@ def crossing(
     factor is sufficient; 1: too small or not decided. --time-limit is the time of the whole crossing. A
     stopped or interrupted crossing prints the worst of the positions that were solved.
     """
-    drawing = given.take(mo.Crossing.save)
+    drawing = arguments.take(mo.Crossing.save)
     if plot is not None:  # report an unusable path before the scene is solved
         refuse_file(plot, **drawing)
     else:
-        refuse_without(given, drawing, *PICTURE_NEEDS)
+        refuse_without(arguments, drawing, *PICTURE_NEEDS)
     with waiting("crossing") as work:
 
         def progress(position: float, load_factor: float) -> None:
@@ -146,7 +146,7 @@ def crossing(
             )
             work.show(f"crossing: first axle at {position:.4g}: λ = {value}")
 
-        answer = mo.crossing(case, progress=progress, phases=work.phase, **given.rest(mo.crossing))
+        answer = mo.crossing(case, progress=progress, phases=work.phase, **arguments.rest(mo.crossing))
     positions = "\n" + frame_text(answer.notebook_table, "positions") if table and answer.passages else ""
     if json:
         print_json(answer)
@@ -161,18 +161,18 @@ def crossing(
 
 
 @command(mo.directions, mo.solve, Cases.save, leave="tolerance", vertical=_VERTICAL, plot=PICTURE)
-def directions(given: Given, case: Path, plot: Path | None = None, json: bool = False) -> bool:
+def directions(arguments: CommandArguments, case: Path, plot: Path | None = None, json: bool = False) -> bool:
     """Compute the load factor of an earthquake in each direction, and print all load factors.
 
     Exit code 0: each direction has a load factor; 1: a load factor is missing; 2: wrong input. Exit code 1
     also means that the time limit ended the analysis of a direction.
     """
-    drawing = given.take(Cases.save)
+    drawing = arguments.take(Cases.save)
     if plot is not None:
         refuse_picture(plot, **drawing)
     else:
-        refuse_without(given, drawing, *PICTURE_NEEDS)
-    options = given.rest(mo.directions)
+        refuse_without(arguments, drawing, *PICTURE_NEEDS)
+    options = arguments.rest(mo.directions)
     with waiting("directions") as work:
         answer = mo.directions(case, phases=work.phase, progress=work.step, **options)
     if json:
@@ -195,7 +195,7 @@ def directions(given: Given, case: Path, plot: Path | None = None, json: bool = 
     time_limit=typer.Option(min=0.1, help=_TRIAL_LIMIT),
 )
 def least(
-    given: Given,
+    arguments: CommandArguments,
     case: Path,
     vary: str,
     most: bool = False,
@@ -219,7 +219,7 @@ def least(
             does = "holds" if trial.holds else "fails"
             work.show(f"{name} = {trial.value:.9g}: {does} ({numeral(trial.number, '.9g')})")
 
-        options = given.rest(search)
+        options = arguments.rest(search)
         if time_limit is not None:
             options["time_limit"] = time_limit
 
@@ -244,7 +244,11 @@ def least(
     ),
 )
 def settle(
-    given: Given, case: Path, json: bool = False, plot: Path | None = None, greatest: bool = False
+    arguments: CommandArguments,
+    case: Path,
+    json: bool = False,
+    plot: Path | None = None,
+    greatest: bool = False,
 ) -> bool:
     """Compute the least and the greatest reaction of a support that settles, and print both.
 
@@ -252,14 +256,14 @@ def settle(
     that is proven to be unlimited counts as found. Exit code 1 also means that CASE is unstable for every
     value of the reaction, or that the time limit was reached.
     """
-    drawing = given.take(mo.Settlement.save)
+    drawing = arguments.take(mo.Settlement.save)
     if plot is not None:
         refuse_file(plot, drawing.get("force", False))
         refuse_view(mo.load(case), drawing.get("view"))
     else:
-        refuse_without(given, [*drawing, *(["greatest"] if greatest else [])], *PICTURE_NEEDS)
+        refuse_without(arguments, [*drawing, *(["greatest"] if greatest else [])], *PICTURE_NEEDS)
     with waiting("settle") as work:
-        answer = mo.settle(case, phases=work.phase, **given.rest(mo.settle))
+        answer = mo.settle(case, phases=work.phase, **arguments.rest(mo.settle))
     if json:
         print_json(answer)
     else:
@@ -269,7 +273,9 @@ def settle(
 
 
 @command(mo.solve, mo.report, leave="answer", out=typer.Option(metavar="FILE", help=_REPORT_FILE_HELP))
-def report(given: Given, case: Path, load_case: str | None = None, out: Path | None = None) -> bool:
+def report(
+    arguments: CommandArguments, case: Path, load_case: str | None = None, out: Path | None = None
+) -> bool:
     """Solve all load cases, or only the named load case, and report the results.
 
     If CASE has axles, they move over the road.
@@ -277,7 +283,7 @@ def report(given: Given, case: Path, load_case: str | None = None, out: Path | N
     Exit code 0: all load factors were found; 1: a load factor is missing or the time limit was reached, and
     the page says so; 2: wrong case file or option; 130: interrupted, and no page was written.
     """
-    page, writes = out or Path(f"{case.stem}_report.html"), given.take(mo.report)
+    page, writes = out or Path(f"{case.stem}_report.html"), arguments.take(mo.report)
     refuse_report(page, **writes)
     errors = Console(stderr=True)
     with waiting("report", if_interrupted="no page was written") as work, interrupts() as check_interrupt:
@@ -288,7 +294,7 @@ def report(given: Given, case: Path, load_case: str | None = None, out: Path | N
                 errors.print(f"report: {part} ...", markup=False, soft_wrap=True)
 
         try:
-            answers = _answers(as_scene(case, load_case), begins, work.show, given.rest(mo.solve))
+            answers = _answers(as_scene(case, load_case), begins, work.show, arguments.rest(mo.solve))
             check_interrupt()  # no page is written after Ctrl-C, even if the solver returned an answer
         except KeyboardInterrupt:
             raise InterruptedByUserError("interrupted: no page was written") from None

@@ -181,11 +181,11 @@ def test_load_factor_by_hand(name: str) -> None:
     result = mo.solve(given, "nonassociative", incremental=False)
     assert result.status is mo.Status.CONVERGED
     assert result.load_factor == pytest.approx(by_hand, rel=1e-6)
-    told = values_of(result, Code.NO_WORK)
-    assert told is not None
-    assert told["against"] == (name == "against the live load")
-    assert told["fixed"] == (name not in ("two in a row", "space", "two in space", "lintel"))
-    assert result.solution.is_only_state == told["fixed"]
+    values = values_of(result, Code.NO_WORK)
+    assert values is not None
+    assert values["against"] == (name == "against the live load")
+    assert values["fixed"] == (name not in ("two in a row", "space", "two in space", "lintel"))
+    assert result.solution.is_only_state == values["fixed"]
 
 
 @pytest.mark.slow
@@ -281,7 +281,7 @@ def test_a_state_below_zero_of_loads_that_vanish_is_no_number() -> None:
     The loads grow by half of the dead load from λ = 1 on, so that they are zero at λ = -1.
     """
     result = mo.solve(block_on_floor(), incremental=False)
-    told = reason(Code.BELOW_ZERO, load_factor=0.0)
-    below = replace(result.solution, reasons=(told,), below_zero=-1.0)
+    below_zero = reason(Code.BELOW_ZERO, load_factor=0.0)
+    below = replace(result.solution, reasons=(below_zero,), below_zero=-1.0)
     of_scene = no_work._as_of_scene(below, result.solution.answer, alike=True, at=1.0, share=0.5)
     assert of_scene.below_zero == inf

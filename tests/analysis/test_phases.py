@@ -17,8 +17,8 @@ FIRST = ["reading blocks", "finding joints", "stability under the dead load"]
 
 
 def phases_of(scene, method, **options):
-    told = []
-    return mo.solve(scene, method, phases=told.append, **options), told
+    phases = []
+    return mo.solve(scene, method, phases=phases.append, **options), phases
 
 
 def test_each_sub_problem_is_told_before_it_is_solved():
@@ -80,8 +80,8 @@ def test_a_terminal_shows_phases_and_steps_and_output_stays_clean(watched, comma
         out = command(*asked)
     phases = {*FIRST, "sub-problem 1", "sub-problem 2", "exact forces"}
     assert all(any(phase in line for line in shown) for phase in phases)
-    told = [f"λ = {step.load_factor:.6f}{residuals_of_step(step)}" for (step,) in steps]
-    for number, line in enumerate(told, 1):
+    lines = [f"λ = {step.load_factor:.6f}{residuals_of_step(step)}" for (step,) in steps]
+    for number, line in enumerate(lines, 1):
         assert f"two_blocks.toml: sub-problem {number}: iteration {number}: {line}" in shown
     assert out == before
 
@@ -132,6 +132,6 @@ def test_commands_that_take_long_say_what_they_do(command, monkeypatch, tmp_path
 
 def test_further_starts_are_counted():
     """The search for lower states of two blocks takes several starts, and reports each start as it begins."""
-    told = phases_of(TWO_BLOCKS, "coulomb")[1]
-    assert any("lower states, start 1" in phase for phase in told)
-    assert any("further starts: lower states, start 2" in phase for phase in told)
+    phases = phases_of(TWO_BLOCKS, "coulomb")[1]
+    assert any("lower states, start 1" in phase for phase in phases)
+    assert any("further starts: lower states, start 2" in phase for phase in phases)

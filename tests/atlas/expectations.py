@@ -132,12 +132,12 @@ def one_answer(
 
 def every_method(expected: Status, why: Reason | None = None) -> tuple[Expectation, ...]:
     """Return the expectations that every method ends with the given status."""
-    told: dict[str, Any] = {"expected": expected, "why": why}
+    keys: dict[str, Any] = {"expected": expected, "why": why}
     cohesive, cold = {"start": "cohesive"}, {"start": "cold"}
     return (
-        *associative(**told),
-        *loops(**told),
-        Expectation(options=cohesive, **told),
-        *(Expectation(method, **told) for method in ("coulomb", "global", "mpec")),
-        Expectation("mpec", options=cold, **told),
+        *associative(**keys),
+        *loops(**keys),
+        Expectation(options=cohesive, **keys),
+        *(Expectation(method, **keys) for method in ("coulomb", "global", "mpec")),
+        Expectation("mpec", options=cold, **keys),
     )

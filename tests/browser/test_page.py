@@ -86,7 +86,7 @@ def test_keys_move_along_the_load_history_and_the_mechanism_comes_back(page, res
     slider, moving = found(page, "#loaded"), fastest_block(result)
     assert all(control.accessible_name for control in page.find_elements("css selector", "input"))
     before = transform(page, moving)
-    told, last = set(), len(frames.d) - 1
+    events, last = set(), len(frames.d) - 1
     for key, at in (
         (Keys.ARROW_RIGHT, 1),
         (Keys.END, last),
@@ -106,13 +106,13 @@ def test_keys_move_along_the_load_history_and_the_mechanism_comes_back(page, res
         numbers = re.findall(r"\d+\.?\d*(?:e-?\d+)?", found(page, "#now").text)
         assert float(numbers[0]) == pytest.approx(frames.load_factor[at], rel=1e-3)
         assert [int(number) for number in numbers[2:]] == lines
-        told.add(found(page, "#event").text)
+        events.add(found(page, "#event").text)
         curve = page.execute_script("return document.querySelector('.chart polyline').getAttribute('points')")
         marker = found(page, ".chart .at")
         place = [float(marker.get_attribute(of)) for of in ("cx", "cy")]
         assert place == pytest.approx([float(of) for of in curve.split()[at].split(",")])
         assert sticking_out(page) == []
-    assert len(told) >= 3
+    assert len(events) >= 3
     assert page.execute_script("return document.documentElement.scrollHeight") == tall
     found(page, 'input[value="mechanism"]').click()
     assert transform(page, moving) == pytest.approx(before)

@@ -120,7 +120,7 @@ def test_keys_move_along_the_load_history(browser, loaded, width):
     height = "return document.documentElement.scrollHeight"
     frames = keyframes_of(result)
     motions, moves = motions_of(result, frames), np.stack([frames.has_slid, frames.is_open], axis=1)
-    slider, told = found(page, "#loaded"), set()
+    slider, events = found(page, "#loaded"), set()
     for key, at in ((Keys.ARROW_RIGHT, 1), (Keys.END, len(motions) - 1)):
         tall = page.execute_script(height)
         slider.send_keys(key)
@@ -129,10 +129,10 @@ def test_keys_move_along_the_load_history(browser, loaded, width):
         numbers = re.findall(r"\d+\.?\d*(?:e-?\d+)?", found(page, "#now").text)
         assert float(numbers[0]) == pytest.approx(frames.load_factor[at], rel=1e-3)
         assert [int(number) for number in numbers[2:]] == moves[at].sum(axis=1).tolist()
-        told.add(found(page, "#event").text)
+        events.add(found(page, "#event").text)
         assert_pointed_at_after(page, result, motions[at], (0.5,))
         assert sticking_out(page) == []
-    assert len(told) == 2
+    assert len(events) == 2
     assert "0,114,178" in colours(page)  # the colour of joints that slide
     mechanism = found(page, 'input[value="mechanism"]')
     mechanism.click()
@@ -181,8 +181,8 @@ def test_a_joint_tells_its_forces_and_moves_nothing_else(page, result):
     move_to(page, 0.0)
     (at,) = point_at(page, result, np.array([[1.2, 0.0, 1.05]]), VIEW)
     pointed_at(page, at)
-    told = result.joints.iloc[int(found(page, "#joint").get_property("value"))]
-    assert {told["first"], told["second"]} == {"x 1-1", "x 2-1"}
+    chosen_row = result.joints.iloc[int(found(page, "#joint").get_property("value"))]
+    assert {chosen_row["first"], chosen_row["second"]} == {"x 1-1", "x 2-1"}
 
 
 def test_it_turns_by_keys_buttons_and_pointer_and_comes_back(browser, wall):

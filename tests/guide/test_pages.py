@@ -39,7 +39,7 @@ def section(text, title):
     return re.split(r"^#+ ", text.split(f" {title}\n", 1)[1], maxsplit=1, flags=re.MULTILINE)[0]
 
 
-def told(text):
+def listed_names(text):
     """Return the names in the first columns of all tables of a text."""
     rows = re.findall(r"^\| (`[^|]*) \|", text, re.MULTILINE)
     return [name for row in rows for name in re.findall(r"`\[*([^`\]]+)\]*`", row)]
@@ -76,7 +76,7 @@ def test_case_files_of_the_pages_are_some(tmp_path):
     ],
 )
 def test_every_key_of_a_table_stands_there_and_no_other(title, expected):
-    names = told(section(page("case_files"), title))
+    names = listed_names(section(page("case_files"), title))
     assert len(names) == len(set(names))
     assert set(names) == expected
 
@@ -100,7 +100,7 @@ LOADS = {"fill": mo.Fill, "axles": mo.Axles, "cases": mo.LoadCase, "earthquake":
 
 @pytest.mark.parametrize(("name", "record"), LOADS.items(), ids=LOADS)
 def test_every_key_of_a_load_stands_on_its_page(name, record):
-    names = told(page(f"loads/{name}").split("## ")[0])
+    names = listed_names(page(f"loads/{name}").split("## ")[0])
     assert len(names) == len(set(names))
     assert set(names) == keys_of(record)
 
@@ -137,7 +137,7 @@ def test_the_answers_of_the_page_on_stability_are_those_shown(tmp_path, monkeypa
     exec(blocks(text, "python")[0], {})
     assert capsys.readouterr().out.startswith("stable WorstJoint(first='brick 1', second='brick 2'")
     assert Path("bricks.png").exists()
-    assert set(told(section(text, "What the answer contains"))) == {
+    assert set(listed_names(section(text, "What the answer contains"))) == {
         "forces",
         "least friction",
         "thrust",
@@ -147,11 +147,11 @@ def test_the_answers_of_the_page_on_stability_are_those_shown(tmp_path, monkeypa
 
 def test_every_status_and_code_has_a_row_and_no_other():
     text = page("messages")
-    names = told(text)
+    names = listed_names(text)
     assert len(names) == len(set(names))
     codes = {str(code) for code in (*Code, *StudyCode)}
     assert set(names) == codes | {str(status) for status in mo.Status}
-    assert set(told(section(text, "Statuses"))) == {str(status) for status in mo.Status}
+    assert set(listed_names(section(text, "Statuses"))) == {str(status) for status in mo.Status}
 
 
 def test_every_former_name_stands_in_the_glossary():

@@ -176,12 +176,12 @@ def test_a_curve_depends_on_no_units():
 
 def test_steps_are_told_as_they_are_made_and_are_the_rows_of_the_history():
     """Each load step is reported once, and the reported steps are the rows of the default's history."""
-    told: list[LoadStep] = []
-    history = mo.solve(small_wall(2, 1), progress=told.append).history
-    assert [step.iteration for step in told] == history["iteration"].tolist()
-    assert [step.load_factor for step in told] == history["load_factor"].tolist()
-    assert [step.displacement for step in told] == pytest.approx(history["displacement"].tolist())
-    assert history["iteration"].tolist() == list(range(1, len(told) + 1))
+    steps: list[LoadStep] = []
+    history = mo.solve(small_wall(2, 1), progress=steps.append).history
+    assert [step.iteration for step in steps] == history["iteration"].tolist()
+    assert [step.load_factor for step in steps] == history["load_factor"].tolist()
+    assert [step.displacement for step in steps] == pytest.approx(history["displacement"].tolist())
+    assert history["iteration"].tolist() == list(range(1, len(steps) + 1))
     begun = ("begins_to_slide", "begins_to_open", "begins_to_stick")
     assert not any(history[column][0] for column in begun)
     assert any(history["begins_to_open"])

@@ -27,13 +27,13 @@ def axles(*loads, distances=(), **keys):
     return mo.Axles(**{"name": "a", "road": ROAD} | keys, loads=list(loads), distances=list(distances))
 
 
-def interrupts(told):
-    """Return a progress callback that appends positions to `told` and raises KeyboardInterrupt at the
+def interrupts(positions):
+    """Return a progress callback that appends positions to `positions` and raises KeyboardInterrupt at the
     third."""
 
     def third(position, load_factor):
-        told.append(position)
-        if len(told) == 3:
+        positions.append(position)
+        if len(positions) == 3:
             raise KeyboardInterrupt
 
     return third

@@ -402,14 +402,14 @@ def test_the_command(command, tmp_path):
     case, picture = CASES / "oppenheim" / "seven_voussoirs.toml", tmp_path / "curve.svg"
     spectrum = tmp_path / "spectrum.csv"
     spectrum.write_text("# T, S_e\n" + "\n".join(f"{T},{a}" for T, a in SPECTRUM))
-    told = command.json("capacity", case, "--steps", "8", "--plot", picture, "--spectrum", spectrum)
+    record = command.json("capacity", case, "--steps", "8", "--plot", picture, "--spectrum", spectrum)
     assert picture.stat().st_size > 1000
-    assert told["load_factor"] == pytest.approx(0.37, abs=1e-4)
-    assert (told["reaches_zero"], told["end"]) == (True, {"code": "reaches zero"})
-    assert told["displacement"] == told["curve"][-1]["displacement"] > 0
-    events = [row["event"] for row in told["curve"] if row["event"]]
+    assert record["load_factor"] == pytest.approx(0.37, abs=1e-4)
+    assert (record["reaches_zero"], record["end"]) == (True, {"code": "reaches zero"})
+    assert record["displacement"] == record["curve"][-1]["displacement"] > 0
+    events = [row["event"] for row in record["curve"] if row["event"]]
     assert events == ["joint opens", "joint closes", "reaches zero"]
-    assert set(told["check"]) == set(mo.KinematicCheck.__dataclass_fields__)
+    assert set(record["check"]) == set(mo.KinematicCheck.__dataclass_fields__)
     command("capacity", case, "--steps", "4", "--table")
     command("capacity", CASES / "gilbert" / "two_blocks.toml", code=1)
     spectrum.write_text("# T, S_e\n0,0.2\nT;S_e\n")

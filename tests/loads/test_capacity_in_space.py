@@ -211,8 +211,8 @@ def test_what_does_not_turn_about_one_edge_is_refused_by_name():
 @pytest.mark.slow
 def test_the_command_and_pictures(command, tmp_path):
     case, picture = CASES / "space" / "pushed_box.toml", tmp_path / "row.png"
-    told = command.json("capacity", case, "--steps", "4")
-    assert told["displacement"] == pytest.approx(0.4, abs=CLOSE)
+    record = command.json("capacity", case, "--steps", "4")
+    assert record["displacement"] == pytest.approx(0.4, abs=CLOSE)
     followed(mo.load(case), steps=4).save(picture, row=3)
     assert picture.stat().st_size > 1000
 

@@ -63,10 +63,10 @@ def test_one_axle_turns_a_slab_over_the_edge_of_its_support(method):
 
 @pytest.mark.parametrize("method", ["static", "coulomb"])
 def test_interrupted_it_keeps_the_positions_solved_by_then(method):
-    told = []
-    found = mo.crossing(OVERHANG, axles(3.0), method=method, progress=interrupts(told))
+    positions = []
+    found = mo.crossing(OVERHANG, axles(3.0), method=method, progress=interrupts(positions))
     assert found.interrupted
-    assert sorted(found.table["position"]) == sorted(told)
+    assert sorted(found.table["position"]) == sorted(positions)
     assert found.bound is None
     assert found.as_dict()["interrupted"]
 
@@ -253,16 +253,16 @@ def test_the_bound_is_of_the_associative_load_factor_by_its_own_law(strength, la
         sampled.append(answer.load_factor or np.inf)
     assert 0 < found.bound <= found.load_factor
     assert found.bound <= min(sampled) * (1 + _SAMPLED)
-    told = found.facts()
-    assert "lower bound of the associative load factor" in told["bound"]
-    assert ("with crushing by the parabola" in told["bound"]) == bool(strength)
+    facts = found.facts()
+    assert "lower bound of the associative load factor" in facts["bound"]
+    assert ("with crushing by the parabola" in facts["bound"]) == bool(strength)
     if strength:
         assert found.default.crushing == "chords"
         assert found.default.load_factor < found.bound
         # The associative load factor with the same chords is not lower.
         assert found.default.associative >= found.default.load_factor * (1 - _SAMPLED)
         assert (1 - 0.0065) * found.load_factor <= found.default.associative
-        assert "by the same law" in told["first look"]
+        assert "by the same law" in facts["first look"]
 
 
 @pytest.mark.slow

@@ -99,9 +99,9 @@ def test_all_load_cases_at_once(tmp_path, method):
     off = np.isfinite(by_hand) & (rows["position"].abs() <= 1)
     np.testing.assert_allclose(rows["load_factor"][off], by_hand[off], rtol=1e-5)
     assert {*rows["load_case"].dropna()} == {*names}
-    told = json.loads(found.to_json())
-    assert told["by_case"]["crowd too"] == pytest.approx(WEIGHT / 9, rel=1e-6)
-    assert [row["load_case"] for row in told["governing"]] == [
+    record = json.loads(found.to_json())
+    assert record["by_case"]["crowd too"] == pytest.approx(WEIGHT / 9, rel=1e-6)
+    assert [row["load_case"] for row in record["governing"]] == [
         None if x is None else x for x in rows["load_case"]
     ]
     found.save(tmp_path / "a.html")
@@ -118,9 +118,9 @@ def test_load_cases_that_were_not_crossed_are_named(tmp_path):
 
     The crossing ends after Ctrl-C in the first case, or because the scene is unstable in a case.
     """
-    told = []
+    positions = []
     of = in_cases(axles=[axles(3.0)])
-    stopped = mo.crossing(of, method="static", progress=interrupts(told))
+    stopped = mo.crossing(of, method="static", progress=interrupts(positions))
     assert stopped.not_crossed == ["crowd too"]
     by_case = json.loads(stopped.to_json())["by_case"]
     assert by_case == {"alone": pytest.approx(stopped.load_factor, rel=1e-5), "crowd too": None}
@@ -305,11 +305,11 @@ def case(tmp_path):
 @pytest.mark.slow
 def test_command(case, tmp_path, command):
     asked = ("crossing", case, "--method", "static")
-    told = command.json(*asked, "--plot", tmp_path / "a.png")
-    assert told["load_factor"] == pytest.approx(4, rel=1e-6)
-    assert told["status"] == "optimal"
-    assert told["worst"]["load_factor"] == told["load_factor"]
-    assert len(told["positions"]) > 10
+    record = command.json(*asked, "--plot", tmp_path / "a.png")
+    assert record["load_factor"] == pytest.approx(4, rel=1e-6)
+    assert record["status"] == "optimal"
+    assert record["worst"]["load_factor"] == record["load_factor"]
+    assert len(record["positions"]) > 10
     assert (tmp_path / "a.png").stat().st_size > 10_000
     out = command(*asked, "--plot", tmp_path / "a.png", "--table")  # An existing picture is replaced.
     assert "4.000000" in out

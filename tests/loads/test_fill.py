@@ -92,13 +92,13 @@ def test_counted_and_told(tmp_path):
     made = scene([pushed, SLOPED], [fill([(0, 3), (5, 3)], spread=25)])
     mo.save(made, tmp_path / "a.toml")
     assert mo.load(tmp_path / "a.toml") == made
-    told = summary(mo.solve(made, "static"))
-    assert "touches 5 edges; weighs 14 on 2 blocks;" in told
+    text = summary(mo.solve(made, "static"))
+    assert "touches 5 edges; weighs 14 on 2 blocks;" in text
     assert "fill touches 5 edges; weighs 14" in str(mo.check(made))
     heavy = made.with_load_case(mo.LoadCase(name="heavy", dead={"fill": 1.2}, live={"live": 1}))
     (line,) = of_fills(assemble(heavy))
     assert "weighs 14 on 2 blocks (without the factor 1.2 of the load case);" in line
-    assert "within 25° of the vertical" in told
+    assert "within 25° of the vertical" in text
     assert "5 edges touched by fill" in counts(assemble(made))
 
 

@@ -195,8 +195,8 @@ def test_openings_of_three_hinges(tmp_path, in_space):
     assert frame.loc[0, ["x", "z" if in_space else "y"]].tolist() == pytest.approx([0, 1.5], abs=1e-9)
     assert found.least.result.joints.loc[frame["joint"], "first"].tolist() == frame["first"].tolist()
     assert "'left'–'right' 0.25" in str(found)
-    told = json.loads(found.to_json())["least"]["openings"]
-    assert [row["opening"] for row in told] == frame["opening"].tolist()
+    record = json.loads(found.to_json())["least"]["openings"]
+    assert [row["opening"] for row in record] == frame["opening"].tolist()
     written = [text.get_text() for axes in found.plot().axes for text in axes.texts]
     assert written.count("0.125") == 2
     moved = mo.settle(scene, "R", right, method="static", movement=0.02).plot()
@@ -269,9 +269,9 @@ def test_a_scene_that_no_reaction_holds(tmp_path, command):
     found.save(tmp_path / "falls.html")
     mo.save(scene, tmp_path / "falls.toml")
     asked = ("settle", tmp_path / "falls.toml", "--support", "R", "--direction", "0,-1")
-    told = command.json(*asked, code=1)
-    assert told["least"] is told["greatest"] is None
-    assert told["fallen"]["reasons"][0]["code"] == "falls"
+    record = command.json(*asked, code=1)
+    assert record["least"] is record["greatest"] is None
+    assert record["fallen"]["reasons"][0]["code"] == "falls"
 
 
 def test_an_arch_that_no_reaction_through_the_centroid_holds():
@@ -413,13 +413,13 @@ def test_wrong_direction_in_space_and_wrong_options():
 def test_command_and_files(tmp_path, command):
     mo.save(beam(), tmp_path / "beam.toml")
     asked = ("settle", tmp_path / "beam.toml", "--support", "R", "--direction", "0,-1")
-    told = command.json(*asked, "--plot", tmp_path / "beam.html")
-    assert told["status"] == "stable"
-    assert told["usable"] is True
-    assert told["supports"] == ["R"]
-    assert [told["least"]["reaction"], told["greatest"]["incremental"]] == pytest.approx([3.75, 6.25])
-    assert set(told["least"]["results"]) == {"coulomb", "incremental", "associative"}
-    assert told["least"]["results"]["coulomb"]["certificate"]
+    record = command.json(*asked, "--plot", tmp_path / "beam.html")
+    assert record["status"] == "stable"
+    assert record["usable"] is True
+    assert record["supports"] == ["R"]
+    assert [record["least"]["reaction"], record["greatest"]["incremental"]] == pytest.approx([3.75, 6.25])
+    assert set(record["least"]["results"]) == {"coulomb", "incremental", "associative"}
+    assert record["least"]["results"]["coulomb"]["certificate"]
     page = (tmp_path / "beam.html").read_text(encoding="utf-8")
     assert page.count("data:image/svg+xml") == 2
     for name, more in (("least.png", ()), ("greatest.svg", ["--greatest"])):

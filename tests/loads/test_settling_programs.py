@@ -204,8 +204,8 @@ def test_an_end_without_a_coulomb_state_is_answered_by_the_incremental_analysis(
     assert least < found.least.reaction < found.at_rest
     assert found.usable
     assert "incremental analysis (no exact collapse state was found" in str(found)
-    told = found.as_dict()["least"]
-    assert (told["answered_by"], told["results"]["coulomb"]["reaction"]) == ("incremental", None)
+    record = found.as_dict()["least"]
+    assert (record["answered_by"], record["results"]["coulomb"]["reaction"]) == ("incremental", None)
     assert found.plot("least")
 
 

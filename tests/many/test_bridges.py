@@ -330,9 +330,9 @@ def test_a_refused_run_adds_no_load_case_to_the_worst_position():
     """A table with a refused run has NaN in the column of load cases, also for a scene without load cases."""
     frame = mo.sweep(WITH_AXLES, {"block.slab.weight": [-1, 6]}, **STATIC)
     assert frame["status"].tolist() == ["refused", "optimal"]
-    told = summary_text(frame, ["block.slab.weight"])
-    assert "smallest at block.slab.weight = 6, with 'a' at -1, travelling right\n" in told
-    assert "load case" not in told
+    text = summary_text(frame, ["block.slab.weight"])
+    assert "smallest at block.slab.weight = 6, with 'a' at -1, travelling right\n" in text
+    assert "load case" not in text
 
 
 @pytest.mark.slow
@@ -340,12 +340,12 @@ def test_a_refused_run_adds_no_load_case_to_the_worst_position():
 def test_the_command_names_the_worst_position(tmp_path, command):
     mo.save(WITH_AXLES, tmp_path / "slab.toml")
     asked = ("--vary", "block.slab.weight=6,12", "--method", "static", "--workers", "1")
-    told = command("sweep", tmp_path / "slab.toml", *asked, "--out", tmp_path / "out")
-    assert "smallest at block.slab.weight = 6, with 'a' at -1, travelling right" in told
+    output = command("sweep", tmp_path / "slab.toml", *asked, "--out", tmp_path / "out")
+    assert "smallest at block.slab.weight = 6, with 'a' at -1, travelling right" in output
     written = pd.read_csv(tmp_path / "out" / "runs.csv")
     np.testing.assert_allclose(written["load_factor"], [2.0, 4.0], rtol=1e-6)
     assert written["position"].abs().to_list() == pytest.approx([1.0, 1.0], abs=1e-6)
     again = command("sweep", tmp_path / "slab.toml", *asked, "--out", tmp_path / "out")
-    assert again == told
+    assert again == output
     least = ("--vary", "block.slab.weight=1:30", "--load", "2", "--method", "static")
     assert "least value      5.99999" in command("least", tmp_path / "slab.toml", *least)

@@ -75,8 +75,8 @@ def test_ctrl_c_keeps_every_finished_run_and_the_same_command_makes_the_rest(tmp
     assert 1 + 5 <= len(before) < 1 + RUNS
     assert all(line.endswith(b"\n") for line in before)
     # The last run may have been recorded just as the command was stopped.
-    told = int(said.split("interrupted: ")[1].split()[0])
-    assert told in (len(before) - 1, len(before) - 2)
+    count = int(said.split("interrupted: ")[1].split()[0])
+    assert count in (len(before) - 1, len(before) - 2)
     assert not (out / "runs.csv").exists()
 
     again = subprocess.run(command, stdout=subprocess.PIPE, timeout=120, check=False, **keys)

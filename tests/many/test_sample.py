@@ -275,8 +275,8 @@ def test_a_sample_by_course_is_run_with_what_was_drawn():
 @pytest.mark.usefixtures("without_charts")
 def test_a_sample_is_written_and_told(case, tmp_path, command):
     asked = ("--sample", "joints.friction=lognormal:0.4:25%", "-n", "4", "--seed", "3", "--method", "static")
-    told = command("sweep", case, *asked, "--workers", "1", "--out", tmp_path / "out")
-    assert "rank correlation" in told
+    output = command("sweep", case, *asked, "--workers", "1", "--out", tmp_path / "out")
+    assert "rank correlation" in output
     written = {path.name for path in (tmp_path / "out").iterdir()}
     assert {"quantiles.csv", "fragility.csv", "sensitivity.csv"} <= written
     kept = pd.read_csv(tmp_path / "out" / "runs.csv")

@@ -205,8 +205,8 @@ def swept(names, *rows):
 def test_a_load_factor_that_falls_as_strength_grows_is_told():
     frame = swept(["tie.rod.strength"], (30.0, 0.467), (60.0, 0.31), (10.0, 0.2), (40.0, 0.3))
     (record,) = warnings_of_falls(frame, ["tie.rod.strength"], "coulomb")
-    told = record["sentence"]
-    assert "falls from 0.467000 at tie.rod.strength = 30 to 0.300000 at 40:" in told
+    sentence = record["sentence"]
+    assert "falls from 0.467000 at tie.rod.strength = 30 to 0.300000 at 40:" in sentence
     rising = swept(["joints.friction"], (0.3, 0.1), (0.4, 0.2), (0.5, 0.2 * (1 - 1e-8)), (0.6, float("nan")))
     assert [*warnings_of_falls(rising, ["joints.friction"], "coulomb")] == []
     # A thickness is not a limit on forces, so that no warning is given.
@@ -217,7 +217,7 @@ def test_a_load_factor_that_falls_as_strength_grows_is_told():
 def test_of_two_numbers_only_one_differs_between_the_load_factors_compared():
     names = ["joints.friction", "arch.thickness"]
     rows = [(0.3, 1.0, 0.9), (0.3, 2.0, 0.5), (0.4, 1.0, 0.8), (0.4, 2.0, 0.6)]
-    (told,) = warnings_of_falls(swept(names, *rows), names, "coulomb")
+    (warning,) = warnings_of_falls(swept(names, *rows), names, "coulomb")
     where = "from 0.900000 at joints.friction = 0.3 to 0.800000 at 0.4 (arch.thickness = 1)"
-    assert where in told["sentence"]
-    assert told["code"] == "falls with strength"
+    assert where in warning["sentence"]
+    assert warning["code"] == "falls with strength"

@@ -52,12 +52,14 @@ def test_the_incremental_load_factor_is_a_column(swept):
     """The incremental load factor of a single block is its load factor; associative methods have none."""
     assert swept["incremental"].isna().all()
     friction = {"joints.friction": [0.3]}
-    told, off = (sweep(friction, method="coulomb", incremental=computed) for computed in (True, False))
-    assert told["incremental"].tolist() == pytest.approx([0.3], rel=1e-6)
+    computed_table, off = (
+        sweep(friction, method="coulomb", incremental=computed) for computed in (True, False)
+    )
+    assert computed_table["incremental"].tolist() == pytest.approx([0.3], rel=1e-6)
     assert off["incremental"].isna().all()
     # Method "coulomb" begins with the load history in any case, so that only two columns differ.
     differ = ["incremental", "message"]
-    same(off.drop(columns=differ), told.drop(columns=differ))
+    same(off.drop(columns=differ), computed_table.drop(columns=differ))
 
 
 def test_order_and_workers_change_nothing(swept):

@@ -98,18 +98,18 @@ def test_a_page_of_a_study_says_what_looks_unintended(doubtful):
 @pytest.mark.usefixtures("without_charts")
 def test_a_sweep_says_what_looks_unintended_and_where(doubtful, command):
     asked = (doubtful / "block.toml", *STATIC, "--workers", "1", "--vary")
-    told = command.warned("sweep", *asked, "joints.friction=0.3,31,40", "--out", doubtful / "friction")
-    assert told == [f"{IN_DEGREES} (at joints.friction = 31 and 1 more run)"]
+    sentences = command.warned("sweep", *asked, "joints.friction=0.3,31,40", "--out", doubtful / "friction")
+    assert sentences == [f"{IN_DEGREES} (at joints.friction = 31 and 1 more run)"]
     # All runs have this warning: it is printed once, without a place.
-    told = command.warned("sweep", *asked, "block.A.live.x=1,2", "--out", doubtful / "live")
-    assert told == [IN_DEGREES]
+    sentences = command.warned("sweep", *asked, "block.A.live.x=1,2", "--out", doubtful / "live")
+    assert sentences == [IN_DEGREES]
 
 
 @pytest.mark.usefixtures("without_charts")
 def test_a_sample_says_what_looks_unintended(doubtful, command):
     asked = ("--sample", "block.A.live.x=uniform:1:2", "-n", "2", *STATIC, "--workers", "1")
-    told = command.warned("sweep", doubtful / "block.toml", *asked, "--out", doubtful / "out")
-    assert told == [IN_DEGREES]
+    sentences = command.warned("sweep", doubtful / "block.toml", *asked, "--out", doubtful / "out")
+    assert sentences == [IN_DEGREES]
     drawn = {"block.A.live.x": ("uniform", 1.0, 2.0)}
     found = mo.sample(doubtful / "block.toml", drawn, n=2, method="static", workers=1)
     assert found.as_dict()["warnings"] == [RECORD | {"runs": 2}]
@@ -133,8 +133,8 @@ def test_a_load_factor_that_falls_with_the_strength_drawn_is_told():
     """
     friction = pd.DataFrame({"joints.friction": np.linspace(0.3, 0.6, 20)})
     falling = np.linspace(2.0, 1.0, 20)
-    (told,) = sampled(falling, friction).warning_sentences
-    assert told.startswith("the load factor falls as joints.friction grows (rank correlation -1.000)")
+    (sentence,) = sampled(falling, friction).warning_sentences
+    assert sentence.startswith("the load factor falls as joints.friction grows (rank correlation -1.000)")
     by_statics = sampled(falling, friction)
     by_statics.table.attrs["method"] = "static"
     assert by_statics.warning_sentences == ()

@@ -80,8 +80,8 @@ def test_where_a_scene_stands_at_every_value_a_load_factor_shows_the_least(comma
     error = least(command, tmp_path / "case.toml", "0:0.9")
     assert "smaller value" not in error
     assert "'load' (--load)" in error
-    told = least(command, tmp_path / "case.toml", "0:0.9", "--load", "0.2", "--method", "static", code=0)
-    assert "λ is" in told
+    output = least(command, tmp_path / "case.toml", "0:0.9", "--load", "0.2", "--method", "static", code=0)
+    assert "λ is" in output
 
 
 def test_a_function_that_fails_outside_of_the_range_is_no_error():

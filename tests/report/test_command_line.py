@@ -206,13 +206,13 @@ def test_steps_are_named_while_it_runs(watched, command):
     """Each step is shown while the command runs; the message of Ctrl-C names the last step."""
 
     def interrupted(_):
-        if len(told) == 3:
+        if len(recorded) == 3:
             raise KeyboardInterrupt
 
-    told = watched(import_module("masonry_opt.cli.command"), "residuals_of_step", interrupted)
+    recorded = watched(import_module("masonry_opt.cli.command"), "residuals_of_step", interrupted)
     err = command.refused("solve", WALL_1, code=130)
     assert (
-        f"the last step was load step 3: λ = {told[-1][0].load_factor:.6f}, "
+        f"the last step was load step 3: λ = {recorded[-1][0].load_factor:.6f}, "
         "but its λ is not the collapse load factor" in err
     )
 
@@ -376,7 +376,7 @@ COUNTED = "1 block, 1 joint, 4 contacts"
 
 
 @pytest.mark.parametrize(
-    ("asked", "told"),
+    ("asked", "expected"),
     [
         (
             "solve {} --method static --verbose",
@@ -396,12 +396,12 @@ COUNTED = "1 block, 1 joint, 4 contacts"
         ),
     ],
 )
-def test_commands_tell_what_there_is_of_solids(monkeypatch, command, case, asked, told):
+def test_commands_tell_what_there_is_of_solids(monkeypatch, command, case, asked, expected):
     """Commands on a box print λ = μ = 0.5, which is 25 % above an associative reference of 0.4."""
     case.write_text(case.read_text() + REFERENCE)
     monkeypatch.chdir(case.parent)
     out = command(*asked.format(case).split())
-    for words in told:
+    for words in expected:
         assert words in out
     assert (case.parent / "curve.png").exists() == ("--plot" in asked)
 

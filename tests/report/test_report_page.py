@@ -155,7 +155,7 @@ TOLD = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "label", "column"), [(name, *told) for name, told in TOLD.items()])
+@pytest.mark.parametrize(("name", "label", "column"), [(name, *entry) for name, entry in TOLD.items()])
 def test_reactions_states_and_directions(answer_and_page, name, label, column):
     answer, page = answer_and_page(name)
     assert [float(of) for of in page.column(label)] == pytest.approx(answer.table[column], rel=1e-5)

@@ -9,7 +9,7 @@ from scenes import run_command
 from typer.testing import CliRunner
 
 from masonry_opt.cli.app import COMMANDS, load
-from masonry_opt.cli.command import Given, command, reader
+from masonry_opt.cli.command import CommandArguments, command, reader
 from masonry_opt.errors import OptionError
 
 
@@ -54,7 +54,7 @@ def run(*texts):
         live_layers=typer.Option(parser=lambda text: tuple(text.split("="))),
         place=typer.Option(parser=reader(two, "{}: write two numbers")),
     )
-    def asked(given: Given, case: Path) -> None:
+    def asked(given: CommandArguments, case: Path) -> None:
         """Exit code 0."""
         called.update(given.rest(study), case=case)
 
@@ -80,9 +80,9 @@ def test_what_was_typed_is_passed_on_and_nothing_else():
 
 @pytest.mark.parametrize("wrong", [("--place", "3"), ("--place", "3,x"), ("-o", "beta"), ("-o", "ratio=1")])
 def test_texts_that_cannot_be_read_are_named(wrong):
-    told, _ = run("a.toml", *wrong)
-    assert isinstance(told.exception, OptionError)
-    assert wrong[1].partition("=")[0] in str(told.exception)
+    outcome, _ = run("a.toml", *wrong)
+    assert isinstance(outcome.exception, OptionError)
+    assert wrong[1].partition("=")[0] in str(outcome.exception)
 
 
 @pytest.mark.parametrize("wrong", [(), ("--count", "x"), ("--no-deep",), ("--progress", "x")])
@@ -91,10 +91,10 @@ def test_what_the_signature_does_not_take_is_refused(wrong):
 
 
 def test_help_is_the_first_sentence_of_the_docstring_and_the_default_the_functions():
-    told = run("--help")[0].stdout
+    output = run("--help")[0].stdout
     words = ("Of width to height, see solve.", "1.5", "How many there are.", "here", "1.0, 2.0", "Coulomb")
-    assert all(word in told for word in words)
-    assert not any(words in told for words in ("Whatever", "Not which", "progress", "scene"))
+    assert all(word in output for word in words)
+    assert not any(words in output for words in ("Whatever", "Not which", "progress", "scene"))
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -108,12 +108,12 @@ def test_every_option_of_every_command_says_what_it_is(name):
 def test_help_fits_into_eighty_columns_with_no_word_cut(name, monkeypatch, capsys):
     """No word is cut: Rich cuts words that are wider than their column, and marks the cut by dots."""
     monkeypatch.setattr("typer.rich_utils.MAX_WIDTH", 80)
-    exit_code, told, _ = run_command(monkeypatch, capsys, name, "--help")
+    exit_code, output, _ = run_command(monkeypatch, capsys, name, "--help")
     assert exit_code == 0
-    assert "--help" in told
-    assert "…" not in told
-    assert max(map(len, told.splitlines())) <= 80
+    assert "--help" in output
+    assert "…" not in output
+    assert max(map(len, output.splitlines())) <= 80
     # Texts have at least a third of the width: a flag that is set by default shows its negated name only.
-    assert "--incremental" not in told
-    (line,) = [line for line in told.splitlines() if "--help " in line]
+    assert "--incremental" not in output
+    (line,) = [line for line in output.splitlines() if "--help " in line]
     assert line.index("Show this message") <= 53

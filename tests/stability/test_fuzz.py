@@ -151,7 +151,7 @@ def test_seeds_are_valid(tmp_path):
 @pytest.mark.slow
 def test_mutated_case_files_end_in_a_message(tmp_path):
     made = ((seed, mutant(random.Random(seed))) for seed in range(40))
-    told = list(outcomes(made, tmp_path))
+    messages = list(outcomes(made, tmp_path))
     # The mutations have an effect, and not always at the same place.
-    assert 3 < told.count("loads") < 27
-    assert len({message.split(": ", 1)[-1][:40] for message in told}) > 20
+    assert 3 < messages.count("loads") < 27
+    assert len({message.split(": ", 1)[-1][:40] for message in messages}) > 20

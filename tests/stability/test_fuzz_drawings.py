@@ -70,7 +70,7 @@ def broken(data, rng):
     return b"\n".join(lines)
 
 
-def told(read, path):
+def ends_in_message(read, path):
     """Return True if reading ended in a message, which names the file, and False if it returned a scene."""
     message = ""
     try:
@@ -86,11 +86,11 @@ def test_broken_dxf_ends_with_a_message(drawings, tmp_path):
     rng = random.Random(7)
     path = tmp_path / "broken.dxf"
     path.write_bytes(drawings[0])
-    assert not told(mo.read_dxf, path)
+    assert not ends_in_message(mo.read_dxf, path)
     messages = 0
     for number in range(100):
         path.write_bytes(broken(drawings[number % 4 == 0], rng))
-        messages += told(mo.read_dxf, path)
+        messages += ends_in_message(mo.read_dxf, path)
     assert 50 < messages < 100
 
 
@@ -107,7 +107,7 @@ def test_broken_compas_data_ends_with_a_message(tmp_path):
     whole = json.loads(json.dumps({"data": {"graph": {"data": {"node": nodes}}}}))
     path = tmp_path / "broken.json"
     path.write_text(json.dumps(whole))
-    assert not told(mo.read_compas, path)
+    assert not ends_in_message(mo.read_compas, path)
 
     messages = 0
     for _ in range(100):
@@ -119,5 +119,5 @@ def test_broken_compas_data_ends_with_a_message(tmp_path):
             del inner[key]
         text = json.dumps(data)
         path.write_text(text[: rng.randrange(len(text))] if rng.random() < 0.1 else text)
-        messages += told(mo.read_compas, path)
+        messages += ends_in_message(mo.read_compas, path)
     assert 50 < messages < 100

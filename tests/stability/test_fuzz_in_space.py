@@ -101,7 +101,7 @@ def test_seeds_are_valid(tmp_path):
 @pytest.mark.slow
 def test_mutated_solids_end_in_a_message_or_a_true_number(tmp_path):
     """Warnings of NumPy are raised as errors, so that they fail the test."""
-    told, path = [], tmp_path / "case.json"
+    messages, path = [], tmp_path / "case.json"
     with warnings.catch_warnings():
         warnings.simplefilter("error", RuntimeWarning)
         for seed in range(25):
@@ -111,13 +111,13 @@ def test_mutated_solids_end_in_a_message_or_a_true_number(tmp_path):
                 mutate_shape(tree, rng)
             path.write_text(json.dumps(tree))
             try:
-                told.append(told_of(path))
+                messages.append(told_of(path))
             except Exception as error:
                 error.add_note(f"{seed}: {path.read_text()}")
                 raise
-            assert "WRONG" not in told[-1], (seed, told[-1], path.read_text())
-    assert 3 < told.count("") < 19
-    assert len({message.split(": ", 1)[-1][:40] for message in told}) > 10
+            assert "WRONG" not in messages[-1], (seed, messages[-1], path.read_text())
+    assert 3 < messages.count("") < 19
+    assert len({message.split(": ", 1)[-1][:40] for message in messages}) > 10
 
 
 @pytest.mark.slow

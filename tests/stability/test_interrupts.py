@@ -26,17 +26,17 @@ def test_ctrl_c_ends_with_what_is_known(watched, press_ctrl_c, command, method, 
             press_ctrl_c(swallowed)
 
     solved = watched(CvxpyEngine, "solve", interrupted)
-    told = command.refused("solve", WALL_1, "--method", method, "--no-incremental", code=130)
-    assert told.startswith("error: interrupted")
-    assert words in told
-    assert told.count("\n") == 1
+    message = command.refused("solve", WALL_1, "--method", method, "--no-incremental", code=130)
+    assert message.startswith("error: interrupted")
+    assert words in message
+    assert message.count("\n") == 1
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_ctrl_c_in_other_commands(watched, press_ctrl_c, command):
     watched(CvxpyEngine, "solve", lambda _: press_ctrl_c())
-    told = command.refused("check", WALL_1, code=130)
-    assert told == "error: interrupted: nothing was found\n"
+    message = command.refused("check", WALL_1, code=130)
+    assert message == "error: interrupted: nothing was found\n"
 
 
 @pytest.mark.slow

@@ -36,8 +36,8 @@ def in_file(tmp_path, content, name="case.toml"):
 @pytest.mark.parametrize("arguments", [["check", TWO_BLOCKS], ["--version"], ["--help"]])
 def test_full_disk_behind_standard_output(command, arguments):
     with open("/dev/full", "w") as full, redirect_stdout(full):
-        told = command.refused(*arguments)
-    assert "cannot be written: No space left on device" in told
+        message = command.refused(*arguments)
+    assert "cannot be written: No space left on device" in message
 
 
 @pytest.mark.parametrize(
@@ -53,8 +53,8 @@ def test_reader_of_standard_output_went_away(monkeypatch, command, tmp_path, arg
     read, write = os.pipe()
     os.close(read)
     with os.fdopen(write, "w") as pipe, redirect_stdout(pipe):
-        told = command.refused(*arguments, code=141)
-    assert not re.search("Traceback|error", told)
+        message = command.refused(*arguments, code=141)
+    assert not re.search("Traceback|error", message)
 
 
 @pytest.mark.slow
@@ -101,17 +101,17 @@ def test_picture_that_cannot_be_written(monkeypatch, capsys, tmp_path):
     case, old = in_file(tmp_path, GOOD), in_file(tmp_path, b"old", "wall.png")
     asked = ("solve", case, "--method", "static", "--plot", old, "--force")
     with full_from(0):
-        code, _, told = run_command(monkeypatch, capsys, *asked)
+        code, _, output = run_command(monkeypatch, capsys, *asked)
     assert code == 2
-    assert f"{old}: cannot be written: File too large" in told
+    assert f"{old}: cannot be written: File too large" in output
     assert old.read_bytes() == b"old"
 
 
 def test_unwritable_folder_is_told_before_long_work(monkeypatch, watched, command, tmp_path):
     monkeypatch.setattr("os.access", lambda path, mode: mode != os.W_OK)
     solved = watched(import_module("masonry_opt.cli.solve"), "solve_scene")
-    told = command.refused("solve", WALL_1, "--plot", tmp_path / "wall.png")
-    assert "is not writable" in told
+    message = command.refused("solve", WALL_1, "--plot", tmp_path / "wall.png")
+    assert "is not writable" in message
     (tmp_path / "folder.png").mkdir()
     assert "is a folder" in command.refused("solve", WALL_1, "--plot", tmp_path / "folder.png")
     assert solved == []
@@ -149,8 +149,8 @@ def test_names_of_blocks_make_no_paths(command, tmp_path):
     text += f'[reference]\nstatic = {{ value = 0.6, source = "{odd}" }}\n'
     path, folder = in_file(tmp_path, text), tmp_path / "out"
     folder.mkdir()
-    told = command.json("solve", path, "--method", "static", "--plot", folder / "picture.svg")
-    name = told["block_results"][0]["block"]
+    record = command.json("solve", path, "--method", "static", "--plot", folder / "picture.svg")
+    name = record["block_results"][0]["block"]
     assert name == odd.replace("\\\\", "\\")
     assert list(folder.iterdir()) == [folder / "picture.svg"]
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["case.toml", "out"]
@@ -230,11 +230,11 @@ ODD_FILES = {
 def test_odd_files_end_in_a_short_message(name, command, tmp_path):
     file, content, named = ODD_FILES[name]
     path = in_file(tmp_path, content, file)
-    told = command.refused("solve", path)
-    assert named in told
-    assert str(path) in told
-    assert len(told) < 5000
-    assert all(letter == "\n" or letter.isprintable() for letter in told)
+    message = command.refused("solve", path)
+    assert named in message
+    assert str(path) in message
+    assert len(message) < 5000
+    assert all(letter == "\n" or letter.isprintable() for letter in message)
 
 
 @pytest.mark.slow

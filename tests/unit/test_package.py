@@ -41,8 +41,8 @@ def test_type_checkers_are_told_the_same_names_from_the_same_modules():
     stub = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
     _, package_version, *imports = stub.body
     assert ast.unparse(package_version) == "__version__: str"
-    told = [(alias.asname, node.module) for node in imports for alias in node.names]
-    assert sorted(told) == sorted(mo._HOMES.items())
+    homes = [(alias.asname, node.module) for node in imports for alias in node.names]
+    assert sorted(homes) == sorted(mo._HOMES.items())
 
 
 def test_the_package_states_its_version():
@@ -156,13 +156,13 @@ def test_the_package_runs_as_a_module():
 def test_hints_install_extras_of_the_clone():
     """Hints install the extras from the clone, because the public index has no package of this name."""
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
-    told = [
+    hints = [
         hint
         for path in [*PACKAGE.rglob("*.py"), *(ROOT / "docs").glob("*.md"), ROOT / "README.md"]
         for hint in re.findall(r"pip install '([^']*)'", path.read_text(encoding="utf-8"))
     ]
-    assert len(told) > 8
-    for hint in told:
+    assert len(hints) > 8
+    for hint in hints:
         assert re.fullmatch(r"\.\[[\w,]+\]", hint)
         assert set(hint[2:-1].split(",")) <= set(extras)
 

@@ -82,8 +82,8 @@ def test_a_picture_has_the_elements_and_their_legend(case, kind):
     for each, artist in zip(marks, artists, strict=True):
         expected = each.moved(share) + elements.assembly.geometry.origin
         assert points_of(artist) == pytest.approx(expected)
-    told = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert told == ["block", "support", *legend(elements.shown(kind))]
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == ["block", "support", *legend(elements.shown(kind))]
     bars = [axes.get_xlabel() for axes in figure.axes[1:]]
     assert ["utilisation" in label for label in bars] == ([True] if kind == "utilisation" else [])
 
@@ -160,8 +160,8 @@ def test_a_curve_is_drawn_with_its_load_factor_and_the_first_joints_that_move(cu
     (first,) = np.flatnonzero(curve["starts_sliding"])
     assert any(np.array_equal(points, states[first : first + 1]) for points in drawn.values())
     assert {text.get_text() for text in axes.texts} == {"1", "start to slide"}
-    told = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert told == ["load factor λ = 0.18844", "associative λ = 0.25", "the first joints slide"]
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == ["load factor λ = 0.18844", "associative λ = 0.25", "the first joints slide"]
 
 
 def test_the_label_below_a_curve_is_narrower_than_the_axis_and_above_the_legend(curved):
@@ -264,21 +264,21 @@ def test_a_page_has_the_elements_and_their_legends(case):
         moves = each.motion is not None and np.abs(canvas.motions(each.motion)).max() > 10
         assert ("data-motion" in drawn) == moves
     for kind in PICTURE_KINDS:
-        told = re.search(rf'<ul class="{kind}">(.*?)</ul>', text)[1]
+        entries = re.search(rf'<ul class="{kind}">(.*?)</ul>', text)[1]
         for label in legend([*elements.layers[kind], *elements.loads]):
-            assert label in told
+            assert label in entries
 
 
 @pytest.mark.parametrize("scene", [WALLS[0], on_a_corner()], ids=["wall", "corner on an edge"])
 def test_forces_of_every_joint_are_those_of_the_result(scene):
     result = mo.solve(scene)
-    told = data_of(page(result))
-    names = np.array(told["blocks"])
+    data = data_of(page(result))
+    names = np.array(data["blocks"])
     for name in ("first", "second"):
-        assert names[told["joints"][name]].tolist() == result.joints[name].tolist()
+        assert names[data["joints"][name]].tolist() == result.joints[name].tolist()
     for name in ("n", "s", "m", "slip", "opening", "utilisation"):
         expected = result.joints[name].to_numpy()
-        got = np.array([np.nan if value is None else value for value in told["joints"][name]])
+        got = np.array([np.nan if value is None else value for value in data["joints"][name]])
         nothing = 1e-6 * np.nanmax(np.abs(expected))
         assert got == pytest.approx(expected, rel=6e-5, abs=nothing, nan_ok=True)
 

@@ -201,14 +201,14 @@ def test_a_page_shows_first_the_kind_asked_for(kind, tmp_path):
     assert len(text) < 1_200_000
     (chosen,) = [line for line in text.splitlines() if " checked" in line]
     assert f'value="{kind}"' in chosen
-    told = json.loads(re.search(r'id="data">(.*?)</script>', text, re.DOTALL)[1])
-    assert told["figure"]["view"] == [10, 20]
+    record = json.loads(re.search(r'id="data">(.*?)</script>', text, re.DOTALL)[1])
+    assert record["figure"]["view"] == [10, 20]
     # The box slides without rotating, and the base presses on it evenly. Both values are exactly zero,
     # without rounding.
-    assert told["joints"]["n"] == [pytest.approx(1.0)]
-    assert told["joints"]["rotation"] == [0]
-    assert told["joints"]["torsion"] == [0]
-    assert told["joints"]["utilisation"] == [pytest.approx(1.0, abs=1e-4)]
+    assert record["joints"]["n"] == [pytest.approx(1.0)]
+    assert record["joints"]["rotation"] == [0]
+    assert record["joints"]["torsion"] == [0]
+    assert record["joints"]["utilisation"] == [pytest.approx(1.0, abs=1e-4)]
 
 
 def test_a_page_without_trimesh_is_refused_before_long_work(without, tmp_path):

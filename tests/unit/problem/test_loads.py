@@ -85,8 +85,8 @@ def test_what_the_load_factor_multiplies_is_told():
     """Forces and multiples of weights have different descriptions, and a tilted scene has none."""
     force, times = block_on_floor(), block_on_floor(live=(0, 0), live_per_weight=(1, 0))
     by_name = block_on_floor(live=(0, 0)).model_copy(update={"loads": [mo.Load(block="A", live=(1, 0))]})
-    told = [facts(mo.solve(scene, "static"))["live load"] for scene in (force, times, by_name)]
-    assert told[0] == told[2] != told[1]
+    texts = [facts(mo.solve(scene, "static"))["live load"] for scene in (force, times, by_name)]
+    assert texts[0] == texts[2] != texts[1]
     tilted = block_on_floor(live=(0, 0)).model_copy(update={"tilt": "left"})
     assert "live load" not in facts(mo.solve(tilted, "static"))
 

@@ -60,19 +60,21 @@ def test_a_support_in_which_a_tie_or_prop_ends_is_not_idle(kind):
     assert warned(scene.replace(**{kind: [strut]}), Code.IDLE_SUPPORTS) == []
 
 
-@pytest.mark.parametrize(("friction", "told"), [(3.0, False), (3.001, True), (35.0, True), (inf, False)])
-def test_friction_in_degrees(friction, told):
-    expected = [{"friction": friction, "pairs": []}] if told else []
+@pytest.mark.parametrize(("friction", "is_warned"), [(3.0, False), (3.001, True), (35.0, True), (inf, False)])
+def test_friction_in_degrees(friction, is_warned):
+    expected = [{"friction": friction, "pairs": []}] if is_warned else []
     assert warned(block_on_floor(friction=friction), Code.FRICTION_HIGH) == expected
     named = two_blocks().replace(exceptions=[mo.Joint(between=("B", "support"), friction=friction)])
-    expected = [{"friction": friction, "pairs": [["B", "support"]]}] if told else []
+    expected = [{"friction": friction, "pairs": [["B", "support"]]}] if is_warned else []
     assert warned(named, Code.FRICTION_HIGH) == expected
 
 
-@pytest.mark.parametrize(("dilatancy", "told"), [(0.5, False), (-0.5, False), (-0.51, True), (-5.0, True)])
-def test_contraction_that_friction_does_not_resist(dilatancy, told):
+@pytest.mark.parametrize(
+    ("dilatancy", "is_warned"), [(0.5, False), (-0.5, False), (-0.51, True), (-5.0, True)]
+)
+def test_contraction_that_friction_does_not_resist(dilatancy, is_warned):
     scene = small_wall(2, 2, friction=0.5, dilatancy=dilatancy)
-    expected = [{"dilatancy": dilatancy, "friction": 0.5, "pairs": []}] if told else []
+    expected = [{"dilatancy": dilatancy, "friction": 0.5, "pairs": []}] if is_warned else []
     assert warned(scene, Code.DILATANCY_LOW) == expected
     # Here the friction of one joint is too small for the dilatancy, which is the same for all joints.
     less = [mo.Joint(between=("A", "floor"), friction=0.1)]
@@ -96,8 +98,8 @@ def test_supports_that_touch_nothing():
 SIZE = 130**0.5
 
 
-@pytest.mark.parametrize(("times", "told"), [(9.9, False), (10.1, True)])
-def test_blocks_far_from_all_others(times, told):
+@pytest.mark.parametrize(("times", "is_warned"), [(9.9, False), (10.1, True)])
+def test_blocks_far_from_all_others(times, is_warned):
     """A fixed block, or a block with its own floor, causes a warning if its distance from the others is more
     than ten times their size. The first floor ends at x = 6."""
     left = 6 + times * SIZE
@@ -105,8 +107,10 @@ def test_blocks_far_from_all_others(times, told):
     group = [rectangle("B", left, 0, left + 1, 1, weight=1), rectangle("its floor", left, -1, left + 1, 0)]
     for blocks in ([alone], group):
         found = warned(with_blocks(block_on_floor(), *blocks), Code.FAR_AWAY)
-        assert [values["blocks"] for values in found] == ([[block.name for block in blocks]] if told else [])
-        if told:
+        assert [values["blocks"] for values in found] == (
+            [[block.name for block in blocks]] if is_warned else []
+        )
+        if is_warned:
             assert found[0]["distance"] == pytest.approx(times * SIZE)
             assert found[0]["size"] == pytest.approx(SIZE)
     # Two floors are 9 apart, which is far relative to the tiny one, but not relative to the other.
@@ -144,7 +148,7 @@ def test_weights_of_other_units(weights, names, ratio, shaped, quantity):
 
 
 @pytest.mark.parametrize(
-    ("load", "force", "told"),
+    ("load", "force", "is_warned"),
     [
         ("live", 590, False),
         ("live", 610, True),
@@ -155,12 +159,12 @@ def test_weights_of_other_units(weights, names, ratio, shaped, quantity):
         ("dead", 2 / 1010, True),
     ],
 )
-def test_forces_of_other_units(load, force, told):
+def test_forces_of_other_units(load, force, is_warned):
     """A force above 300 times the weight of its block, 2, causes a warning, as does a dead force below 1/1000
     of it. On a light plate, a force that is usual for the other blocks causes none."""
     found = warned(row(2, 2, 2, **{load: (0.6 * force, 0.8 * force)}), Code.FORCES_DIFFER)
-    assert [values["load"] for values in found] == ([load] if told else [])
-    if told:
+    assert [values["load"] for values in found] == ([load] if is_warned else [])
+    if is_warned:
         assert found[0]["blocks"] == ["0"]
         assert found[0]["ratio"] == pytest.approx(force / 2)
     assert warned(row(0.001, 1, 1, live=(100.0, 0.0)), Code.FORCES_DIFFER) == []
@@ -217,10 +221,10 @@ def test_warnings_are_shown_wherever_the_result_is(monkeypatch, capsys, tmp_path
     assert (exit_code, out.count("warning: ")) == (0, 0)
     assert err.splitlines() == [f"warning: {sentence}" for sentence in result.warning_sentences]
     _, out, _ = run_command(monkeypatch, capsys, "solve", case, "--json")
-    told = json.loads(out)["warnings"]
-    assert [warning["code"] for warning in told] == [str(code) for code in codes]
-    assert [warning["sentence"] for warning in told] == list(result.warning_sentences)
-    assert told[0]["friction"] == 35.0
+    records = json.loads(out)["warnings"]
+    assert [warning["code"] for warning in records] == [str(code) for code in codes]
+    assert [warning["sentence"] for warning in records] == list(result.warning_sentences)
+    assert records[0]["friction"] == 35.0
     assert [warning.code for warning in mo.check(case).warnings] == codes
     exit_code, out, err = run_command(monkeypatch, capsys, "check", case)
     assert (exit_code, out.count("warning: ")) == (0, 0)
@@ -245,15 +249,15 @@ def test_corners_that_press_where_strength_is_limited(method, weight):
     """The warning names the corners that press on edges of limited strength. The slab slides at λ = μ.
     Moments about the middle of its base, 1/4 below its centroid, yield n₂ − n₁ = μ W/4 / (3/2)."""
 
-    def told(scene):
+    def warning_values(scene):
         result = mo.solve(scene, method)
         assert result.required() == pytest.approx(0.5, rel=1e-3)
         return [warning.values for warning in result.warnings if warning.code is Code.CORNERS_BEAR]
 
     left, right = weight * (1 / 2 - 1 / 24), weight * (1 / 2 + 1 / 24)
-    (values,) = told(on_two_tips(weight).replace(strength=100.0))
+    (values,) = warning_values(on_two_tips(weight).replace(strength=100.0))
     assert [set(pair) for pair in values["pairs"]] == [{"slab", "right"}, {"slab", "left"}]
     assert values["normal_forces"] == pytest.approx([right, left], rel=1e-3)
-    (values,) = told(on_two_tips(weight, strength=100.0))
+    (values,) = warning_values(on_two_tips(weight, strength=100.0))
     assert values["normal_forces"] == pytest.approx([left], rel=1e-3)
-    assert told(on_two_tips(weight)) == []
+    assert warning_values(on_two_tips(weight)) == []

@@ -398,8 +398,8 @@ def test_nothing_moves_in_a_state_that_its_certificate_does_not_bear_out():
     assert not re.search(r"\bmoves?\b", failed.details)
     assert failed.blocks[["vx", "vy", "omega"]].isna().all(axis=None)
     assert failed.joints[["n", "s", "m", "slip", "opening", "utilisation"]].isna().all(axis=None)
-    told = json.loads(failed.to_json())
-    assert {row["vx"] for row in told["block_results"]} == {None}
+    record = json.loads(failed.to_json())
+    assert {row["vx"] for row in record["block_results"]} == {None}
     assert not result_elements(failed).movement
     assert not any("joint" in label for label in labels(failed))
     assert "tried" not in failed.plot().axes[0].get_title()
@@ -430,8 +430,8 @@ def test_results_have_no_signed_zero_and_count_one_as_one(name, method):
     for frame in (result.joints, result.blocks, result.history):
         numbers = frame.select_dtypes("float64").to_numpy()
         assert not (np.signbit(numbers) & (numbers == 0)).any()
-    told = [result.summary, result.details, result.to_json(), repr(result.load_factor)]
-    assert [text for text in told if SIGNED.search(text)] == []
+    texts = [result.summary, result.details, result.to_json(), repr(result.load_factor)]
+    assert [text for text in texts if SIGNED.search(text)] == []
     assert not MANY.search(result.details)
 
 

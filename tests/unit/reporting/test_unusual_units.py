@@ -108,13 +108,13 @@ def arch_with_a_rod(strength, unit_weight):
 
 
 @pytest.mark.parametrize(
-    ("strength", "unit_weight", "told"),
+    ("strength", "unit_weight", "is_warned"),
     [(30.0, 22.0, False), (30e3, 22.0, True), (30.0, 22e3, True), (30e3, 22e3, False), (3e3, 2.2e3, False)],
 )
-def test_a_rod_of_30_kn_in_newtons_or_kilonewtons(strength, unit_weight, told):
+def test_a_rod_of_30_kn_in_newtons_or_kilonewtons(strength, unit_weight, is_warned):
     """A rod of 30 kN causes a warning only if its unit differs from that of the weights. The last row is in
     kg."""
-    assert bool(warned(arch_with_a_rod(strength, unit_weight), Code.STRENGTH_DIFFERS)) is told
+    assert bool(warned(arch_with_a_rod(strength, unit_weight), Code.STRENGTH_DIFFERS)) is is_warned
 
 
 #: Unit weights of one block and of all others, and the units that the warning names (None: no warning).
@@ -343,7 +343,7 @@ def test_a_tangent_given_as_an_angle():
 
 @pytest.mark.parametrize("friction", [0.001, 0.01, 0.015, 0.0123456])
 def test_a_small_friction_that_is_no_angle_is_intended(friction):
-    """Nobody who wrote 'friction' is told to write it instead of 'friction_angle'."""
+    """Nobody who wrote 'friction' is is_warned to write it instead of 'friction_angle'."""
     assert warned(block_on_floor(friction=friction), Code.FRICTION_LOW) == []
 
 

@@ -99,8 +99,8 @@ def test_what_touches_nothing_is_told_the_tolerance_that_joins_it() -> None:
     blocks["A"] = [(0, 0.00017), (1, 0.0005), (1, 1), (0, 1)]
     with pytest.raises(mo.CaseError, match="'A' touches no other block") as error:
         contacts_of(scene_of(blocks, 1e-6))
-    (told,) = re.findall(r"'tolerance' to ([^ ,]+)", str(error.value))
-    assert len(contacts_of(scene_of(blocks, float(told))).extent) == 1
+    (tolerance,) = re.findall(r"'tolerance' to ([^ ,]+)", str(error.value))
+    assert len(contacts_of(scene_of(blocks, float(tolerance))).extent) == 1
 
 
 def test_the_open_part_of_a_broken_edge_is_a_small_gap() -> None:

@@ -149,15 +149,15 @@ def test_which_law_holds_is_told():
 @pytest.mark.slow
 def test_json_has_the_same_keys_and_contact_points():
     space, plane = mo.solve(box_on_floor(), "coulomb"), mo.solve(block_on_floor(2, 2, 0.5), "coulomb")
-    told, of_plane = json.loads(space.to_json()), json.loads(plane.to_json())
-    assert set(told) - set(of_plane) == {"contact_results"}
-    assert set(of_plane) <= set(told)
+    record, of_plane = json.loads(space.to_json()), json.loads(plane.to_json())
+    assert set(record) - set(of_plane) == {"contact_results"}
+    assert set(of_plane) <= set(record)
     assert plane.contacts is None
-    assert (told["joints"], told["size"]["contacts"], len(told["contact_results"])) == (1, 4, 4)
+    assert (record["joints"], record["size"]["contacts"], len(record["contact_results"])) == (1, 4, 4)
     assert of_plane["size"]["contacts"] is None
     assert of_plane["friction_law"] == ""
     shared = {"first", "second", "x", "y", "n", "s", "slip", "opening", "rotation", "utilisation"}
-    assert shared <= set(told["joint_results"][0]) & set(of_plane["joint_results"][0])
+    assert shared <= set(record["joint_results"][0]) & set(of_plane["joint_results"][0])
 
 
 def ridge(name, x):

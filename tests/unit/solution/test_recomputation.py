@@ -66,28 +66,28 @@ def vector(row: dict[str, Any], *names: str) -> np.ndarray:
     return np.array([row[name] for name in names], dtype=float)
 
 
-def pulls(told: dict[str, Any]) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
+def pulls(record: dict[str, Any]) -> list[tuple[str, str, np.ndarray, np.ndarray]]:
     """Return both blocks, the point and the force on the first block, for all ties, props and fill
     pressures."""
-    axes = "xyz" if "contact_results" in told else "xy"
-    rows = told.get("tie_results", []) + told.get("pressure_results", [])
+    axes = "xyz" if "contact_results" in record else "xy"
+    rows = record.get("tie_results", []) + record.get("pressure_results", [])
     at, unit = [*axes], [f"u{axis}" for axis in axes]
     return [
         (row["first"], row["second"], vector(row, *at), row["force"] * vector(row, *unit)) for row in rows
     ]
 
 
-def presses(told: dict[str, Any]) -> list[tuple[str, str, np.ndarray, np.ndarray, float]]:
+def presses(record: dict[str, Any]) -> list[tuple[str, str, np.ndarray, np.ndarray, float]]:
     """Return both blocks, the point, and the force and moment on the first block, for all joints. In space,
     each contact point has an entry without a moment."""
-    if "contact_results" in told:
+    if "contact_results" in record:
         forces = ("fx", "fy", "fz")
         return [
             (row["first"], row["second"], vector(row, *"xyz"), vector(row, *forces), 0.0)
-            for row in told["contact_results"]
+            for row in record["contact_results"]
         ]
     found = []
-    for row in told["joint_results"]:
+    for row in record["joint_results"]:
         normal = vector(row, "nx", "ny")
         along = np.array([normal[1], -normal[0]])
         force = row["n"] * normal + row["s"] * along
@@ -101,48 +101,48 @@ def turning(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
     return np.cross(arm, force)
 
 
-def out_of_balance(told: dict[str, Any]) -> dict[str, np.ndarray]:
+def out_of_balance(record: dict[str, Any]) -> dict[str, np.ndarray]:
     """Return the sum of all forces and of all moments about the centroid, for each block."""
-    space = "contact_results" in told
+    space = "contact_results" in record
     axes, moments = ("xyz", ["mx", "my", "mz"]) if space else ("xy", ["moment"])
     names = [*(f"f{axis}" for axis in axes), *moments]
-    rows = told["block_results"]
+    rows = record["block_results"]
     centroid = {row["block"]: vector(row, *axes) for row in rows}
     total = {
         row["block"]: vector(row, *(f"dead_{name}" for name in names))
-        + told["load_factor"] * vector(row, *(f"live_{name}" for name in names))
+        + record["load_factor"] * vector(row, *(f"live_{name}" for name in names))
         for row in rows
     }
-    acting = [*presses(told), *((*pull, 0.0) for pull in pulls(told))]
+    acting = [*presses(record), *((*pull, 0.0) for pull in pulls(record))]
     for first, second, at, force, moment in acting:
         for block, sign in ((first, 1.0), (second, -1.0)):
             if block in total:
                 turns = turning(at - centroid[block], force) + (0.0 if space else moment)
                 total[block] += sign * np.concatenate([force, turns])
-    for row in told.get("support_results", []):
+    for row in record.get("support_results", []):
         total[row["block"]] += vector(row, *names)
     return total
 
 
-def least_slack(told: dict[str, Any]) -> float:
+def least_slack(record: dict[str, Any]) -> float:
     """Return the least slack of all limits: friction, tension, rocking and limited forces."""
     slacks = []
-    for row in told.get("contact_results", told["joint_results"]):
+    for row in record.get("contact_results", record["joint_results"]):
         slacks.append(row["n"])
         if row["friction"] is not None:
             slacks.append(row["cohesion_force"] + row["friction"] * row["n"] - abs(row["s"]))
         if "m" in row:
             slacks.append(row["n"] * row["length"] / 2 - abs(row["m"]))
-    for row in told.get("tie_results", []) + told.get("pressure_results", []):
+    for row in record.get("tie_results", []) + record.get("pressure_results", []):
         slacks.append(row["force"] - row["lowest"])
         slacks.append(math.inf if row["highest"] is None else row["highest"] - row["force"])
     return min(slacks)
 
 
-def weights(told: dict[str, Any], dimension: int) -> np.ndarray:
+def weights(record: dict[str, Any], dimension: int) -> np.ndarray:
     """Return the size of the dead load of each block."""
     names = [f"dead_f{axis}" for axis in "xyz"[:dimension]]
-    return np.array([np.linalg.norm(vector(row, *names)) for row in told["block_results"]])
+    return np.array([np.linalg.norm(vector(row, *names)) for row in record["block_results"]])
 
 
 @pytest.mark.parametrize(
@@ -155,31 +155,31 @@ def weights(told: dict[str, Any], dimension: int) -> np.ndarray:
     ],
 )
 def test_forces_balance_and_respect_every_limit(make, method, within):
-    told = read(make(), method)
-    dimension = 3 if "contact_results" in told else 2
-    loads = weights(told, dimension)
-    left = np.concatenate(list(out_of_balance(told).values()))
+    record = read(make(), method)
+    dimension = 3 if "contact_results" in record else 2
+    loads = weights(record, dimension)
+    left = np.concatenate(list(out_of_balance(record).values()))
     assert np.abs(left).max() <= within * loads.sum()
-    assert least_slack(told) >= -within * np.median(loads)
-    assert told["certificate"]["equilibrium"] <= within
-    assert told["certificate"]["yield"] <= within
+    assert least_slack(record) >= -within * np.median(loads)
+    assert record["certificate"]["equilibrium"] <= within
+    assert record["certificate"]["yield"] <= within
 
 
 def test_without_the_pressure_of_fill_forces_do_not_balance():
     """Without the table of pressures, the check of equilibrium fails."""
-    told = read(wall_under_fill(), "coulomb")
-    assert len(told["pressure_results"]) >= 3
-    pushed = sum(row["force"] for row in told["pressure_results"])
-    del told["pressure_results"]
-    left = np.concatenate(list(out_of_balance(told).values()))
+    record = read(wall_under_fill(), "coulomb")
+    assert len(record["pressure_results"]) >= 3
+    pushed = sum(row["force"] for row in record["pressure_results"])
+    del record["pressure_results"]
+    left = np.concatenate(list(out_of_balance(record).values()))
     assert np.abs(left).max() > 0.1 * pushed
 
 
 def test_weights_are_those_of_the_vertices():
     """The dead load of the left stone is its weight, with the area from the shoelace formula. The fill
     presses on its sides only, and the pressures have a table of their own."""
-    told = read(wall_under_fill(), "static")
-    row = next(row for row in told["block_results"] if row["block"] == "left")
+    record = read(wall_under_fill(), "static")
+    row = next(row for row in record["block_results"] if row["block"] == "left")
     x, y = np.array(row["vertices"]).T
     area = abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
     assert vector(row, "dead_fx", "dead_fy") == pytest.approx([0.0, -20.0 * area * 1.7])
@@ -189,21 +189,21 @@ def test_weights_are_those_of_the_vertices():
 def test_flow_rule_and_energy_from_json():
     """The mechanism of the wall satisfies the flow rule: joints open at least by the dilatancy times their
     slip. The power of all loads equals the dissipation in joints, ties and fill that yield."""
-    told = read(wall_under_fill(), "coulomb")
-    speed = max(np.abs(vector(row, "vx", "vy")).max() for row in told["block_results"])
-    λ, power, dissipated = told["load_factor"], 0.0, 0.0
-    for row in told["block_results"]:
+    record = read(wall_under_fill(), "coulomb")
+    speed = max(np.abs(vector(row, "vx", "vy")).max() for row in record["block_results"])
+    λ, power, dissipated = record["load_factor"], 0.0, 0.0
+    for row in record["block_results"]:
         motion = vector(row, "vx", "vy", "omega")
         for share, kind in ((1.0, "dead"), (λ, "live")):
             power += share * float(vector(row, f"{kind}_fx", f"{kind}_fy", f"{kind}_moment") @ motion)
-    for row in told["joint_results"]:
+    for row in record["joint_results"]:
         opens = row["opening"] - abs(row["rotation"]) * row["length"] / 2
         assert opens >= row["flow_slope"] * abs(row["slip"]) - 1e-8 * speed
         dissipated += (row["cohesion_force"] + row["friction"] * row["n"]) * abs(row["slip"])
-    for row in told["tie_results"]:
+    for row in record["tie_results"]:
         sense = 1.0 if row["kind"] == "tie" else -1.0
         dissipated += sense * row["force"] * row["lengthens"]
-    for row in told["pressure_results"]:
+    for row in record["pressure_results"]:
         dissipated += row["force"] * row["lengthens"]
     assert power == pytest.approx(dissipated, rel=1e-7)
     assert power > 0
@@ -236,14 +236,14 @@ def test_the_forces_that_guide_a_settling_support_are_in_json(supports, turns, s
     scene = mo.extrude(scene, 1.3) if space else scene
     direction = (0.3, 0.2, -1.0) if space else (0.3, -1.0)
     settled = mo.settle(scene, supports, direction, method="static", turns=turns)
-    told = json.loads(settled.least.result.to_json())
-    weight = weights(told, 3 if space else 2).sum()
-    left = np.concatenate(list(out_of_balance(told).values()))
+    record = json.loads(settled.least.result.to_json())
+    weight = weights(record, 3 if space else 2).sum()
+    left = np.concatenate(list(out_of_balance(record).values()))
     assert np.abs(left).max() <= SOLVED * weight
     named = [supports] if isinstance(supports, str) else supports
-    assert [row["block"] for row in told["support_results"]] == named
-    del told["support_results"]
-    left = np.concatenate(list(out_of_balance(told).values()))
+    assert [row["block"] for row in record["support_results"]] == named
+    del record["support_results"]
+    left = np.concatenate(list(out_of_balance(record).values()))
     assert np.abs(left).max() > 1e-3 * weight
 
 
@@ -253,10 +253,10 @@ def test_no_support_guided_no_row():
 
 def test_crushing_joints_follow_the_documented_flow_rule():
     """A joint with a strength rotates about a point between its middle and its edge when it yields."""
-    told = read(lintel_on_two_piers(joints=mo.JointDefaults(friction=0.5, strength=500.0)), "static")
-    assert told["crushing"] == "parabola"
-    speed = max(np.abs(vector(row, "vx", "vy")).max() for row in told["block_results"])
-    turning_rows = [row for row in told["joint_results"] if abs(row["rotation"]) > 1e-3 * speed]
+    record = read(lintel_on_two_piers(joints=mo.JointDefaults(friction=0.5, strength=500.0)), "static")
+    assert record["crushing"] == "parabola"
+    speed = max(np.abs(vector(row, "vx", "vy")).max() for row in record["block_results"])
+    turning_rows = [row for row in record["joint_results"] if abs(row["rotation"]) > 1e-3 * speed]
     assert turning_rows
     for row in turning_rows:
         arm = (1 - 2 * row["n"] / row["crushing_force"]) * row["length"] / 2

@@ -73,9 +73,9 @@ def test_friction_that_grows_with_the_load_is_proven_to_hold(method):
     result = mo.solve(PUSHED, method)
     assert (result.status, result.infeasibility.existence) == (Status.UNLIMITED, Existence.NO_STATE)
     assert values_of(result, Code.JOINTS)["pairs"] == [["A", "floor"]]
-    told = json.loads(result.to_json())["infeasibility"]
-    assert told["proven"]
-    assert told["cut_residual"] <= PROOF
+    record = json.loads(result.to_json())["infeasibility"]
+    assert record["proven"]
+    assert record["cut_residual"] <= PROOF
     if method == "coulomb":  # the loop does not run at all
         assert result.lp_solves == 0
         assert result.solvers["existence"] == ["highs"]

@@ -46,9 +46,9 @@ def test_copies_are_left_out_and_named(tmp_path, start, step):
     path = drawn(tmp_path / "a.dxf", FLOOR, *stones, *copies)
     with pytest.warns(
         DrawingWarning, match="3 outlines are drawn twice, and repetitions were left out"
-    ) as told:
+    ) as caught:
         scene = mo.read_dxf(path, **GIVEN)
-    (warning,) = told
+    (warning,) = caught
     assert str(warning.message).count("on layer 'stones' repeats LWPOLYLINE") == 3
     assert len(scene.blocks) == 3
     # The stones are 2 wide and 2 high together: they slide at λ = μ = 0.7 before they overturn at λ = 1.
@@ -204,10 +204,10 @@ def test_a_stone_with_holes_is_no_frame(tmp_path):
 def test_units_that_do_not_fit_the_size_are_doubted(tmp_path, unit, factor, size):
     """The drawing is 4 times the factor wide."""
     rings = [(layer, [(factor * x, factor * y) for x, y in ring]) for layer, ring in (FLOOR, brick(0, 0))]
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         mo.read_dxf(drawn(tmp_path / "a.dxf", *rings, unit=unit), **GIVEN)
-    assert [str(warning.message).count(f"so it is {size} wide") for warning in told] == [1] * bool(size)
+    assert [str(warning.message).count(f"so it is {size} wide") for warning in caught] == [1] * bool(size)
 
 
 @pytest.mark.parametrize(
@@ -217,10 +217,10 @@ def test_units_that_do_not_fit_the_size_are_doubted(tmp_path, unit, factor, size
 def test_units_that_make_stones_too_large_are_doubted(tmp_path, unit, courses, warned):
     """Stones of 2 × 1 units are 20 m × 10 m in decametres (code 15). A few blocks may be whole walls."""
     path = drawn(tmp_path / "a.dxf", FLOOR, *(brick(0, y) for y in range(courses)), unit=unit)
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         mo.read_dxf(path, **GIVEN)
-    found = [str(warning.message) for warning in told]
+    found = [str(warning.message) for warning in caught]
     assert len(found) == warned
     assert all(
         "so half of its blocks are at least 10 m wide and high: correct the unit" in one for one in found
@@ -239,8 +239,10 @@ def test_units_that_make_stones_too_large_are_doubted(tmp_path, unit, courses, w
 )
 def test_the_command_prints_the_size_with_its_unit(tmp_path, command, unit, options, size):
     path = drawn(tmp_path / "a.dxf", FLOOR, *(brick(0, y) for y in range(3)), unit=unit)
-    told = command("convert", path, tmp_path / "a.toml", "--friction", "0.7", "--unit-weight", "20", *options)
-    assert f"\nsize without supports: {size}\n" in told
+    output = command(
+        "convert", path, tmp_path / "a.toml", "--friction", "0.7", "--unit-weight", "20", *options
+    )
+    assert f"\nsize without supports: {size}\n" in output
 
 
 def test_a_layer_of_supports_that_was_not_read_is_named(tmp_path):

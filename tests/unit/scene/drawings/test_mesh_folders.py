@@ -79,10 +79,10 @@ def test_the_command_line_prints_a_warning_about_a_drawing_once(folder, tmp_path
 def test_a_folder_becomes_a_case_file_or_is_named_by_one(folder, tmp_path, monkeypatch, capsys):
     out = tmp_path / "scene.toml"
     options = ["--friction", "0.7", "--unit-weight", "10", "--live", "1,0,0"]
-    code, told, err = run_command(monkeypatch, capsys, "convert", folder, out, *options)
+    code, output, err = run_command(monkeypatch, capsys, "convert", folder, out, *options)
     assert (code, err) == (0, "")
-    assert "3 blocks (1 fixed), 0 holes, 2 joints\nsize without supports: " in told
-    assert "(unit of length not known)\n" in told
+    assert "3 blocks (1 fixed), 0 holes, 2 joints\nsize without supports: " in output
+    assert "(unit of length not known)\n" in output
     named = tmp_path / "named.toml"
     named.write_text(
         "[joints]\nfriction = 0.7\n[mesh]\nfile = 'stones'\nunit_weight = 10\nlive_per_weight = [1, 0, 0]\n"

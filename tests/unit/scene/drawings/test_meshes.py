@@ -254,7 +254,7 @@ def test_any_damage_ends_with_a_scene_or_a_message(file):
     rng = random.Random(3)
     stones = STONES | {"portal": prism(U, 0.5)}
     written = {"obj": obj(stones, 3), "ply": ply(STONES), "stl": stl(stones)}
-    told = []
+    messages = []
     for _ in range(60):
         kind = rng.choice(list(written))
         data = bytearray(written[kind])
@@ -263,9 +263,9 @@ def test_any_damage_ends_with_a_scene_or_a_message(file):
         try:
             contacts_of(read(file(bytes(data), f"broken.{kind}"), fixed_below=-0.5))
         except mo.CaseError as error:
-            told.append(str(error))
-    assert len(told) > 30
-    assert all(re.search(r"broken\.(obj|ply|stl): ", message) for message in told)
+            messages.append(str(error))
+    assert len(messages) > 30
+    assert all(re.search(r"broken\.(obj|ply|stl): ", message) for message in messages)
 
 
 NEEDED = ["--friction", "0.65", "--unit-weight", str(1 / 7)]
@@ -282,9 +282,9 @@ def wall(tmp_path, monkeypatch, capsys):
 
 def test_a_drawing_becomes_a_case_file(wall, tmp_path, monkeypatch, capsys):
     for out in (tmp_path / "wall.toml", tmp_path / "wall_out.json"):
-        code, told, err = run_command(monkeypatch, capsys, "convert", wall, out, *NEEDED, "--live", "1,0")
+        code, output, err = run_command(monkeypatch, capsys, "convert", wall, out, *NEEDED, "--live", "1,0")
         assert (code, err) == (0, "")
-        assert "83 joints" in told
+        assert "83 joints" in output
         assert mo.solve(out, "static").required() == pytest.approx(0.64286, abs=5e-6)
 
 
@@ -329,8 +329,8 @@ def test_options_of_dxf(tmp_path, monkeypatch, capsys):
 )
 def test_wrong_options_are_named_and_nothing_is_written(wall, tmp_path, monkeypatch, capsys, options, named):
     out = tmp_path / "wall.toml"
-    code, told, err = run_command(monkeypatch, capsys, "convert", wall, out, *options)
-    assert (code, told) == (2, "")
+    code, output, err = run_command(monkeypatch, capsys, "convert", wall, out, *options)
+    assert (code, output) == (2, "")
     assert err.startswith("error: ")
     assert named in err
     assert not out.exists()
@@ -341,8 +341,8 @@ def test_wrong_options_are_named_and_nothing_is_written(wall, tmp_path, monkeypa
 def test_what_can_be_done_with_a_case_file_is_told(tmp_path, monkeypatch, capsys, name, options):
     case, out = tmp_path / name, tmp_path / "out.json"
     mo.save(mo.load(WALLS[0]), case)
-    code, told, err = run_command(monkeypatch, capsys, "convert", case, out, *options)
-    assert (code, told) == (2, "")
+    code, output, err = run_command(monkeypatch, capsys, "convert", case, out, *options)
+    assert (code, output) == (2, "")
     assert f"masonry-opt solve {case}" in err
     assert ".dxf" in err
     assert not out.exists()
@@ -353,9 +353,9 @@ def test_a_drawing_with_a_thickness_becomes_solids(wall, tmp_path, monkeypatch, 
     loads may act out of the plane of the wall."""
     out = tmp_path / "wall.toml"
     options = ["--friction", "0.65", "--unit-weight", "1", "--thickness", "0.5"]
-    code, told, err = run_command(monkeypatch, capsys, "convert", wall, out, *options, "--live", "1,0")
+    code, output, err = run_command(monkeypatch, capsys, "convert", wall, out, *options, "--live", "1,0")
     assert (code, err) == (0, "")
-    assert "83 joints" in told
+    assert "83 joints" in output
     solid = mo.load(out)
     assert solid.blocks[0].live_per_weight in ((1, 0, 0), (0, 0, 0))
     weight = sum(block.weight for block in solid.blocks if not block.fixed)
@@ -375,9 +375,9 @@ def test_a_mesh_becomes_a_case_file_that_holds_or_names_it(tmp_path, monkeypatch
     drawn.parent.mkdir()
     drawn.write_bytes(MESH)
     options = shlex.split("--friction 0.9 --unit-weight 20 --live 1,0,0 --scale 0.5")
-    code, told, err = run_command(monkeypatch, capsys, "convert", drawn, out, *options)
+    code, output, err = run_command(monkeypatch, capsys, "convert", drawn, out, *options)
     assert (code, err) == (0, "")
-    assert "1 joint" in told
+    assert "1 joint" in output
     assert ('file = "stones/stone.obj"' in out.read_text()) == beside
     read = mo.read_mesh(drawn, friction=0.9, unit_weight=20, live=(1, 0, 0), scale=0.5)
     assert mo.load(out).blocks == read.blocks
