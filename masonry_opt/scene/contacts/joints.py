@@ -26,6 +26,7 @@ from masonry_opt.scene.contacts.mortar import (
 from masonry_opt.scene.contacts.neighbours import CONTACT_FUNCTIONS, facing_sides, near_pairs
 from masonry_opt.scene.contacts.overlaps import refuse_overlaps
 from masonry_opt.scene.geometry import (
+    MORTAR,
     Extents,
     raise_for,
 )
@@ -434,4 +435,12 @@ def _nearest_block(scene: Scene, shapes: Extents, block: int, bridge: Bridge | N
     name = repr(scene.blocks[other].name)
     if gap <= shapes.tolerance:
         return f"it meets {name} {shapes.meeting}: {shapes.bearing}"
-    return f"the nearest block {name} is {rounded(gap)} away: close the gap, or remove the block"
+    away = f"the nearest block {name} is {rounded(gap)} away"
+    pair = np.sort([[block, other]])
+    width = shapes.width[pair].min(axis=1)
+    if gap <= MORTAR * width[0] and not len(facing_sides(scene, shapes, pair, 2 * width).pair):
+        return (
+            f"{away}, but no sides of the two blocks face each other at an angle of less than 20°: close the "
+            "gap, draw the blocks as wedges, or remove the block"
+        )
+    return f"{away}: close the gap, or remove the block"

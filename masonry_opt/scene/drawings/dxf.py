@@ -169,6 +169,7 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
             "'window_layers' (--window-layer) applies only to a net of joint lines: "
             "set 'net' (--net) as well, or omit layers with 'without_layers' (--without-layer)"
         )
+    _refuse_third_component(path, drawing)
     document = outlines.read_document(path)
     with stones.naming(f"{path}:"):
         scale = _scale(document) if drawing.to_metres else 1.0
@@ -204,6 +205,21 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
     return DxfScene(
         scene, [*dxf_layers.report(document, unread, drawing.fixed_layers), *_holes(found, scene)], *unit
     )
+
+
+def _refuse_third_component(path: Path, drawing: DxfDrawing) -> None:
+    """Raise CaseError if a live load has three components, but the drawing is read as a plane scene."""
+    if drawing.thickness is not None:
+        return
+    for option, key, loads in (
+        ("--live", "live", [drawing.live]),
+        ("--live-layer", "live_layers", [*drawing.live_layers.values()]),
+    ):
+        if any(len(load) == 3 for load in loads):
+            raise CaseError(
+                f"{path}: '{key}' ({option}) has three components, but the drawing is read as a plane scene: "
+                "give two components, or set 'thickness' (--thickness) for a scene in space"
+            )
 
 
 def _scale(document: Any) -> float:

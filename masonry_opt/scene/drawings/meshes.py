@@ -271,12 +271,18 @@ def used(name: str, points: np.ndarray, faces: list[list[int]], layers: str = ""
 def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:
     """Join corners that are nearer to each other than the tolerance, and return the resulting faces.
 
-    Faces with fewer than three corners are left out.
+    Faces with fewer than three corners are left out, and so are repetitions of a face.
     """
     first = first_near(points, tolerance).tolist()
     renamed = [[first[number] for number in face] for face in faces]
     rings = [[corner for corner, after in steps_round(ring) if corner != after] for ring in renamed]
-    return [ring for ring in rings if len(set(ring)) > 2]
+    distinct: dict[tuple[int, ...], list[int]] = {}
+    for ring in rings:
+        if len(set(ring)) > 2:
+            # Begin at the smallest corner, so that repetitions of a face have one key.
+            start = ring.index(min(ring))
+            distinct.setdefault((*ring[start:], *ring[:start]), ring)
+    return list(distinct.values())
 
 
 def first_near(points: np.ndarray, tolerance: float) -> np.ndarray:

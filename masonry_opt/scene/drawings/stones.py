@@ -15,7 +15,7 @@ from masonry_opt.errors import CaseError, DrawingWarning, listed, printable, sho
 from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Positive, Record
 from masonry_opt.scene.drawings.convex_parts import convex_solids
 from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, area_vector, refuse_holes, used
-from masonry_opt.scene.drawings.surfaces import count_bodies
+from masonry_opt.scene.drawings.surfaces import count_bodies, with_one_face
 from masonry_opt.scene.geometry import NEAR_MISS, RELATIVE_TOLERANCE
 from masonry_opt.scene.joints import Friction, JointDefaults
 from masonry_opt.scene.scene import Scene
@@ -194,8 +194,8 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
 
     A DrawingWarning names movable blocks that consist of several closed surfaces.
 
-    A support with a single face is replaced by a slab behind this face. Raises ValueError if no block can
-    move, or, with one line for each wrong block, if blocks are not solids.
+    A support that is a flat polygon, as one face or divided, is replaced by a slab behind this polygon.
+    Raises ValueError if no block can move, or, with one line for each wrong block, if blocks are not solids.
     """
     movable = [mesh.points for mesh in meshes if not mesh.fixed]
     if not movable:
@@ -203,6 +203,7 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
         raise ValueError(f"every block is a support: mark fewer blocks as supports (blocks: {names})")
     middle = np.concatenate(movable).mean(axis=0)
     tolerance = drawing.tolerance or _tolerance(movable)
+    meshes = [with_one_face(mesh) for mesh in meshes]
     blocks, mistakes = _solids(meshes, drawing, tolerance, middle)
     if mistakes and drawing.tolerance is not None:
         wrong = [meshes[number] for number in mistakes]

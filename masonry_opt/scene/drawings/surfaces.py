@@ -2,14 +2,28 @@
 
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
-from masonry_opt.scene.drawings.meshes import Edge, Mesh, across, by_edge, used, volume
+from masonry_opt.scene.drawings.meshes import (
+    Edge,
+    Mesh,
+    across,
+    area_vector,
+    by_edge,
+    rings_of,
+    used,
+    volume,
+)
 from masonry_opt.scene.rows import linked, steps_round
 
 #: Angle between two faces at a common edge, in radians, below which the faces count as coincident.
 _COINCIDENT_ANGLE = 1e-4
+
+#: Largest distance of a corner from the plane of a flat mesh, relative to the extent of the mesh. With a
+#: larger value, thin blocks would count as flat.
+_FLATNESS = 1e-5
 
 
 def shells(mesh: Mesh) -> list[Mesh]:
@@ -32,6 +46,27 @@ def shells(mesh: Mesh) -> list[Mesh]:
     for number, face in zip(group.tolist(), mesh.faces, strict=True):
         surfaces[number].append(face)
     return [used(f"{mesh.name}-{number}", mesh.points, surface) for number, surface in enumerate(surfaces)]
+
+
+def with_one_face(mesh: Mesh) -> Mesh:
+    """Return a flat mesh with its outline as its single face. Any other mesh is returned unchanged.
+
+    Programs divide a flat polygon into triangles, for example the ground.
+    """
+    off = mesh.points - mesh.points.mean(axis=0)
+    normal = np.linalg.svd(off, full_matrices=False)[2][-1]
+    if mesh.flat or np.abs(off @ normal).max() > _FLATNESS * np.ptp(off, axis=0).max():
+        return mesh
+    at, corner = np.unique(mesh.points, axis=0, return_inverse=True)
+    faces = [corner.reshape(-1)[face].tolist() for face in mesh.faces]
+    upwards = [face if area_vector(at[face]) @ normal > 0 else face[::-1] for face in faces]
+    edges = {edge for face in upwards for edge in steps_round(face)}
+    outline = [(tail, tip) for tail, tip in edges if (tip, tail) not in edges]
+    following = dict(outline)
+    if len(following) < len(outline):
+        return mesh
+    rings = rings_of(following)
+    return replace(mesh, points=at, faces=rings) if len(rings) == 1 else mesh
 
 
 def count_bodies(mesh: Mesh) -> int:

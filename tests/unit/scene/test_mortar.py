@@ -512,3 +512,11 @@ def test_bricks_of_a_ring_that_touch_at_the_intrados_name_the_mortar_between_the
     assert len(found.joints) == 22
     assert found.load_factor == pytest.approx(exact, rel=0.02)
     assert not found.warnings
+
+
+def test_bricks_at_an_angle_of_20_degrees_name_the_angle():
+    """Nine bricks of a semicircle are at 20° to each other, so no contact tolerance joins them."""
+    with pytest.raises(
+        mo.CaseError, match=r"face each other at an angle of less than 20°: .*draw the blocks"
+    ):
+        mo.solve(brick_ring(1.85, 0.3, 9, 0.62), "static")

@@ -412,3 +412,12 @@ def test_a_drawing_whose_layers_are_all_hidden_is_not_called_empty(tmp_path):
     document.saveas(path)
     with pytest.raises(mo.CaseError, match="all its entities or their layers are hidden: show them"):
         mo.read_dxf(path, **GIVEN)
+
+
+@pytest.mark.parametrize("keys", [{"live": (1, 0, 0)}, {"live_layers": {"stones": (1, 0, 0)}}])
+def test_three_components_of_a_live_load_need_a_thickness(tmp_path, keys):
+    path = drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0))
+    key = next(iter(keys))
+    with pytest.raises(mo.CaseError, match=rf"a\.dxf: '{key}' .* has three components, .*set 'thickness'"):
+        mo.read_dxf(path, **GIVEN | keys)
+    assert mo.read_dxf(path, **GIVEN | keys, thickness=1.0).dimension == 3

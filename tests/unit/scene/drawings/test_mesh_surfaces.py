@@ -112,3 +112,23 @@ def test_a_warning_names_a_mesh_of_two_stones_in_compas_data(tmp_path):
     with pytest.warns(DrawingWarning, match=r"block '1' \(2 surfaces\) consists of several") as warned:
         mo.read_compas(path, **GIVEN, fixed=["0"])
     assert warned[0].filename == __file__
+
+
+@pytest.mark.parametrize("along", [1, -1])
+def test_a_ground_of_two_triangles_is_a_support_as_one_face_is(tmp_path, along):
+    """glTF, STL and triangulated files divide a plane into triangles."""
+    corners = np.array([(-5, -5, 0), (5, -5, 0), (5, 5, 0), (-5, 5, 0)], dtype=float)
+    plane = corners, [(0, 1, 2)[::along], (0, 2, 3)[::along]]
+    scene = read(tmp_path, "a.obj", obj({"low": LOW, "high": HIGH, "fixed": plane}))
+    assert mo.solve(scene, "static").required() == pytest.approx(1 / 2, rel=1e-5)
+    with pytest.raises(mo.CaseError, match="block 'plate' is a single face: give it a thickness"):
+        read(tmp_path, "b.obj", obj({"low": LOW, "plate": plane, "fixed": GROUND}))
+
+
+def test_a_face_that_is_written_twice_is_read_once(tmp_path):
+    corners, faces = LOW
+    twice = corners, [*faces, faces[2], faces[0][1:] + faces[0][:1]]
+    scene = read(tmp_path, "a.obj", obj({"low": twice, "fixed": GROUND}))
+    assert (
+        scene.blocks[0].faces == read(tmp_path, "b.obj", obj({"low": LOW, "fixed": GROUND})).blocks[0].faces
+    )
