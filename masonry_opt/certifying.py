@@ -11,6 +11,7 @@ from masonry_opt.errors import OptionError, printable
 from masonry_opt.methods.running import NO_WORK
 from masonry_opt.problem.arguments import vector
 from masonry_opt.problem.assembly import Assembly, assemble
+from masonry_opt.problem.laws import Parabola
 from masonry_opt.problem.names import ProblemNames
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.case_file import as_scene
@@ -162,6 +163,7 @@ class StateCheck:
         if len(failing):
             faults = ", ".join(f"{row.residual} {row.value:.1e}" for row in failing.itertuples())
             verdict = f"this is NOT an exact collapse state, because residuals are too large: {faults}"
+            verdict += self._advice_on_chords()
         shown = self.table.assign(value=self.table["value"].map("{:.1e}".format))
         shown = shown.assign(limit=shown["limit"].map("{:.0e}".format))
         table = frame_text(shown, "residuals (0 is exact)")
@@ -172,6 +174,17 @@ class StateCheck:
         scene = self.assembly.scene.called
         return (
             f"<StateCheck of {scene!r}: λ = {self.load_factor:.6g}, exact: {self.exact}, worst {worst:.1e}>"
+        )
+
+    def _advice_on_chords(self) -> str:
+        """Return advice on the argument ``crushing`` if forces are outside the chords; otherwise ""."""
+        problem = self._scene_problem
+        outside = problem.slacks(self.q)[problem.bent].min(initial=0.0)
+        if outside >= -_LIMITS_OF_USERS_STATES.yield_ or isinstance(problem.by_strength, Parabola):
+            return ""
+        return (
+            "; the yield conditions are chords inside the crushing parabola: if your program uses the "
+            "parabola, pass crushing='parabola'"
         )
 
     @property

@@ -20,20 +20,20 @@ from masonry_opt.solution.thresholds import ZERO
 from masonry_opt.stability.dead_load import carries
 
 
-def supports_of(scene: Scene, support: str | Sequence[str]) -> np.ndarray:
+def supports_of(scene: Scene, support: str | Sequence[str], argument: str = "support") -> np.ndarray:
     """Return the indices of the supports with the given names.
 
-    Raises OptionError if a name is unknown or occurs twice.
+    Raises OptionError, which names the ``argument``, if a name is unknown or occurs twice.
     """
     names: list[Any] = list(support) if isinstance(support, list | tuple) else [support]
     known = {block.name: number for number, block in enumerate(scene.blocks)}
     fixed = [block.name for block in scene.blocks if block.fixed]
     if not names or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
-        raise OptionError(f"{scene.origin}: 'support' must name each support once (found {support!r})")
+        raise OptionError(f"{scene.origin}: '{argument}' must name each support once (found {support!r})")
     for name in names:
         if name not in known:
             instead = did_you_mean(name, fixed) or f"; supports: {', '.join(fixed) or 'none'}"
-            raise OptionError(f"{scene.origin}: support: no block '{name}'{instead}")
+            raise OptionError(f"{scene.origin}: {argument}: no block '{name}'{instead}")
         if name not in fixed:
             choice = f"a block with 'fixed = true': {', '.join(fixed) or 'the scene has none'}"
             raise OptionError(f"{scene.origin}: block '{name}' is not a support: choose {choice}")

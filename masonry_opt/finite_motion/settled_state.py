@@ -106,7 +106,7 @@ def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float
         raise OptionError(f"{scene.origin}: {_FORM} (found {settled!r})") from None
     if not names:
         raise OptionError(f"{scene.origin}: {_FORM} (found {settled!r})")
-    supports_of(scene, names)
+    supports_of(scene, names, "settled")
     movements: dict[str, tuple[float, float, float]] = {}
     for name, movement in pairs:
         try:

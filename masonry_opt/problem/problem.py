@@ -282,8 +282,10 @@ class Problem(ProblemParts):
         """Return the slack z of each yield condition under the forces q, shape (faces,), by eq. (4).
 
         A negative slack is a violation. If the law is a friction cone or a strength parabola, the slacks are
-        computed from the curve instead of the polygon's sides or the chords.
+        computed from the curve instead of the polygon's sides or the chords. Raises OptionError if ``q`` is
+        not an array of one force for each column of B.
         """
+        q = vector("q", q, self.B.shape[1], "joint forces")
         z: np.ndarray = self.true_yield @ q + self.face_cohesion
         if isinstance(self.by_friction, Cone):
             self._by_sense(z)[:] = self.by_friction.slacks(*self._of_sliders(q))

@@ -14,6 +14,7 @@ from masonry_opt.scene.contacts.mortar import wedge_at_corners
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.road import SMALL_FRICTION_ANGLE
 from masonry_opt.scene.rows import linked
+from masonry_opt.solution.doubled_joints import doubled_joints
 from masonry_opt.solution.force_units import (
     is_per_area,
     lower_median,
@@ -115,6 +116,7 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
     return (
         *_joints(assembly),
         *_idle_supports(assembly),
+        *doubled_joints(assembly),
         *_clamping(assembly, solution),
         *_small_gaps(assembly, of_wedges),
         *_gaps_of(assembly, Code.LOST_JOINTS, joints.lost),

@@ -324,3 +324,24 @@ def test_slopes_and_motions_of_a_problem():
             problem.C(infinite)
     with pytest.raises(mo.OptionError, match="d must be an array of velocities of all movable blocks"):
         problem.rates(d[:-1], 0.3)
+
+
+def test_a_state_by_the_crushing_parabola():
+    """Method static with Clarabel uses the parabola, which permits larger moments than chords inside it."""
+    scene = block_on_floor().replace(strength=7.3)
+    result = mo.solve(scene, "static")
+    assert result.crushing == "parabola"
+    by_chords = mo.certify(scene, result.load_factor, result.q, result.d, associative=True)
+    assert not by_chords.exact
+    assert "if your program uses the parabola, pass crushing='parabola'" in str(by_chords)
+    by_parabola = mo.certify(
+        scene, result.load_factor, result.q, result.d, associative=True, crushing="parabola"
+    )
+    assert by_parabola.exact
+    assert "crushing=" not in str(by_parabola)
+
+
+def test_forces_of_another_shape_have_no_slacks():
+    problem = mo.assemble(block_on_floor()).problem
+    with pytest.raises(mo.OptionError, match=r"q must be an array of joint forces, shape \(3,\)"):
+        problem.slacks(np.zeros(2))

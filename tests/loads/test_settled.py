@@ -157,7 +157,7 @@ def test_a_tie_runs_between_its_displaced_ends():
 @pytest.mark.parametrize(
     ("settled", "words"),
     [
-        ({"pier": (0, -1)}, "no block 'pier'; supports: L, R"),
+        ({"pier": (0, -1)}, "settled: no block 'pier'; supports: L, R"),
         ({"beam": (0, -1)}, "block 'beam' is not a support: choose a block with 'fixed = true': L, R"),
         (
             {"R": (0, 0)},
@@ -169,7 +169,7 @@ def test_a_tie_runs_between_its_displaced_ends():
         ({}, "needs the movement of each support by name, such as"),
         ("R", "needs the movement of each support by name, such as"),
         (5, "needs the movement of each support by name, such as"),
-        ([("R", (0, -1)), ("R", (0, 1))], "must name each support once"),
+        ([("R", (0, -1)), ("R", (0, 1))], "'settled' must name each support once"),
         ({"R": (0, -3.9)}, r"use a smaller movement, such as 0\.125 times this movement"),
     ],
 )
