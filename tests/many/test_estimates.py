@@ -60,6 +60,17 @@ def test_probability_of_collapse_has_clopper_and_pearsons_interval():
         assert (row["lower"], row["upper"]) == pytest.approx((interval.low, interval.high))
 
 
+def test_load_factors_that_differ_by_rounding_errors_have_one_probability():
+    """In each run the load factor exceeds the equal incremental load factor by a rounding error."""
+    incremental = np.array([0.1, 0.2, 0.3, 0.4])
+    found = sampled(incremental * (1 + 4e-16), incremental=incremental)
+    curve = found.fragility()
+    assert curve["load"].tolist() == pytest.approx([0.085, 0.1, 0.2, 0.3, 0.4, 0.415])
+    assert curve["probability"].tolist() == [0.0, 0.25, 0.5, 0.75, 1.0, 1.0]
+    assert curve["incremental_probability"].tolist() == curve["probability"].tolist()
+    assert found.fragility([0.3])["probability"].tolist() == [0.75]
+
+
 def test_rank_correlation():
     rng = np.random.default_rng(5)
     drawn = pd.DataFrame({"idle": rng.random(200), "strong": rng.random(200), "fixed": np.ones(200)})

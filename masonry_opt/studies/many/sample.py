@@ -220,25 +220,28 @@ class Sample(StudyAnswer):
 
         The columns are ``load``, ``probability``, ``lower`` and ``upper``; those of the incremental load
         factor begin with ``incremental_``. The probability is the fraction of decided runs whose load factor
-        does not exceed the load. The limits are those of Clopper and Pearson (1934): the lower limit assumes
-        that no undecided run has collapsed, the upper limit that all undecided runs have.
+        does not exceed the load, apart from rounding errors. The limits are those of Clopper and Pearson
+        (1934): the lower limit assumes that no undecided run has collapsed, the upper limit that all
+        undecided runs have.
 
         Raises OptionError if the confidence is not between 0 and 1.
 
         Parameters
         ----------
         loads: Load factors. Default: those of all runs, and two values that extend their range by 5 % at each
-            end.
+            end. Load factors that differ by rounding errors count as one.
         confidence: Confidence of the limits.
         """
         _refuse_shares(confidence=[confidence])
         if loads is None:
             loads = self._loads_of_runs()
         n, tail = len(self._counting), (1 - confidence) / 2
+        upper_ends = np.asarray(loads, dtype=float)
+        upper_ends = upper_ends + SAME * np.abs(upper_ends)
 
         def statistic(values: np.ndarray) -> Sequence[Any]:
             decided = np.sort(values[~np.isnan(values)])
-            collapsed = np.searchsorted(decided, loads, side="right")
+            collapsed = np.searchsorted(decided, upper_ends, side="right")
             most = collapsed + n - len(decided)
             with np.errstate(invalid="ignore"):
                 lower = np.where(collapsed == 0, 0.0, stats.beta.ppf(tail, collapsed, n - collapsed + 1))
@@ -250,11 +253,15 @@ class Sample(StudyAnswer):
     def _loads_of_runs(self) -> list[float]:
         """Return all finite load factors of the runs in ascending order, with a margin at each end.
 
-        The first value is below the load factors by 5 % of their range, but not below zero. The last value is
-        above them by 5 % of their range.
+        Of load factors that differ by rounding errors, only the largest is returned. The first value is below
+        the load factors by 5 % of their range, but not below zero. The last value is above them by 5 % of
+        their range.
         """
         loads = np.unique(np.r_[self.load_factors, self.incremental])
         loads = loads[np.isfinite(loads)]
+        is_largest = np.ones(len(loads), dtype=bool)
+        is_largest[:-1] = np.diff(loads) > SAME * np.abs(loads[1:])
+        loads = loads[is_largest]
         least, greatest = ends(loads)
         margin = 0.05 * (greatest - least) if len(loads) else 0.0
         return [max(least - margin, 0.0), *loads.tolist(), greatest + margin]
