@@ -11,7 +11,7 @@ from masonry_opt.reporting.sentences import message, numeral, sentences
 from masonry_opt.solution.acceptance import LIMITS, Kind
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.reasons import Code, Status
-from masonry_opt.solution.thresholds import ZERO, same
+from masonry_opt.solution.thresholds import ZERO, same, zero_limit
 
 LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no state with a lower λ is known.
 #: Name of the load factor of an exact state, if it is proven that no state has a lower λ.
@@ -158,14 +158,8 @@ def factor_text(result: Outcome, load_factor: float) -> str:
 
 
 def is_rounding_error(result: Outcome, load_factor: float) -> bool:
-    """Return True if the magnitude of a load factor is at most that of a rounding error.
-
-    The limit is smaller if the live load exceeds the dead load: load factors are then small too.
-    """
-    problem = result.assembly.problem
-    dead = float(problem.force_sizes(problem.dead).sum())
-    limit = ZERO * min(1.0, dead / problem.live_norm) if dead and problem.live_norm else ZERO
-    return abs(load_factor) <= limit
+    """Return True if the magnitude of a load factor is at most that of a rounding error."""
+    return abs(load_factor) <= zero_limit(result.assembly.problem)
 
 
 def own_name(result: Outcome) -> str:

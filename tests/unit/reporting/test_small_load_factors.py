@@ -1,7 +1,7 @@
 """Load factors of zero, and load factors that are small because the live load is large, in printed texts."""
 
 import pytest
-from scenes import block_on_floor
+from scenes import block_on_floor, two_blocks
 
 import masonry_opt as mo
 
@@ -34,3 +34,14 @@ def test_a_large_live_load_has_a_small_load_factor_and_not_zero(size):
     result = mo.solve(block_on_floor(1.0, 2.0, live=(size, 0.0)), "static")
     assert result.load_factor == pytest.approx(0.5 / size, rel=1e-6)
     assert f"  associative    {0.5 / size:.6g} " in result.summary
+
+
+@pytest.mark.parametrize("size", [1.0, 1e7])
+def test_a_small_load_factor_is_proven_as_any_other(size):
+    """The live force on block A is ``size`` times its weight, so that the least λ is 0.15 / ``size``."""
+    scene = two_blocks().replace(blocks={"A": {"live": (size, 0.0)}})
+    result = mo.solve(scene)
+    assert result.proof is not None
+    assert result.load_factor == pytest.approx(0.15 / size, rel=1e-6)
+    assert f"  least, proven  {0.15 / size:.6g} " in result.summary
+    assert mo.check_proof(scene, result.proof).holds
