@@ -148,17 +148,17 @@ class CommandArguments(dict[str, Any]):
         return self | options
 
 
-def refuse_without(given: Given, ignored: Iterable[str], subject: str, needed: str) -> None:
+def refuse_without(arguments: CommandArguments, ignored: Iterable[str], subject: str, needed: str) -> None:
     """Raise OptionError if the user typed options that have no effect without another option.
 
     Parameters
     ----------
-    given: The arguments of the command, which know the name of the option for each parameter.
+    arguments: The arguments of the command, which know the name of the option for each parameter.
     ignored: Names of the parameters that would be ignored.
     subject: What the options apply to, such as "a picture".
     needed: The missing option with its value, such as "--plot FILE".
     """
-    names = [given.called[name] for name in ignored]
+    names = [arguments.called[name] for name in ignored]
     if names:
         listed = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
         verb = "applies" if len(names) == 1 else "apply"

@@ -11,7 +11,7 @@ from masonry_opt.reporting.sentences import message, numeral, sentences
 from masonry_opt.solution.acceptance import LIMITS, Kind
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.reasons import Code, Status
-from masonry_opt.solution.thresholds import ZERO, same
+from masonry_opt.solution.thresholds import ZERO, same, zero_limit
 
 LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no state with a lower λ is known.
 #: Name of the load factor of an exact state, if it is proven that no state has a lower λ.
@@ -148,15 +148,20 @@ def value_text(result: Outcome, line: LoadFactorLine) -> str:
     """
     if line.load_factor is None:
         return "none"
-    value = factor_text(line.load_factor)
+    value = factor_text(result, line.load_factor)
     if result.assembly.scene.tilt is None:
         return value
     return f"{value} ({numeral(np.degrees(np.arctan(line.load_factor)), '.4f')}°)"
 
 
-def factor_text(load_factor: float) -> str:
+def factor_text(result: Outcome, load_factor: float) -> str:
     """Return a load factor as text with six digits; a value of the size of rounding errors becomes "0"."""
-    return numeral(0.0 if abs(load_factor) <= ZERO else load_factor, ".6g")
+    return numeral(0.0 if is_rounding_error(result, load_factor) else load_factor, ".6g")
+
+
+def is_rounding_error(result: Outcome, load_factor: float) -> bool:
+    """Return True if the magnitude of a load factor is at most that of a rounding error."""
+    return abs(load_factor) <= zero_limit(result.assembly.problem)
 
 
 def own_name(result: Outcome) -> str:
@@ -180,7 +185,7 @@ def named_factor(result: Outcome, name: str | None = None) -> str:
     """
     if result.load_factor is None:
         return str(result.status)
-    return f"λ = {factor_text(result.load_factor)} ({name or own_name(result)})"
+    return f"λ = {factor_text(result, result.load_factor)} ({name or own_name(result)})"
 
 
 def meaning(names: Iterable[str]) -> str:
@@ -287,14 +292,15 @@ def _incremental_remark(result: Outcome) -> str:
     )
     if state.has(Code.RANGE):
         carried, not_carried = (
-            factor_text(state.values_of(Code.RANGE)[name]) for name in ("carried", "not_carried")
+            factor_text(result, state.values_of(Code.RANGE)[name]) for name in ("carried", "not_carried")
         )
         remark = f"equilibrium is lost between λ = {carried} and {not_carried} as the live load grows"
     if state.peak is None:
         return remark
     if result.end is None:
         return f"{remark}; after the collapse begins, the blocks continue to move even without live load"
-    return f"{remark}; after the collapse begins, the moving blocks carry only λ = {factor_text(result.end)}"
+    end = factor_text(result, result.end)
+    return f"{remark}; after the collapse begins, the moving blocks carry only λ = {end}"
 
 
 def _coulomb_remark(result: Outcome) -> str:

@@ -44,7 +44,7 @@ def headline(result: Outcome) -> str:
     tilt = ""
     if result.tilt_angle is not None:
         tilt = f" <small>tilted by {numeral(result.tilt_angle, '.2f')}°</small>"
-    return f"<small>{own_name(result)}</small> λ = {factor_text(result.load_factor)}{tilt}"
+    return f"<small>{own_name(result)}</small> λ = {factor_text(result, result.load_factor)}{tilt}"
 
 
 def load_factor_rows(result: Outcome) -> str:

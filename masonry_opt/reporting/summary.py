@@ -18,6 +18,7 @@ from masonry_opt.reporting.load_factors import (
     STATE_FOUND,
     factor_text,
     friction_law,
+    is_rounding_error,
     known_least,
     load_factor_table,
     own_name,
@@ -167,12 +168,15 @@ def _self_stress(result: Outcome) -> str:
 
     - The load factor is proven to be the least.
     - The load factor is negative, so that the load history does not pass it.
+    - Equilibrium is lost as soon as the live load acts, so that the load history passes no load factor.
     - Supports have settled, so that the load history does not begin at rest.
     """
     if result.kind is not Kind.EXACT or result.load_factor is None or result.incremental is None:
         return ""
     has_settled = result.assembly.at_rest is not None or result.assembly.problem.settled is not None
     if known_least(result) or result.load_factor < -ZERO or has_settled:
+        return ""
+    if is_rounding_error(result, result.incremental):
         return ""
     if result.solution.d is None or result.load_factor >= _FAR_BELOW * result.incremental:
         return ""
@@ -182,7 +186,7 @@ def _self_stress(result: Outcome) -> str:
     return (
         f"{counted(moving, 'block')} {verb(moving, 'move')} at this λ if the joint forces are those of the "
         "exact state; the load history from rest passes this λ without collapse, and the incremental λ is "
-        f"{factor_text(result.incremental)}"
+        f"{factor_text(result, result.incremental)}"
     )
 
 

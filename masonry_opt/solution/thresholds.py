@@ -3,6 +3,7 @@
 The limits that decide if an answer is accepted are in :mod:`~masonry_opt.solution.acceptance`.
 """
 
+from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.acceptance import SMALLEST
 
 #: A block counts as at rest if its fastest corner is slower than this fraction of the largest speed in the
@@ -66,6 +67,15 @@ LEAST_OPPOSING_WORK = 1e-2
 #: Smallest change of the load factor in a narrow interval of a varied parameter that counts as a jump,
 #: relative to the largest load factor.
 JUMP = 1e-3
+
+
+def zero_limit(problem: Problem) -> float:
+    """Return the magnitude below which a load factor of a problem counts as zero.
+
+    The limit is ``ZERO``, or less if the live load exceeds the dead load: load factors are then small too.
+    """
+    dead = float(problem.force_sizes(problem.dead).sum())
+    return ZERO * min(1.0, dead / problem.live_norm) if dead and problem.live_norm else ZERO
 
 
 def same(one: float, other: float) -> bool:

@@ -12,7 +12,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.acceptance import SMALLEST
 from masonry_opt.solution.answer import Answer
 from masonry_opt.solution.proof import Proof
-from masonry_opt.solution.thresholds import ZERO, is_lower
+from masonry_opt.solution.thresholds import is_lower, zero_limit
 
 
 def refusal(problem: Problem) -> str:
@@ -45,7 +45,7 @@ class LeastProof:
         self.proof: Proof | None = None
         self._task, self._settings = task, settings
         self._start = _start(known, upper, settings)
-        self.why = refusal(task.problem) or _without_range(self._start)
+        self.why = refusal(task.problem) or _without_range(task.problem, self._start)
         self._search: ConflictSearch | None = None
 
     @property
@@ -107,11 +107,11 @@ def _start(known: Answer | None, upper: float | None, settings: ProofSettings) -
     return upper + 2 * settings.gap * max(upper, SMALLEST)
 
 
-def _without_range(start: float | None) -> str:
+def _without_range(problem: Problem, start: float | None) -> str:
     """Return the reason why the range of load factors cannot be searched, or "" if it can be searched."""
     if start is None:
         return "the search has no upper limit: neither an exact state nor an upper bound of λ is known"
-    if start <= ZERO:
+    if start <= zero_limit(problem):
         return (
             "the upper limit of the search is zero or less, and a proof cannot cover load factors below zero"
         )

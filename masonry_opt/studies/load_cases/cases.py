@@ -58,7 +58,9 @@ _MOST_DIRECTIONS = 3600  #: Largest number of directions of an earthquake; more 
 
 def _bar_label(result: Result) -> str:
     """Return the text next to a bar: the load factor, or the status if there is no load factor."""
-    return str(result.status) if result.load_factor is None else f"λ = {factor_text(result.load_factor)}"
+    return (
+        str(result.status) if result.load_factor is None else f"λ = {factor_text(result, result.load_factor)}"
+    )
 
 
 @dataclass(frozen=True, eq=False)
