@@ -98,7 +98,9 @@ def _refuse_drawing_options(
 ) -> None:
     """Raise OptionError for picture options without --plot, and for a mechanism that cannot be drawn."""
     if plot is None:
-        refuse_without(arguments, [*drawing, *(["mechanism"] if mechanism is not None else [])], *PICTURE_NEEDS)
+        refuse_without(
+            arguments, [*drawing, *(["mechanism"] if mechanism is not None else [])], *PICTURE_NEEDS
+        )
     if mechanism not in (None, *_MECHANISMS):
         raise OptionError(f"--mechanism '{mechanism}' is unknown{instead_of(mechanism, _MECHANISMS)}")
     method = METHODS.get(arguments.get("method", DEFAULT))
