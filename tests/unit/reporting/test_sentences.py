@@ -48,7 +48,7 @@ VALUES = {
     "time_limit": 60.0, "seconds": 20.0, "phase": "further starts", "last": 0.5,
     "gravity": 9.81, "extent": 3000.0,
     "unit_weight": 18.0, "value": 20.0, "weight": 1e8, "widths": [1e-3], "without": 1,
-    "word": "unknown", "angle": 1e-3, "tolerance": 1e-3, "turn": 2e-3,
+    "word": "unknown", "angle": 1e-3, "tolerance": 1e-3, "turn": 2e-3, "wedge": 0.01,
 }  # fmt: skip
 
 
