@@ -6,11 +6,7 @@
 >>> print(result)
 
 Six functions that most users need
-    load, save: read and write a case file
-    draw: draw a scene before it is solved
-    solve: find the load factor at which a scene collapses
-    sweep: solve a scene for several values of its parameters
-    report: write answers about a scene as a page
+    load, draw, solve, sweep, report, save
 Studies of many loads, positions of axles, supports or values of parameters
     solve_cases, directions, crossing, settle, capacity, sample, least, most
 Files of other programs
