@@ -278,7 +278,7 @@ def test_a_colon_in_the_docstring_of_an_attribute_separates_no_type(records, wha
     lines[:] = napoleon.NumpyDocstring(lines, what=what, name="most").lines()
     assert any("type" in line for line in lines)
     records._restore(None, what, "most", None, None, lines)
-    assert lines == written
+    assert lines == [*written, ""]
 
 
 def test_defaults_that_are_settings_are_shown_without_their_fields(records):
@@ -350,20 +350,21 @@ def documented(records, of):
 @pytest.mark.parametrize("record", RECORDS, ids=lambda record: record.__name__)
 def test_every_field_of_a_record_is_told_with_its_type_and_nothing_of_pydantic(records, record):
     lines = documented(records, record)
-    named = [line.split(" : ")[0].split(", ") for line in lines if " : " in line and not line.startswith(" ")]
-    fields = [name for names in named for name in names]
+    section = lines[lines.index("Fields") + 2 :]
+    entries = [line for line in section if line and not line.startswith(" ")]
+    fields = [name for entry in entries for name in entry.split(" : ")[0].split(", ")]
     assert sorted(fields) == sorted(record.model_fields)
+    # Fields that are described with another record have their types there.
+    without_type = [section[section.index(entry) + 1] for entry in entries if not re.search(" : .*``", entry)]
+    assert [text for text in without_type if not re.match(r" +(See|As in)\b", text)] == []
     assert not [line for line in lines if "model_" in line]
 
 
 def test_types_and_defaults_are_those_of_the_class(records):
     text = "\n".join(documented(records, mo.Column))
-    assert "drums : int\n    Number of drums." in text
-    assert "batter : Literal['both', 'left', 'right'], default 'both'" in text
-    assert "width : float or tuple[float, float]\n" in text
-    assert (
-        "name, at, live_per_weight, live : name: str or None; at: tuple[float, float], default (0, 0); live"
-        in text
-    )
+    assert "drums : ``int``\n    Number of drums." in text
+    assert "batter : ``'both' or 'left' or 'right'``, default ``'both'``" in text
+    assert "width : ``float or tuple[float, float]``\n" in text
+    assert "name, at, live_per_weight, live\n    See :class:" in text
     signature, _ = records._call(None, "class", "", mo.Column, None, "", "")
     assert signature.startswith("(*, width, height, drums, name=None, at=(0, 0), live_per_weight=(0, 0)")
