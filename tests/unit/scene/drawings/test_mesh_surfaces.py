@@ -145,3 +145,17 @@ def test_a_node_with_a_wrong_transformation_is_not_valid_gltf(tmp_path, wrong):
     data = glb([{"mesh": 0} | wrong], [[(corners, triangles)]])
     with pytest.raises(mo.CaseError, match="is not valid glTF: a node has a wrong transformation; export"):
         read(tmp_path, "stones.glb", data, fixed_below=-0.5)
+
+
+@pytest.mark.parametrize("ending", ["json", "obj", "glb"])
+def test_the_parts_of_an_exported_stone_are_no_stones(tmp_path, ending):
+    """The package writes the convex parts of a notched stone as closed surfaces."""
+    notched = mo.Block(name="stone", vertices=[(0, 0), (3, 0), (3, 2), (2, 2), (2, 1), (0, 1)], weight=1)
+    floor = mo.Block(name="fixed floor", vertices=[(-1, -1), (4, -1), (4, 0), (-1, 0)], fixed=True)
+    scene = mo.extrude(mo.Scene(joints={"friction": 0.6}, blocks=[notched, floor]), 1.0)
+    path = tmp_path / f"scene.{ending}"
+    mo.export(scene, path)
+    reader = mo.read_compas if ending == "json" else mo.read_mesh
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(reader(path, **GIVEN, fixed=["fixed floor"]).blocks) == 2
