@@ -353,12 +353,9 @@ def cells(*both: list[Measured]) -> list[str]:
 
 def vary_settings(asked: argparse.Namespace) -> None:
     """Print a row for each number of the search settings, smaller and larger."""
-    walls = [mo.load(ROOT / "cases" / "ferris_tinloi" / f"wall_{number}.toml") for number in range(1, 6)]
-    seeds = range(asked.first, asked.first + asked.random)
-    small = [scene for kind in KINDS for seed in seeds if _hangs_together(scene := random_scene(kind, seed))]
-    few = [corner_wall(2, 2, 3), *walls, *small]
-    before = [measured(scene, "coulomb") for scene in few]
-    print(f"{len(few)} scenes\n| setting | is | tried | answers | λ > 1e-6 | > 1e-3 | most | time × |")
+    chosen = [scene for scene in scenes(asked) if _hangs_together(scene)]
+    before = [measured(scene, "coulomb") for scene in chosen]
+    print(f"{len(chosen)} scenes\n| setting | is | tried | answers | λ > 1e-6 | > 1e-3 | most | time × |")
     print("|---" * 8 + "|")
     for field in fields(SEARCH):
         if asked.settings and field.name not in asked.settings:
@@ -368,7 +365,7 @@ def vary_settings(asked: argparse.Namespace) -> None:
                 row = ["not possible"]
                 # The lower end of a range cannot be larger than its upper end.
                 with suppress(ValueError), changed({_SETTINGS + field.name: partial(_with, new, place)}):
-                    row = cells(before, [measured(scene, "coulomb") for scene in few])
+                    row = cells(before, [measured(scene, "coulomb") for scene in chosen])
                 label = f"| `{field.name}{''.join(f'[{key}]' for key in place)}` | {number:g}"
                 print(label, f"{new:.3g}", *row, "", sep=" | ", flush=True)
 

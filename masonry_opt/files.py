@@ -198,14 +198,14 @@ def refuse_unwritable(path: Path, force: bool = False) -> None:
 
 def refuse_replacing(path: Path, force: bool = False) -> None:
     """Raise OptionError if a file contains data of another program or a user, unless ``force`` is True."""
-    if not force and os.path.lexists(path) and not path.is_dir() and not _is_replaceable(path):
+    if not force and os.path.lexists(path) and not path.is_dir() and not is_replaceable(path):
         raise OptionError(
             f"{path}: the file exists already, and {WRITER} did not write its present content: choose "
             "another name or folder, or replace the file with --force (in Python: force=True)"
         )
 
 
-def _is_replaceable(path: Path) -> bool:
+def is_replaceable(path: Path) -> bool:
     """Return True if a file is empty, or if this package wrote it.
 
     A file of this package is recognised by its recorded digest, or by a mark that names the package.

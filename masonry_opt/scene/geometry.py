@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from masonry_opt.brief import brief
-from masonry_opt.errors import CaseError
+from masonry_opt.errors import CaseError, rounded
 from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.outlines import sides_of
 from masonry_opt.scene.rows import bounds
@@ -261,6 +261,14 @@ def geometry(scene: Scene) -> Geometry:
     flat = shapely.area(hulls) <= LARGEST_STRAIGHT_DISTANCE * tolerance * shapely.length(hulls)
     # Exclude outlines that are completely covered by holes: they raise another error below.
     flat &= ~shapely.is_empty(outlines)
+    # The default tolerance is relative to the scene, so it may be larger than a block with an area.
+    has_area = shapely.area(hulls) > RELATIVE_TOLERANCE * shapely.length(hulls) ** 2
+    raise_for(
+        np.flatnonzero((flat | (shapely.area(hulls) <= tolerance**2)) & has_area),
+        scene,
+        f"{{}} is too small for the tolerance {rounded(tolerance)}: use one unit for all coordinates, remove "
+        "blocks that are far away from the others, or set 'tolerance'",
+    )
     raise_for(np.flatnonzero(flat), scene, "{} has no area: its corners are on one line or coincide")
     # The simplification never removes the first corner of an outline. Therefore begin at the lowest leftmost
     # corner, which is never on a straight side.

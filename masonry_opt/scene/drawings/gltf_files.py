@@ -117,7 +117,12 @@ class _Gltf:
                 )
             visited.add(number)
             node = nodes[number]
-            matrix = above @ _transformation(node)
+            try:
+                matrix = above @ _transformation(node)
+            except ValueError:
+                raise ValueError(
+                    "the file is not valid glTF: a node has a wrong transformation; export the blocks again"
+                ) from None
             yield node, matrix, layers
             below = f"{layers} {node.get('name', '')}"
             queue += [(int(child), matrix, below) for child in reversed(node.get("children", []))]

@@ -3,7 +3,7 @@
 import io
 import re
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -233,19 +233,23 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
             )
     upwards = drawing.up or _UP_AXES.get(ending, "z")
     axes = drawing.scale * _SCENE_AXES[upwards].T
-    return [replace(mesh, points=mesh.points @ axes) for mesh in _with_numbers(meshes, path.stem)]
+    # Names of glTF nodes need not differ. In other files, only blocks without a name have that of the file.
+    meshes = _with_numbers(meshes, lambda name: ending in _UPWARDS or name == path.stem)
+    return [replace(mesh, points=mesh.points @ axes) for mesh in meshes]
 
 
-def _with_numbers(meshes: Sequence[Mesh], name: str) -> list[Mesh]:
-    """Number the meshes that have the name of their file because they have no name of their own.
-
-    A single mesh without a name is not numbered.
-    """
-    unnamed = [number for number, mesh in enumerate(meshes) if mesh.name == name]
-    if len(unnamed) < 2:
-        return [*meshes]
-    new = {number: f"{name}-{count}" for count, number in enumerate(unnamed)}
-    return [replace(mesh, name=new.get(number, mesh.name)) for number, mesh in enumerate(meshes)]
+def _with_numbers(meshes: Sequence[Mesh], is_numbered: Callable[[str], bool]) -> list[Mesh]:
+    """Number meshes with equal names from 0, if a name ``is_numbered``."""
+    names = [mesh.name for mesh in meshes]
+    count = dict.fromkeys(filter(is_numbered, repeated(names)), 0)
+    numbered = []
+    for mesh in meshes:
+        name = mesh.name
+        if name in count:
+            mesh = replace(mesh, name=f"{name}-{count[name]}")
+            count[name] += 1
+        numbered.append(mesh)
+    return numbered
 
 
 def _objects(data: bytes, name: str) -> list[Mesh]:

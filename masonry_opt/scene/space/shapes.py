@@ -284,7 +284,8 @@ def shapes(scene: Scene) -> Shapes:
         np.unique(block),
         scene,
         f"{{}} has no volume (tolerance {rounded(tolerance)}): "
-        "define the faces of a solid, with all coordinates in the same unit",
+        "define the faces of a solid, use one unit for all coordinates, and remove blocks that are far away "
+        "from the others",
     )
     surfaces = surfaces.reversed(signed_volume[surfaces.part] < 0)
     flat = planes(surfaces, tolerance)

@@ -105,6 +105,11 @@ def test_fixed_blocks_may_touch_and_overlap_and_get_no_joint():
         ([square("A", 0, 0, holes=[[(3, 3), (4, 3), (4, 4)]])], "'A' has a hole that is not inside"),
         ([stone([(0, 0), (2, 1), (2, 0), (0, 1)])], "'A' crosses itself"),
         ([stone([(0, 0), (0, 0), (1, 0)])], "'A' has no area"),
+        # The default tolerance is 10⁻⁶ of the scene, which extends to a block in another unit.
+        (
+            [square("A", 0, 0), square("B", 1e6, 0)],
+            "'A' .* is too small for the tolerance 1: use one unit .* remove blocks that are far away",
+        ),
     ],
 )
 def test_impossible_geometry_is_refused_by_name(blocks, message):

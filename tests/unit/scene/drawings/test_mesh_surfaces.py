@@ -80,16 +80,20 @@ def test_touching_stones_with_turned_faces_in_no_order_are_refused_with_the_reas
             read(tmp_path, name, write({"stones": (corners, faces)}), fixed_below=-0.5)
 
 
-def test_nodes_without_names_are_numbered(tmp_path):
-    """glTF files need no names. Upwards is y."""
+def test_nodes_without_a_name_of_their_own_are_numbered(tmp_path):
+    """Nodes of glTF files need no names, and their names need not differ. Upwards is y."""
     shapes = [(corners[:, [0, 2, 1]] * [1, 1, -1], faces) for corners, faces in (LOW, HIGH, GROUND)]
     meshes = [
         (corners, [three for a, b, c, d in faces for three in ((a, b, c), (a, c, d))])
         for corners, faces in shapes
     ]
-    data = glb([{"mesh": 0}, {"mesh": 1}, {"mesh": 2}], [[mesh] for mesh in meshes])
-    scene = read(tmp_path, "stones.glb", data, fixed_below=-0.5)
-    assert [block.name for block in scene.blocks] == ["stones-0", "stones-1", "stones-2"]
+    for named, names in (
+        ({}, ["stones-0", "stones-1", "stones-2"]),
+        ({"name": "Cube"}, ["Cube-0", "Cube-1", "Cube-2"]),
+    ):
+        data = glb([{"mesh": number} | named for number in range(3)], [[mesh] for mesh in meshes])
+        scene = read(tmp_path, "stones.glb", data, fixed_below=-0.5)
+        assert [block.name for block in scene.blocks] == names
 
 
 def test_all_repeated_names_are_listed(tmp_path):
@@ -132,3 +136,26 @@ def test_a_face_that_is_written_twice_is_read_once(tmp_path):
     assert (
         scene.blocks[0].faces == read(tmp_path, "b.obj", obj({"low": LOW, "fixed": GROUND})).blocks[0].faces
     )
+
+
+@pytest.mark.parametrize("wrong", [{"translation": "abc"}, {"scale": [1, 1]}, {"matrix": [1, 0, 0]}])
+def test_a_node_with_a_wrong_transformation_is_not_valid_gltf(tmp_path, wrong):
+    corners, faces = LOW
+    triangles = [three for a, b, c, d in faces for three in ((a, b, c), (a, c, d))]
+    data = glb([{"mesh": 0} | wrong], [[(corners, triangles)]])
+    with pytest.raises(mo.CaseError, match="is not valid glTF: a node has a wrong transformation; export"):
+        read(tmp_path, "stones.glb", data, fixed_below=-0.5)
+
+
+@pytest.mark.parametrize("ending", ["json", "obj", "glb"])
+def test_the_parts_of_an_exported_stone_are_no_stones(tmp_path, ending):
+    """The package writes the convex parts of a notched stone as closed surfaces."""
+    notched = mo.Block(name="stone", vertices=[(0, 0), (3, 0), (3, 2), (2, 2), (2, 1), (0, 1)], weight=1)
+    floor = mo.Block(name="fixed floor", vertices=[(-1, -1), (4, -1), (4, 0), (-1, 0)], fixed=True)
+    scene = mo.extrude(mo.Scene(joints={"friction": 0.6}, blocks=[notched, floor]), 1.0)
+    path = tmp_path / f"scene.{ending}"
+    mo.export(scene, path)
+    reader = mo.read_compas if ending == "json" else mo.read_mesh
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(reader(path, **GIVEN, fixed=["fixed floor"]).blocks) == 2
