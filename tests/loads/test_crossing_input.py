@@ -273,6 +273,7 @@ def test_groups_that_are_none(keys, word):
         (axles(1.0, road=None), "have no road"),
         (None, "has no axles"),
         ("b", "no axles 'b'"),
+        (3, "axles must be one mo.Axles, a list of mo.Axles, or the name"),
     ],
 )
 def test_roads_that_are_none(group, word):
