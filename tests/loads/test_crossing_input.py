@@ -252,7 +252,7 @@ def test_sets_are_whole():
         ({"loads": [1, 0], "distances": [1]}, "greater than 0"),
         ({"loads": [1, 1], "distances": [-1]}, "greater than 0"),
         ({"loads": [1, 1]}, r"need 1 'distances'.* \(found 0\)"),
-        ({}, "no axle"),
+        ({}, "no load"),
         ({"set": "LM9"}, "did you mean 'LM2'"),
         ({"set": "tank"}, "LM1 lane 1"),
         ({"set": "LM2", "loads": [1]}, "but not both"),
