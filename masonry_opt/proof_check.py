@@ -14,6 +14,7 @@ import scipy.sparse as sp
 from pysat.solvers import Glucose4
 
 from masonry_opt.brief import brief
+from masonry_opt.errors import OptionError
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.case_file import load
@@ -60,7 +61,7 @@ class ProofCheck:
         )
 
 
-def check_proof(scene: Scene | str | Path, proof: Proof | str | Path) -> ProofCheck:
+def check_proof(scene: Scene | str | Path, proof: Proof | str | Path | None) -> ProofCheck:
     """Check that no collapse state of a plane scene has a load factor from 0 to the bound of a proof.
 
     Parameters
@@ -72,7 +73,14 @@ def check_proof(scene: Scene | str | Path, proof: Proof | str | Path) -> ProofCh
     ------
     CaseError
         If the scene is wrong, or the file is no proof.
+    OptionError
+        If ``proof`` is None, as in a result without a proof.
     """
+    if proof is None:
+        raise OptionError(
+            "there is no proof to check: 'result.proof' is None if the search found no proof; "
+            "mo.prove_least searches longer"
+        )
     problem = assemble(scene if isinstance(scene, Scene) else load(scene)).problem
     return check(problem, proof if isinstance(proof, Proof) else Proof.load(proof))
 

@@ -122,7 +122,10 @@ class Axles(Record):
             if self.set not in SETS:
                 yield f"'set' \"{self.set}\" is unknown{instead_of(self.set, SETS)}"
         elif not self.loads and (self.distances or not self.uniform):
-            yield "the group has no axle: give 'loads' and 'distances', or the name of a 'set'"
+            if self.uniform:
+                yield "the group has no axle: remove 'distances', or give the 'loads' of the axles"
+            else:
+                yield "the group has no load: give 'loads' and 'distances', a 'set', or loads in 'uniform'"
         elif self.loads and len(self.distances) != len(self.loads) - 1:
             yield (
                 f"{len(self.loads)} 'loads' need {len(self.loads) - 1} 'distances' between the axles "

@@ -134,6 +134,11 @@ def test_a_corrupted_proof_is_refused(proven, name):
     assert "does NOT hold" in str(found)
 
 
+def test_a_result_without_a_proof():
+    with pytest.raises(mo.OptionError, match=r"there is no proof to check: .*mo\.prove_least"):
+        mo.check_proof(two_blocks(), mo.solve(two_blocks(), "static").proof)
+
+
 def test_a_proof_of_another_scene_is_refused(proven):
     _, proof = proven
     heavier = mo.load(WALL).replace(blocks={"b0": {"weight": 3.4}})

@@ -252,7 +252,7 @@ def test_sets_are_whole():
         ({"loads": [1, 0], "distances": [1]}, "greater than 0"),
         ({"loads": [1, 1], "distances": [-1]}, "greater than 0"),
         ({"loads": [1, 1]}, r"need 1 'distances'.* \(found 0\)"),
-        ({}, "no axle"),
+        ({}, "no load"),
         ({"set": "LM9"}, "did you mean 'LM2'"),
         ({"set": "tank"}, "LM1 lane 1"),
         ({"set": "LM2", "loads": [1]}, "but not both"),
@@ -273,6 +273,7 @@ def test_groups_that_are_none(keys, word):
         (axles(1.0, road=None), "have no road"),
         (None, "has no axles"),
         ("b", "no axles 'b'"),
+        (3, "axles must be one mo.Axles, a list of mo.Axles, or the name"),
     ],
 )
 def test_roads_that_are_none(group, word):

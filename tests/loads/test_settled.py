@@ -43,6 +43,11 @@ def test_a_wrong_movement_is_refused(movement):
         mo.settle(beam(), "R", (0, -1), movement=movement)
 
 
+def test_turns_is_true_or_false():
+    with pytest.raises(OptionError, match=r"'turns' must be True or False \(found 'no'\)"):
+        mo.settle(beam(), "R", (0, -1), turns="no")
+
+
 def test_a_movement_that_turns_blocks_far_is_refused():
     """A movement of 0.4 turns the beam by 0.1, the largest rotation of a small motion."""
     with pytest.raises(OptionError, match=r"must be at most 0\.4, .*\(found 0\.5\)"):

@@ -139,8 +139,11 @@ def test_case_files_have_uniform_loads(tmp_path):
         ({"uniform": [{"load": 1.0, "from": 2.0, "to": 1.0}]}, "'to' must be greater than 'from'"),
         ({"uniform": [{"load": 0.0, "from": 0.0, "to": 1.0}]}, "greater than 0"),
         ({"uniform": [{"load": 1.0, "from": 0.0}]}, r"missing key 'uniform\[0\]\.to'"),
-        ({"uniform": []}, "has no axle"),
-        ({"uniform": [{"load": 1.0, "from": 0.0, "to": 1.0}], "distances": [1.0]}, "has no axle"),
+        ({"uniform": []}, "has no load: .*, or loads in 'uniform'"),
+        (
+            {"uniform": [{"load": 1.0, "from": 0.0, "to": 1.0}], "distances": [1.0]},
+            "has no axle: remove 'distances'",
+        ),
     ],
 )
 def test_bad_uniform_loads(keys, words):

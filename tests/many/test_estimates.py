@@ -71,6 +71,17 @@ def test_load_factors_that_differ_by_rounding_errors_have_one_probability():
     assert found.fragility([0.3])["probability"].tolist() == [0.75]
 
 
+def test_one_number_instead_of_a_list():
+    answer = sampled(np.arange(1.0, 11.0))
+    assert answer.quantiles(0.5).equals(answer.quantiles([0.5]))
+    assert answer.fragility(3).equals(answer.fragility([3.0]))
+    for wrong in ("a", [[1.0]], [math.nan], None):
+        with pytest.raises(OptionError, match="probabilities must be a number or a list of numbers"):
+            answer.quantiles(wrong)
+    with pytest.raises(OptionError, match=r"loads must be .* \(found 'half'\)"):
+        answer.fragility("half")
+
+
 def test_rank_correlation():
     rng = np.random.default_rng(5)
     drawn = pd.DataFrame({"idle": rng.random(200), "strong": rng.random(200), "fixed": np.ones(200)})

@@ -78,7 +78,8 @@ def _groups(scene: Scene, axles: AxlesArgument) -> list[Axles]:
             near = did_you_mean(axles, [group.name for group in scene.axles]) or f"; known: {known}"
             raise OptionError(f"{scene.origin}: no axles '{axles}'{near}")
         return named
-    groups = [axles] if isinstance(axles, Axles) else list(scene.axles if axles is None else axles)
+    given = scene.axles if axles is None else axles
+    groups = [*given] if isinstance(given, Sequence) else [given]
     if not groups:
         raise CaseError(
             f"{scene.origin}: the scene has no axles: add [[axles]], or in Python axles=mo.Axles(...)"

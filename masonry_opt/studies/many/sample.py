@@ -188,7 +188,7 @@ class Sample(StudyAnswer):
         return "; ".join([counted(self.runs, "run"), *shares])
 
     def quantiles(
-        self, probabilities: Sequence[float] = (0.05, 0.5, 0.95), confidence: float = CONFIDENCE
+        self, probabilities: float | Sequence[float] = (0.05, 0.5, 0.95), confidence: float = CONFIDENCE
     ) -> pd.DataFrame:
         """Return quantiles of the load factor and of the incremental load factor, with confidence limits.
 
@@ -200,6 +200,7 @@ class Sample(StudyAnswer):
 
         Raises OptionError if a probability is not between 0 and 1.
         """
+        probabilities = _numbers("probabilities", probabilities)
         _refuse_shares(probabilities=probabilities, confidence=[confidence])
 
         def interval(values: np.ndarray, probability: float) -> Any:
@@ -215,7 +216,9 @@ class Sample(StudyAnswer):
 
         return self._of_both("probability", probabilities, "value", statistic)
 
-    def fragility(self, loads: Sequence[float] | None = None, confidence: float = CONFIDENCE) -> pd.DataFrame:
+    def fragility(
+        self, loads: float | Sequence[float] | None = None, confidence: float = CONFIDENCE
+    ) -> pd.DataFrame:
         """Return the probability of collapse at given load factors (the fragility curve).
 
         The columns are ``load``, ``probability``, ``lower`` and ``upper``; those of the incremental load
@@ -224,7 +227,7 @@ class Sample(StudyAnswer):
         (1934): the lower limit assumes that no undecided run has collapsed, the upper limit that all
         undecided runs have.
 
-        Raises OptionError if the confidence is not between 0 and 1.
+        Raises OptionError if a load is not a number, or if the confidence is not between 0 and 1.
 
         Parameters
         ----------
@@ -233,8 +236,7 @@ class Sample(StudyAnswer):
         confidence: Confidence of the limits.
         """
         _refuse_shares(confidence=[confidence])
-        if loads is None:
-            loads = self._loads_of_runs()
+        loads = self._loads_of_runs() if loads is None else _numbers("loads", loads)
         n, tail = len(self._counting), (1 - confidence) / 2
         upper_ends = np.asarray(loads, dtype=float)
         upper_ends = upper_ends + EQUALITY_TOLERANCE * np.abs(upper_ends)
@@ -406,6 +408,17 @@ class Sample(StudyAnswer):
         result["warnings"] = self.warning_records
         tables = {name: records(frame) for name, frame in self.tables().items()}
         return result | {"confidence": CONFIDENCE} | tables
+
+
+def _numbers(name: str, values: Any) -> list[float]:
+    """Return a number or a list of numbers as a list. Raises OptionError for any other value."""
+    try:
+        numbers = np.atleast_1d(np.asarray(values, dtype=float))
+    except (TypeError, ValueError):
+        numbers = np.array([math.nan])
+    if numbers.ndim != 1 or not np.isfinite(numbers).all():
+        raise OptionError(f"{name} must be a number or a list of numbers (found {values!r})")
+    return [float(number) for number in numbers]
 
 
 def _refuse_shares(**shares: Sequence[float]) -> None:

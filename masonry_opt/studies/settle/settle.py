@@ -79,6 +79,8 @@ def settle(
     scene, effort = as_scene(scene, load_case), Effort(phases)
     scene.refuse_without_case()
     _refuse_movement(scene, movement)
+    if not isinstance(turns, bool):
+        raise OptionError(f"{scene.origin}: 'turns' must be True or False (found {turns!r})")
     supports = supports_of(scene, support)
     along = _unit_of(scene, direction)
     effort.begins("finding joints")
