@@ -234,7 +234,7 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
     upwards = drawing.up or _UP_AXES.get(ending, "z")
     axes = drawing.scale * _SCENE_AXES[upwards].T
     # Names of glTF nodes need not differ. In other files, only blocks without a name have that of the file.
-    meshes = _with_numbers(meshes, lambda name: ending in _UPWARDS or name == path.stem)
+    meshes = _with_numbers(meshes, lambda name: ending in _UP_AXES or name == path.stem)
     return [replace(mesh, points=mesh.points @ axes) for mesh in meshes]
 
 
