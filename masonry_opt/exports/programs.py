@@ -193,7 +193,7 @@ _WRITERS = {".lp": _lp, ".mps": _mps, ".nl": _nl}
 
 
 def program_texts(assembly: Assembly, method: str, ending: str) -> dict[str, str]:
-    """Return the texts of the files of a method's program by their endings, such as ".lp".
+    """Return the text of each file of a method's program, in a dict by the ending of the file, such as ".lp".
 
     Raises OptionError if the method does not support the joints of the scene. Raises CaseError if no block
     that can move has a live load, and NoLoadFactorError as :func:`_global` does.

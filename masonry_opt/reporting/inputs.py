@@ -133,7 +133,10 @@ def _wide(width: float) -> str:
 
 
 def _joint_at_corners(v: dict[str, Any]) -> str:
-    """Return a warning that two corners meet, with the tolerance that closes wedges of mortar."""
+    """Return a warning that blocks meet corner on corner.
+
+    If wedges of mortar may fill the gaps at the corners, the warning advises a contact tolerance.
+    """
     mortar = ""
     if v["wedge"] > 0:
         mortar = f"; if mortar fills the wedges between these blocks, {set_contact_tolerance(v['wedge'])}"
@@ -239,7 +242,8 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.DOUBLED_JOINTS: lambda v: (
         f"supports overlap at joints with {blocks(v['blocks'])}: {pairs(v)}. The strength, cohesion and "
         "stiffness of these joints count twice, and 'settle' moves only one of the supports: remove one of "
-        "them; generators build no support with 'base = false' ([arch]: 'abutments = false')"
+        "them; to build a generated part without its support, set 'base = false' "
+        "([arch]: 'abutments = false')"
     ),
     Code.HELD_BY_CLAMPING: lambda v: (
         f"no load presses on some joints that hold blocks between supports by friction: {pairs(v)}; add the "

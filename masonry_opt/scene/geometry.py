@@ -261,7 +261,8 @@ def geometry(scene: Scene) -> Geometry:
     flat = shapely.area(hulls) <= LARGEST_STRAIGHT_DISTANCE * tolerance * shapely.length(hulls)
     # Exclude outlines that are completely covered by holes: they raise another error below.
     flat &= ~shapely.is_empty(outlines)
-    # The default tolerance is relative to the scene, so it may be larger than a block with an area.
+    # Compare the area with the block's own length. The default tolerance is relative to the size of the
+    # scene, so it may exceed the size of a small block that has an area.
     has_area = shapely.area(hulls) > RELATIVE_TOLERANCE * shapely.length(hulls) ** 2
     raise_for(
         np.flatnonzero((flat | (shapely.area(hulls) <= tolerance**2)) & has_area),

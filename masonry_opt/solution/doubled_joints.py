@@ -69,7 +69,10 @@ def _share(joints: Joints, pair: np.ndarray, tolerance: float) -> bool:
 
 
 def _shape(joints: Joints, joint: int, axes: np.ndarray) -> shapely.Geometry:
-    """Return a joint as a segment on the first axis, or in space as a polygon in the plane of both axes."""
+    """Return a joint as a segment along its tangent, or in space as a polygon in its plane.
+
+    The rows of ``axes`` are one unit vector along the joint, or in space two.
+    """
     own = joints.joint == joint
     points, ring = joints.point[own] @ axes.T, joints.ring[own]
     if len(axes) == 1:

@@ -359,8 +359,8 @@ class Code(StrEnum):
     UNEVEN_SIDES = "uneven sides"
     # Two blocks have a joint although only their corners touch (in space, only parallel edges). Values:
     # - ``pairs``: the two blocks of each such joint.
-    # - ``wedge``: the width of the widest gap, as narrow as mortar, that begins at such corners; 0 if there
-    #   is none.
+    # - ``wedge``: the width of the widest gap that begins at such corners and is narrow enough to be mortar;
+    #   0 if there is none.
     JOINT_AT_CORNERS = "joint at corners"
     # Blocks meet only at corners, without a joint. Value: ``pairs``, the names of these blocks.
     CORNERS_MEET = "corners meet"
@@ -416,7 +416,7 @@ class Reason:
     """Reason or warning, as a code with the values that its message needs."""
 
     code: Code  #: code of the reason or warning
-    #: Values of the reason by name. The page "Messages" of the guide lists the codes.
+    #: Values of the reason by name. The page "Messages" of the guide lists all codes.
     values: dict[str, Any] = field(default_factory=dict)
 
     def as_dict(self) -> dict[str, Any]:

@@ -11,16 +11,17 @@ import pandas as pd
 #: Columns that the page omits. The times are measured in one run on one machine.
 LEFT_OUT = ["method", "NLPs", "time (s)", "published (s)"]
 
-#: Headings and columns of the tables into which Table 1 is divided, so that each fits on the page.
+#: Sentences above the tables into which Table 1 is divided so that each fits on the page, and the columns of
+#: each table.
 GROUPS = {
-    "Associative load factors": ["b × c", "assoc. paper", "CVXPY", "Pyomo"],
-    "Load factors of the loop, and incremental load factors": [
+    "The first table has the associative load factors.": ["b × c", "assoc. paper", "CVXPY", "Pyomo"],
+    "The second table has the load factors of the loop, and the incremental load factors.": [
         *("loop paper", "loop", "loop diff %", "incremental")
     ],
-    "Published load factors of the MCP and the MPEC, and load factors of methods `coulomb` and `mpec`": [
+    "The third table has published values of the MCP and the MPEC, and those of `coulomb` and `mpec`.": [
         *("MCP publ.", "coulomb", "coulomb diff %", "MPEC publ.", "mpec")
     ],
-    "Lowest known load factors, and load factors of the search": [
+    "The last table has the lowest known load factors, and those of the search.": [
         *("lowest known", "search", "search diff %")
     ],
 }
@@ -45,7 +46,7 @@ def tables(folder: Path) -> dict[str, str]:
     residuals = pd.read_csv(folder / "table1_residuals.csv")
     loops = residuals[residuals["method"] == "loop"].drop(columns=LEFT_OUT)
     walls = pd.read_csv(folder / "table1.csv")
-    parts = [f"{heading}:\n\n{markdown(walls[['wall', *names]])}" for heading, names in GROUPS.items()]
+    parts = [f"{sentence}\n\n{markdown(walls[['wall', *names]])}" for sentence, names in GROUPS.items()]
     return {"table1": "\n".join(parts), "residuals": markdown(loops)}
 
 

@@ -35,7 +35,8 @@ from masonry_opt.scene.tolerance_advice import set_tolerance
 _WIDEST_OF_MORTAR = 2.0
 
 #: Largest mean width of a mortar joint, relative to the width of the smaller block, if narrower joints do not
-#: connect all blocks. With a larger value, messages would also advise closing gaps that are mistakes.
+#: connect all blocks. With a larger value, messages would advise a tolerance that also closes gaps that are
+#: no mortar, but mistakes of the drawing.
 _WIDE_MORTAR = 0.6
 
 #: Largest advised ``contact_tolerance``, relative to the thickness of the thinnest movable block. A value as

@@ -54,7 +54,7 @@ def unread(document: Any, layers: Collection[str] | None, without_layers: Collec
 
 
 def how_to_read(reason: str) -> str:
-    """Return the advice with which a layer is read that was not read for a given reason."""
+    """Return advice on how to read a layer that was left out for a given reason."""
     if reason in ("frozen", "off"):
         return "thaw the layer, or turn it on, in the drawing"
     if reason == "--without-layer":
@@ -103,7 +103,7 @@ def known(document: Any, shown: list[Any]) -> str:
 
 
 def _entities(number: int) -> str:
-    """Return a number of entities as text."""
+    """Return a count of entities as text, such as "1 entity" or "3 entities"."""
     return "1 entity" if number == 1 else f"{number} entities"
 
 

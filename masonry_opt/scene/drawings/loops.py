@@ -11,9 +11,9 @@ from masonry_opt.scene.drawings.defects import Defect, Defects, near
 from masonry_opt.scene.drawings.meshes import first_near, rings_of
 from masonry_opt.scene.drawings.outlines import Curve
 
-#: A gap of an open outline is probably inaccurate if it is at most this fraction of the outline's length. The
-#: message about a wider gap advises drawing the missing side. With a larger value, the message would also
-#: advise tolerances that are as large as stones.
+#: A gap of an open outline is probably an error of the drawing if it is at most this fraction of the
+#: outline's length. The message about a wider gap advises drawing the missing side. With a larger value, the
+#: message would also advise tolerances that are as large as stones.
 _WIDEST_ERROR = 0.05
 
 
@@ -121,7 +121,7 @@ def _add_open(
 
 
 def _closing(chain: Sequence[Curve], own_gap: float, nearest: float) -> str:
-    """Return the advice that closes an open chain of curves.
+    """Return advice on how to close an open chain of curves.
 
     The distance of its ends is ``own_gap``, and the distance to the nearest free end is ``nearest``.
     """

@@ -185,7 +185,12 @@ def _warn_of_unread(folder: Path, files: Sequence[Path], subfolders: Sequence[Pa
     unread = [file for file in files if file.suffix.lower() in _UNREAD_FORMATS]
     for left_out, noun, kind, remedy in (
         (unread, "file", "of other formats", f"export each block in one of the formats {formats}"),
-        (subfolders, "subfolder", "with meshes", "move their files into the folder, or convert each of them"),
+        (
+            subfolders,
+            "subfolder",
+            "with meshes",
+            "move the files of subfolders into the folder, or convert each subfolder",
+        ),
     ):
         if left_out:
             named = listed([f"'{file.name}'" for file in sorted(left_out, key=_sort_key)], _MOST_NAMED)
@@ -233,13 +238,14 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
             )
     upwards = drawing.up or _UP_AXES.get(ending, "z")
     axes = drawing.scale * _SCENE_AXES[upwards].T
-    # Names of glTF nodes need not differ. In other files, only blocks without a name have that of the file.
+    # Nodes of a glTF file may have equal names. In files of other formats, only blocks without a name, which
+    # receive the name of the file, are numbered.
     meshes = _with_numbers(meshes, lambda name: ending in _UP_AXES or name == path.stem)
     return [replace(mesh, points=mesh.points @ axes) for mesh in meshes]
 
 
 def _with_numbers(meshes: Sequence[Mesh], is_numbered: Callable[[str], bool]) -> list[Mesh]:
-    """Number meshes with equal names from 0, if a name ``is_numbered``."""
+    """Append numbers, from 0 on, to equal names for which the function ``is_numbered`` returns True."""
     names = [mesh.name for mesh in meshes]
     count = dict.fromkeys(filter(is_numbered, repeated(names)), 0)
     numbered = []

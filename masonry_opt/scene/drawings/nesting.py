@@ -267,8 +267,8 @@ def add_frames(
         remedy = f"omit layer '{layer}' with 'without_layers' (--without-layer {layer})"
         if on_layer[layer] > 1:
             remedy = (
-                f"{remedy}, unless its other outlines are stones; otherwise delete the frame, or move it to "
-                "a separate layer"
+                f"{remedy} if none of its other outlines are stones; if some are, delete the frame, or move "
+                "it to a separate layer"
             )
         mistake = f"is a frame around {len(most)} outlines, which would become holes"
         several = "frames are drawn around other outlines, which would become holes"

@@ -82,10 +82,9 @@ def count_bodies(mesh: Mesh) -> int:
 
 
 def _successive_surfaces(faces: list[list[int]]) -> np.ndarray | None:
-    """Return the number of each face's surface, if each surface consists of successive faces of the mesh.
+    """Return the index of each face's surface, or None if successive faces do not form closed surfaces.
 
-    Programs usually write one stone after another. Return None if successive faces do not form closed
-    surfaces.
+    Programs usually write one stone after another.
     """
     group: list[int] = []
     number = 0
@@ -106,7 +105,7 @@ def _successive_surfaces(faces: list[list[int]]) -> np.ndarray | None:
 
 
 def _connected_surfaces(points: np.ndarray, faces: list[list[int]]) -> np.ndarray:
-    """Return the number of each face's surface, from the edges that faces share; see :func:`shells`."""
+    """Return the index of each face's surface, found from the edges that faces share; see :func:`shells`."""
     if volume(points, faces) < 0:
         faces = [face[::-1] for face in faces]
     edges = by_edge(faces)
@@ -123,7 +122,7 @@ def _connected_surfaces(points: np.ndarray, faces: list[list[int]]) -> np.ndarra
 
 
 def _are_oriented_inconsistently(faces: list[list[int]], edges: dict[Edge, list[int]]) -> bool:
-    """Return True if several pairs of faces share edges, and if the faces are oriented inconsistently.
+    """Return True if an edge has four or more faces, and if the faces are oriented inconsistently.
 
     Faces are oriented consistently if equal numbers traverse each edge in both directions. An edge of an odd
     number of faces is at a hole of a surface, and is not considered.
