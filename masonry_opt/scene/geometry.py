@@ -265,12 +265,14 @@ def geometry(scene: Scene) -> Geometry:
     # scene, so it may exceed the size of a small block that has an area.
     has_area = shapely.area(hulls) > RELATIVE_TOLERANCE * shapely.length(hulls) ** 2
     raise_for(
-        np.flatnonzero((flat | (shapely.area(hulls) <= tolerance**2)) & has_area),
+        np.flatnonzero(flat & ~has_area), scene, "{} has no area: its corners are on one line or coincide"
+    )
+    raise_for(
+        np.flatnonzero(flat | ((shapely.area(hulls) <= tolerance**2) & has_area)),
         scene,
         f"{{}} is too small for the tolerance {rounded(tolerance)}: use one unit for all coordinates, remove "
         "blocks that are far away from the others, or set 'tolerance'",
     )
-    raise_for(np.flatnonzero(flat), scene, "{} has no area: its corners are on one line or coincide")
     # The simplification never removes the first corner of an outline. Therefore begin at the lowest leftmost
     # corner, which is never on a straight side.
     polygons = shapely.simplify(shapely.normalize(outlines), LARGEST_STRAIGHT_DISTANCE * tolerance)

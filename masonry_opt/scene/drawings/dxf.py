@@ -173,7 +173,8 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
     document = outlines.read_document(path)
     with stones.naming(f"{path}:"):
         scale = _scale(document) if drawing.to_metres else 1.0
-        shown = outlines.visible(document)
+        drawn = outlines.in_model_space(document)
+        shown = outlines.visible(document, drawn)
         defects = Defects()
         read = dxf_layers.select(document, shown, drawing.layers, drawing.without_layers)
         curves, extent = outlines.curves(read, scale, drawing.sagitta, defects)
@@ -184,7 +185,7 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
         live_of_layer = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
         # Live loads are multiples of the weights. The multiple may depend on the layer of a block.
         pushes = [live_of_layer.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
-        unread = dxf_layers.unread(document, drawing.layers, drawing.without_layers)
+        unread = dxf_layers.unread(document, drawn, drawing.layers, drawing.without_layers)
         blocks: Sequence[Block | Solid] = _blocks(found, _names(found, shown, scale), drawing, unread)
         if drawing.thickness is not None:
             flat = stones.scene_of(blocks, drawing, path)
@@ -203,7 +204,7 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
             warnings.warn(printable(f"{path}: {warning}"), DrawingWarning, stacklevel=3)
     unit = ("metres", 1.0) if drawing.to_metres else (_unit_name(document), outlines.metres(document))
     return DxfScene(
-        scene, [*dxf_layers.report(document, unread, drawing.fixed_layers), *_holes(found, scene)], *unit
+        scene, [*dxf_layers.report(drawn, unread, drawing.fixed_layers), *_holes(found, scene)], *unit
     )
 
 

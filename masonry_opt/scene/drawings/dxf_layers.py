@@ -35,13 +35,18 @@ def select(
     return [entity for entity, layer in zip(shown, drawn, strict=True) if layer in selected]
 
 
-def unread(document: Any, layers: Collection[str] | None, without_layers: Collection[str]) -> dict[str, str]:
-    """Return the names of the layers that were not read, each with the reason."""
+def unread(
+    document: Any, drawn: list[Any], layers: Collection[str] | None, without_layers: Collection[str]
+) -> dict[str, str]:
+    """Return the names of the layers that were not read, each with the reason.
+
+    ``drawn`` has the entities of the model space.
+    """
     hidden = outlines.hidden_layers(document)
     omitted = {layer.casefold() for layer in without_layers}
     selected = None if layers is None else {layer.casefold() for layer in layers}
     reasons = {}
-    for key, (name, count) in _curves_on_layers(document).items():
+    for key, (name, count) in _curves_on_layers(drawn).items():
         if key in hidden:
             reasons[name] = hidden[key]
         elif key in omitted:
@@ -62,11 +67,11 @@ def how_to_read(reason: str) -> str:
     return "read the layer too, with 'layers' (--layer)"
 
 
-def report(document: Any, left_out: Mapping[str, str], support_words: Iterable[str]) -> list[str]:
+def report(drawn: list[Any], left_out: Mapping[str, str], support_words: Iterable[str]) -> list[str]:
     """Return lines of text that list the layers that were read, and the layers ``left_out`` with reasons."""
     words = [*support_words]
     read = []
-    for name, count in _curves_on_layers(document).values():
+    for name, count in _curves_on_layers(drawn).values():
         if name not in left_out:
             supports = ", supports" if has_word(name, words) else ""
             read.append(f"{name} ({counted(count, 'curve')}{supports})")
@@ -107,11 +112,11 @@ def _entities(number: int) -> str:
     return "1 entity" if number == 1 else f"{number} entities"
 
 
-def _curves_on_layers(document: Any) -> dict[str, tuple[str, int]]:
+def _curves_on_layers(drawn: list[Any]) -> dict[str, tuple[str, int]]:
     """Return a dict from each layer's name in lower case to its original name and number of curves."""
     names: dict[str, str] = {}
     count: Counter[str] = Counter()
-    for entity in document.modelspace():
+    for entity in drawn:
         name = outlines.layer_of(entity)
         names.setdefault(name.casefold(), name)
         count[name.casefold()] += not outlines.is_ignored(entity)

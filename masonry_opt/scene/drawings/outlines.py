@@ -14,6 +14,7 @@ import numpy as np
 import shapely
 
 from masonry_opt.errors import CaseError, rounded
+from masonry_opt.scene.drawings.block_references import placed
 from masonry_opt.scene.drawings.defects import Defect, Defects, near
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
 from masonry_opt.scene.tables import broken, library, read_bytes
@@ -41,13 +42,13 @@ _STRAIGHT_STEPS = 10.0
 _READ_ENTITIES = {"ARC", "CIRCLE", "ELLIPSE", "LINE", "LWPOLYLINE", "POLYLINE", "SPLINE"}
 #: DXF entities that cannot be blocks and are ignored. All other entities that cannot be read raise an error.
 _IGNORED = {
-    "ATTDEF", "ARC_DIMENSION", "DIMENSION", "HATCH", "IMAGE", "LARGE_RADIAL_DIMENSION", "LEADER", "LIGHT",
-    "MTEXT", "MULTILEADER", "OLE2FRAME", "PDFUNDERLAY", "POINT", "RAY", "SUN", "TEXT", "TOLERANCE",
+    "ATTDEF", "ATTRIB", "ARC_DIMENSION", "DIMENSION", "HATCH", "IMAGE", "LARGE_RADIAL_DIMENSION", "LEADER",
+    "LIGHT", "MTEXT", "MULTILEADER", "OLE2FRAME", "PDFUNDERLAY", "POINT", "RAY", "SUN", "TEXT", "TOLERANCE",
     "VIEWPORT", "WIPEOUT", "XLINE",
 }  # fmt: skip
 #: Names, for messages, of DXF entities that may contain outlines but are not read.
 _UNREAD_ENTITIES = {
-    "INSERT": "a reference to a block definition",
+    "INSERT": "a reference to a block definition that is empty or cannot be placed",
     "MLINE": "a multiline",
     "REGION": "a region",
 }
@@ -115,13 +116,19 @@ def hidden_layers(document: Any) -> dict[str, str]:
     }
 
 
-def visible(document: Any) -> list[Any]:
-    """Return the visible entities of the model space.
+def in_model_space(document: Any) -> list[Any]:
+    """Return the entities of the model space, including those that references to block definitions place."""
+    frozen = {layer for layer, reason in hidden_layers(document).items() if reason == "frozen"}
+    return placed(document.modelspace(), frozenset(frozen))
+
+
+def visible(document: Any, drawn: list[Any]) -> list[Any]:
+    """Return the visible entities among those drawn in the model space.
 
     Entities that are hidden, or on a layer that is off or frozen, are not visible.
     """
     hidden = hidden_layers(document)
-    shown = (entity for entity in document.modelspace() if not _attribute(entity, "invisible", 0))
+    shown = (entity for entity in drawn if not _attribute(entity, "invisible", 0))
     return [entity for entity in shown if layer_of(entity).casefold() not in hidden]
 
 
@@ -281,7 +288,7 @@ def texts(entities: list[Any]) -> Iterator[tuple[str, float, float]]:
     """Yield each text among entities, with the coordinates x and y of its insertion point."""
     for entity in entities:
         match entity.dxftype():
-            case "TEXT":
+            case "TEXT" | "ATTRIB":
                 at, text = entity.ocs().to_wcs(entity.get_placement()[1]), str(entity.dxf.text)
             case "MTEXT":
                 at, text = entity.dxf.insert, entity.plain_text()

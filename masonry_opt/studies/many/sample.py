@@ -223,9 +223,8 @@ class Sample(StudyAnswer):
 
         The columns are ``load``, ``probability``, ``lower`` and ``upper``; those of the incremental load
         factor begin with ``incremental_``. The probability is the fraction of decided runs whose load factor
-        does not exceed the load, apart from rounding errors. The limits are those of Clopper and Pearson
-        (1934): the lower limit assumes that no undecided run has collapsed, the upper limit that all
-        undecided runs have.
+        does not exceed the load, up to rounding. The limits are those of Clopper and Pearson (1934): the
+        lower limit assumes that no undecided run has collapsed, the upper limit that all undecided runs have.
 
         Raises OptionError if a load is not a number, or if the confidence is not between 0 and 1.
 
@@ -255,9 +254,8 @@ class Sample(StudyAnswer):
     def _loads_of_runs(self) -> list[float]:
         """Return all finite load factors of the runs in ascending order, with a margin at each end.
 
-        Of load factors that differ by rounding errors, only the largest is returned. The first value is below
-        the load factors by 5 % of their range, but not below zero. The last value is above them by 5 % of
-        their range.
+        Of load factors that differ by rounding errors, only the largest is returned. The margins are 5 % of
+        the range, but the first value is not below zero.
         """
         loads = np.unique(np.r_[self.load_factors, self.incremental])
         loads = loads[np.isfinite(loads)]

@@ -121,7 +121,7 @@ def test_all_defects_are_named_at_once_by_kind_and_place(tmp_path):
     with pytest.raises(mo.CaseError) as refusal:
         mo.read_dxf(path, **GIVEN)
     reference, opened, crossing, empty = str(refusal.value).splitlines()
-    assert "is a reference to a block definition near (7, 7)" in reference
+    assert "definition that is empty or cannot be placed near (7, 7)" in reference
     assert "2 outlines are open (LWPOLYLINE" in opened
     assert "near (8, 0), 1 from the nearest free end; LWPOLYLINE" in opened
     # The diagonals of the outline of 4 × 1 cross at its middle.

@@ -1,0 +1,79 @@
+"""Replace the references to block definitions in a DXF drawing by the entities that they place.
+
+A drawing can define a stone once, as a block definition, and place it many times by references (entities of
+type INSERT), which move, rotate, mirror and scale it. A definition may contain references itself.
+"""
+
+from collections.abc import Iterable, Iterator
+from itertools import islice
+from typing import Any
+
+from masonry_opt.scene.tables import broken
+
+#: Largest number of entities that one reference may place. Nested references can place a number of entities
+#: that grows exponentially with the size of the file.
+_MOST_PLACED = 50_000
+
+
+def placed(entities: Iterable[Any], frozen: frozenset[str]) -> list[Any]:
+    """Return entities of a drawing, with references replaced by the entities that they place.
+
+    A placed entity has a handle of its own, which begins with the handle of the reference. An entity that is
+    defined on layer "0" is on the layer of the reference. All entities of a reference on a frozen layer are
+    on this layer, and those of an invisible reference are invisible.
+
+    A reference is returned unchanged if its definition is missing or empty, as that of another file is, or if
+    one of its entities cannot be transformed.
+
+    Raises ValueError if a reference is invalid or places too many entities.
+
+    Parameters
+    ----------
+    entities: Entities of the model space.
+    frozen: Names of the frozen layers, in lower case.
+    """
+    found: list[Any] = []
+    for entity in entities:
+        found += _placed_by(entity, frozen) if entity.dxftype() == "INSERT" else [entity]
+    return found
+
+
+def _placed_by(reference: Any, frozen: frozenset[str]) -> list[Any]:
+    """Return the entities that a reference places; see :func:`placed`."""
+    named = f"block reference {reference.dxf.handle}"
+    with broken(lambda reason: ValueError(f"{named} is not readable ({reason}): delete it")):
+        parts = list(islice(_parts(reference, frozen, ()), _MOST_PLACED + 1))
+    if len(parts) > _MOST_PLACED:
+        raise ValueError(
+            f"{named} places more than {_MOST_PLACED} entities: delete it, or place fewer blocks by it"
+        )
+    return parts
+
+
+def _parts(entity: Any, frozen: frozenset[str], within: tuple[str, ...]) -> Iterator[Any]:
+    """Yield the entities that a reference places, or the entity itself if it is no reference.
+
+    ``within`` has the names of the block definitions in which the entity is defined. A reference to one of
+    them is not followed, because it would never end.
+    """
+    if entity.dxftype() != "INSERT" or entity.dxf.name in within or entity.block() is None:
+        yield entity
+        return
+    skipped: list[Any] = []
+    references = entity.multi_insert() if entity.mcount > 1 else [entity]
+    parts = [
+        part
+        for reference in references
+        for part in reference.virtual_entities(skipped_entity_callback=lambda part, _: skipped.append(part))
+    ]
+    if not parts or skipped:
+        yield entity
+        return
+    layer = str(entity.dxf.get("layer", "0"))
+    for number, part in enumerate([*parts, *entity.attribs], 1):
+        if part.dxf.get("layer", "0") == "0" or layer.casefold() in frozen:
+            part.dxf.layer = layer
+        if entity.dxf.get("invisible", 0):
+            part.dxf.invisible = 1
+        part.dxf.handle = f"{entity.dxf.handle}-{number}"
+        yield from _parts(part, frozen, (*within, entity.dxf.name))
