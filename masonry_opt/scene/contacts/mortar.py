@@ -139,7 +139,8 @@ def find_bridge(
 
     The option is ``contact_tolerance`` or ``tolerance``. Its value is the width of the widest gap that must
     be closed, or of a wider gap that is mortar of the same masonry. Gaps wider than usual mortar are closed
-    only if more blocks then become connected. None is returned if no value connects a floating block.
+    only if more blocks then become connected. Gaps about as wide as the thinnest block are never closed,
+    because such a value would be refused. None is returned if no value connects a floating block.
 
     Parameters
     ----------
@@ -158,9 +159,11 @@ def find_bridge(
     if bridge is not None and not len(bridge.remaining):
         return bridge
     wider = _bridge(scene, shapes, joined, supported, near, share=_WIDE_MORTAR)
-    if bridge is None or wider is None or len(wider.remaining) < len(bridge.remaining):
+    if bridge is None:
         return wider
-    return bridge
+    if wider is None or len(wider.remaining) >= len(bridge.remaining):
+        return bridge
+    return wider
 
 
 def _bridge(
@@ -174,9 +177,8 @@ def _bridge(
 ) -> Bridge | None:
     """Return the result of :func:`find_bridge` for gaps up to ``share`` of the width of their blocks."""
     pairs, facing = _gaps_to_close(scene, shapes, joined, share=share)
-    if share > MORTAR:
-        thickness = float(shapes.thickness()[~scene.fixed].min())
-        facing = facing.where(facing.most <= _MOST_OF_THICKNESS * thickness)
+    thickness = float(shapes.thickness()[~scene.fixed].min())
+    facing = facing.where(facing.most <= _MOST_OF_THICKNESS * thickness)
     ends = pairs[facing.pair]
 
     def floating(gap: float) -> np.ndarray:

@@ -307,3 +307,34 @@ def test_bricks_that_meet_diagonally_name_no_angle(shaped) -> None:
     diagonal = upright_stone("B", (1.05, 2), (1.05, 2))
     said = refusal(shaped(scene_of(FLOOR, upright_stone("A", (0, 1), (0, 1)), diagonal)))
     assert "'B' touches no other block: the nearest block 'A' is 0.0707 away: close the gap, or" in said
+
+
+#: A slate of 0.02 lies on the floor, and a block is far away from all other blocks.
+SLATE, FAR = upright_stone("slate", (3, 4), (0, 0.02)), upright_stone("C", (3, 4), (4, 5))
+
+
+@IN_BOTH
+@pytest.mark.parametrize("more", [(), (FAR,)], ids=["alone", "with a distant block"])
+def test_no_contact_tolerance_that_a_thin_stone_refuses_is_advised(
+    shaped, more: tuple[mo.Block, ...]
+) -> None:
+    """Only a contact tolerance thicker than the slate would close the gap of 0.05."""
+    scene = shaped(scene_of(FLOOR, SLATE, upright_stone("A", (0, 1), (0.05, 1)), *more))
+    said = refusal(scene)
+    assert "contact_tolerance" not in said
+    assert "the nearest block 'floor' is 0.05 away: close the gap, or remove the block" in said
+
+
+@IN_BOTH
+@pytest.mark.parametrize("more", [(), (FAR,)], ids=["alone", "with a distant block"])
+def test_gaps_narrower_than_a_thin_stone_are_closed(shaped, more: tuple[mo.Block, ...]) -> None:
+    """The gap of 0.01 can be closed, although the gap of 0.05 cannot."""
+    narrow, wide = upright_stone("A", (0, 1), (0.01, 1)), upright_stone("B", (-1.5, -0.5), (0.05, 1))
+    scene = shaped(scene_of(FLOOR, SLATE, narrow, wide, *more))
+    said = refusal(scene)
+    assert advised(said) == (0.0101, 1, 1)
+    assert "but not 'B'" in said
+    closed = refusal(scene.replace(contact_tolerance=0.0101))
+    assert "'slate'" not in closed
+    assert "'A'" not in closed
+    assert "'B'" in closed
