@@ -163,3 +163,25 @@ def advised(message: str) -> tuple[float, int, int]:
     found = re.search(pattern, message)
     assert found, message
     return float(found[1]), int(found[2]), int(found[3])
+
+
+def upright_stone(name: str, x: tuple[float, float], y: tuple[float, float], fixed: bool = False) -> mo.Block:
+    """Return a rectangular stone, or a rectangular support, with level beds."""
+    return stone(name, shapely.box(x[0], y[0], x[1], y[1]), fixed)
+
+
+def scene_of(*blocks: mo.Block, **keys: object) -> mo.Scene:
+    return mo.Scene(**{"joints": {"friction": 0.6}, "blocks": blocks} | keys)
+
+
+FLOOR = upright_stone("floor", (-2, 6), (-1, 0), fixed=True)
+
+#: Ten courses of two bricks of 240 × 65 mm. STATIC is the load factor of the bricks as solids, whose contacts
+#: are found by other code.
+WALL = facade(2, 10, length=0.24)
+STATIC = 0.57919
+
+
+def static(scene: mo.Scene) -> float:
+    """Return the static load factor."""
+    return mo.solve(scene, "static").required()

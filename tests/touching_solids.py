@@ -1,6 +1,7 @@
 """Solids and scenes for tests of contacts in space, and scenes that are moved, mirrored or redrawn."""
 
 import numpy as np
+import pytest
 from scipy.spatial import ConvexHull
 
 import masonry_opt as mo
@@ -40,6 +41,13 @@ def contacts_of(scene, floating=False):
     """Return the contacts of a scene in space or in the plane."""
     at = geometry(scene) if scene.dimension == 2 else shapes(scene)
     return find_joints(scene, at, floating=floating)
+
+
+def refusal(scene):
+    """Return the message of the error that the search for contacts raises."""
+    with pytest.raises(mo.CaseError) as error:
+        contacts_of(scene)
+    return str(error.value)
 
 
 def joints(scene, floating=False):

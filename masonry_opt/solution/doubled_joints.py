@@ -1,14 +1,12 @@
 """Warn about supports that overlap at a joint: a block that rests on both has two joints at one place."""
 
-from collections.abc import Iterator
-from itertools import combinations
-
 import numpy as np
 import shapely
 
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.scene.contacts.joints import Joints
+from masonry_opt.scene.rows import bounds, dots
 from masonry_opt.solution.reasons import Code, Reason, reason
 
 #: Two joints are at one place if they share more than this fraction of the larger joint. A smaller value
@@ -25,57 +23,83 @@ def doubled_joints(assembly: Assembly) -> list[Reason]:
 
     Forces at such joints are limited by the sum of both joints, so cohesion and strength count twice.
     """
-    found = [*_doubled(assembly)]
-    if not found:
+    found = _doubled(assembly)
+    if not len(found):
         return []
-    pairs = [*dict.fromkeys(pair for pair, _ in found)]
-    touched = np.unique([block for _, block in found])
+    pairs = [*dict.fromkeys((one, other) for _, one, other in found.tolist())]
     named = [assembly.names(np.array(pair)) for pair in pairs]
-    return [reason(Code.DOUBLED_JOINTS, pairs=named, blocks=assembly.names(touched))]
+    return [reason(Code.DOUBLED_JOINTS, pairs=named, blocks=assembly.names(np.unique(found[:, 0])))]
 
 
-def _doubled(assembly: Assembly) -> Iterator[tuple[tuple[int, int], int]]:
-    """Iterate over the pairs of supports with joints at one place, and the movable block at these joints."""
+def _doubled(assembly: Assembly) -> np.ndarray:
+    """Return the movable blocks with two joints at one place, and the two supports of these joints.
+
+    The result has a row for each block and pair of supports, in ascending order, shape (rows, 3).
+    """
     joints, tolerance = assembly.joints, assembly.geometry.contact_tolerance
     ends = np.array([joints.first, joints.second])
     guides = [force for force in assembly.limited if force.role is Role.SUPPORT]
     settling = [action.block for guide in guides for action in guide.actions]
     is_support = ~np.isin(ends, assembly.movable) | np.isin(ends, settling)
+    support, block = np.where(is_support[0], ends, ends[::-1])
     at_support = np.flatnonzero((is_support.sum(axis=0) == 1) & (joints.extent > 0))
-    support = np.where(is_support[0], *ends)[at_support]
-    block = np.where(is_support[0], *ends[::-1])[at_support]
-    for own in np.unique(block):
-        rows = np.flatnonzero(block == own)
-        for one, other in combinations(rows[np.argsort(support[rows], kind="stable")], 2):
-            if support[one] != support[other] and _share(joints, at_support[[one, other]], tolerance):
-                yield (int(support[one]), int(support[other])), int(own)
-
-
-def _share(joints: Joints, pair: np.ndarray, tolerance: float) -> bool:
-    """Return True if two joints lie in one line (in space in one plane) and overlap there."""
-    one, other = pair
+    one, other = _near_joints(joints, at_support, tolerance)
+    asked = (block[one] == block[other]) & (support[one] < support[other])
+    one, other = one[asked], other[asked]
     normal = joints.normal[one]
-    is_parallel = abs(normal @ joints.normal[other]) > np.cos(_FACES_PARALLEL)
-    distance = abs((joints.middle[other] - joints.middle[one]) @ normal)
-    if not is_parallel or distance > tolerance:
-        return False
-    axes = [joints.tangent[one]]
-    if len(normal) == 3:
-        axes.append(np.cross(normal, axes[0]))
-    shapes = [_shape(joints, joint, np.array(axes)) for joint in pair]
-    shared = shapely.intersection(*shapes)
-    size = shared.area if len(axes) == 2 else shared.length
-    return bool(size > _SHARED_PART * joints.extent[pair].max())
+    is_parallel = np.abs(dots(normal, joints.normal[other])) > np.cos(_FACES_PARALLEL)
+    distance = np.abs(dots(normal, joints.middle[other] - joints.middle[one]))
+    in_line = is_parallel & (distance <= tolerance)
+    one, other = one[in_line], other[in_line]
+    is_shared = _shared_part(joints, one, other) > _SHARED_PART
+    rows = np.column_stack([block[one], support[one], support[other]])[is_shared]
+    return np.unique(rows, axis=0)
 
 
-def _shape(joints: Joints, joint: int, axes: np.ndarray) -> shapely.Geometry:
-    """Return a joint as a segment along its tangent, or in space as a polygon in its plane.
+def _near_joints(joints: Joints, asked: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pairs of the given joints whose bounding boxes are within the tolerance of each other.
 
-    The rows of ``axes`` are one unit vector along the joint, or in space two.
+    Each pair is returned in both orders.
     """
-    own = joints.joint == joint
-    points, ring = joints.point[own] @ axes.T, joints.ring[own]
-    if len(axes) == 1:
+    low, high = (corner[asked] for corner in bounds(joints.joint, joints.point, len(joints.first)))
+    low, high = low - tolerance, high + tolerance
+    # The search tree has two axes. In space, choose the two axes along which the joints extend farthest.
+    axes = np.argsort(np.ptp(low, axis=0))[-2:] if len(asked) else np.arange(2)
+    boxes = shapely.box(*low[:, axes].T, *high[:, axes].T)
+    one, other = shapely.STRtree(boxes).query(boxes)
+    near = ((low[one] <= high[other]) & (low[other] <= high[one])).all(axis=1)
+    return asked[one[near]], asked[other[near]]
+
+
+def _shared_part(joints: Joints, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the fraction of the larger joint that two joints share, for pairs of joints, shape (pairs,).
+
+    The joints of each pair lie in one line, in space in one plane.
+    """
+    # Project both joints along the coordinate axis nearest to their normal. The projection scales all lengths
+    # (in space: areas) of the pair by the same factor.
+    axis = np.abs(joints.normal[one]).argmax(axis=1)
+    projected, number = np.unique(
+        np.column_stack([np.append(one, other), np.append(axis, axis)]), axis=0, return_inverse=True
+    )
+    end = np.append(joints.first_point, len(joints.point))
+    shapes = np.empty(len(projected), dtype=object)
+    for row, (joint, along) in enumerate(projected.tolist()):
+        shapes[row] = _shape(joints, slice(end[joint], end[joint + 1]), along)
+    first, second = shapes[number].reshape(2, -1)
+    size = shapely.length if joints.point.shape[1] == 2 else shapely.area
+    larger = np.maximum(size(first), size(second))
+    shared: np.ndarray = size(shapely.intersection(first, second)) / larger
+    return shared
+
+
+def _shape(joints: Joints, own: slice, axis: int) -> shapely.Geometry:
+    """Return a joint without the coordinate ``axis``: a segment, or in space a polygon.
+
+    ``own`` selects the contact points of the joint.
+    """
+    points, ring = np.delete(joints.point[own], axis, axis=1), joints.ring[own]
+    if points.shape[1] == 1:
         return shapely.LineString(np.column_stack([points, np.zeros(len(points))]))
     shell, *holes = (points[ring == number] for number in np.unique(ring))
     return shapely.make_valid(shapely.Polygon(shell, holes))

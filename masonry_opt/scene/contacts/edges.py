@@ -12,6 +12,7 @@ from masonry_opt.scene.contacts import sides
 from masonry_opt.scene.contacts.bisectors import Sectors, contact_normals
 from masonry_opt.scene.contacts.sides import LARGEST_GAP_RATIO, Items, Meetings, Touches, near_items, to_line
 from masonry_opt.scene.geometry import Geometry
+from masonry_opt.scene.rows import lengths
 from masonry_opt.scene.scene import Scene
 
 #: Two edges coincide if their distance is at most this value, relative to the tolerance. Corners of
@@ -169,6 +170,13 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
         touching = _without_corners(touching, shapes.tolerance)
     whole = touching.then(across)
     return whole.where(np.argsort(whole.pair, kind="stable"))
+
+
+def sides_of_block(shapes: Geometry, block: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return a point on each edge of a block, and the outward unit normal of each edge, shape (edges, 2)."""
+    tail, tip, _ = (rows[shapes.edges[2] == block] for rows in shapes.edges)
+    along = (tip - tail) / lengths(tip - tail)[:, None]
+    return tail, np.column_stack([along[:, 1], -along[:, 0]])
 
 
 def _join_parts(parts: FacingEdges, tolerance: float) -> FacingEdges:

@@ -130,6 +130,12 @@ def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> 
     return _shared_polygons(shapes, pair[near], i[near], j[near], far[pair[near]])
 
 
+def sides_of_block(shapes: Shapes, block: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return a point on each face of a block, and the outward unit normal of each face, shape (faces, 3)."""
+    frame = shapes.faces.frame.where(shapes.faces.block == block)
+    return frame.base, frame.normal
+
+
 def _shared_polygons(
     shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far: np.ndarray
 ) -> FacingFaces:

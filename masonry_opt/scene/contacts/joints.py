@@ -23,7 +23,12 @@ from masonry_opt.scene.contacts.mortar import (
     lost_joints,
     refuse_thin_blocks,
 )
-from masonry_opt.scene.contacts.neighbours import CONTACT_FUNCTIONS, facing_sides, near_pairs
+from masonry_opt.scene.contacts.neighbours import (
+    CONTACT_FUNCTIONS,
+    facing_sides,
+    has_sides_at_small_angle,
+    near_pairs,
+)
 from masonry_opt.scene.contacts.overlaps import refuse_overlaps
 from masonry_opt.scene.geometry import (
     MORTAR,
@@ -436,9 +441,8 @@ def _nearest_block(scene: Scene, shapes: Extents, block: int, bridge: Bridge | N
     if gap <= shapes.tolerance:
         return f"it meets {name} {shapes.meeting}: {shapes.bearing}"
     away = f"the nearest block {name} is {rounded(gap)} away"
-    pair = np.sort([[block, other]])
-    width = shapes.width[pair].min(axis=1)
-    if gap <= MORTAR * width[0] and not len(facing_sides(scene, shapes, pair, 2 * width).pair):
+    is_near = gap <= MORTAR * shapes.width[[block, other]].min()
+    if is_near and not has_sides_at_small_angle(scene, shapes, block, other):
         return (
             f"{away}, but no sides of the two blocks face each other at an angle of less than 20°: close the "
             "gap, draw the blocks as wedges, or remove the block"

@@ -139,7 +139,8 @@ def find_bridge(
 
     The option is ``contact_tolerance`` or ``tolerance``. Its value is the width of the widest gap that must
     be closed, or of a wider gap that is mortar of the same masonry. Gaps wider than usual mortar are closed
-    only if more blocks then become connected. None is returned if no value connects a floating block.
+    only if more blocks then become connected. Gaps about as wide as the thinnest block are never closed,
+    because such a value would be refused. None is returned if no value connects a floating block.
 
     Parameters
     ----------
@@ -158,9 +159,11 @@ def find_bridge(
     if bridge is not None and not len(bridge.remaining):
         return bridge
     wider = _bridge(scene, shapes, joined, supported, near, share=_WIDE_MORTAR)
-    if bridge is None or wider is None or len(wider.remaining) < len(bridge.remaining):
+    if bridge is None:
         return wider
-    return bridge
+    if wider is None or len(wider.remaining) >= len(bridge.remaining):
+        return bridge
+    return wider
 
 
 def _bridge(
@@ -174,9 +177,8 @@ def _bridge(
 ) -> Bridge | None:
     """Return the result of :func:`find_bridge` for gaps up to ``share`` of the width of their blocks."""
     pairs, facing = _gaps_to_close(scene, shapes, joined, share=share)
-    if share > MORTAR:
-        thickness = float(shapes.thickness()[~scene.fixed].min())
-        facing = facing.where(facing.most <= _MOST_OF_THICKNESS * thickness)
+    thickness = float(shapes.thickness()[~scene.fixed].min())
+    facing = facing.where(facing.most <= _MOST_OF_THICKNESS * thickness)
     ends = pairs[facing.pair]
 
     def floating(gap: float) -> np.ndarray:
@@ -291,9 +293,9 @@ def wedge_at_corners(scene: Scene, shapes: Extents, at_corners: list[tuple[int, 
     """
     if not at_corners:
         return 0.0
-    pairs, facing = _facing_across_mortar(scene, shapes)
-    begins_at_corner = np.isin(_codes(pairs[facing.pair], scene), _codes(np.array(at_corners), scene))
-    return float(facing.most[begins_at_corner].max(initial=0.0))
+    pairs = np.unique(np.sort(at_corners, axis=1), axis=0)
+    facing = _sides_across_mortar(scene, shapes, pairs, _thickest_mortar(scene, shapes))
+    return float(facing.most.max(initial=0.0))
 
 
 def is_drawn_apart(scene: Scene, shapes: Extents) -> bool:
@@ -438,20 +440,35 @@ def _facing_across_mortar(scene: Scene, shapes: Extents, share: float = MORTAR) 
     """Return pairs of neighbouring blocks, and their sides that touch or have a gap as narrow as mortar.
 
     The gap is at most ``share`` of the width of the narrower block.
+    """
+    thickest = _thickest_mortar(scene, shapes, share)
+    # Search within twice the thickness of mortar, because a wedge-shaped gap may be twice as wide at one end
+    # as in the middle.
+    pairs = near_pairs(scene, shapes, 2 * thickest)
+    pairs = pairs[~scene.fixed[pairs].all(axis=1)]
+    return pairs, _sides_across_mortar(scene, shapes, pairs, thickest)
+
+
+def _thickest_mortar(scene: Scene, shapes: Extents, share: float = MORTAR) -> np.ndarray:
+    """Return the largest mean width of a mortar joint at each block, shape (blocks,).
+
+    The width is ``share`` of the width of the block, or of the widest movable block if the block is fixed.
+    """
+    movable_width = shapes.width[~scene.fixed]
+    thickest: np.ndarray = share * np.where(scene.fixed, movable_width.max(), shapes.width)
+    return thickest
+
+
+def _sides_across_mortar(scene: Scene, shapes: Extents, pairs: np.ndarray, thickest: np.ndarray) -> Facing:
+    """Return the sides of pairs of blocks that touch or have a gap of at most ``thickest`` of both blocks.
 
     The sides are computed with the default value of ``tolerance``, because a large ``tolerance`` would hide
     some of the sides.
     """
     fine = replace(shapes, tolerance=_fine_tolerance(scene, shapes))
-    movable_width = shapes.width[~scene.fixed]
-    thickest = share * np.where(scene.fixed, movable_width.max(), shapes.width)
-    # Search within twice the thickness of mortar, because a wedge-shaped gap may be twice as wide at one end
-    # as in the middle.
-    pairs = near_pairs(scene, fine, 2 * thickest)
-    pairs = pairs[~scene.fixed[pairs].all(axis=1)]
     most = thickest[pairs].min(axis=1, initial=np.inf)
     facing = facing_sides(scene, fine, pairs, 2 * most)
-    return pairs, facing.where(_mean_gap(facing) <= most[facing.pair])
+    return facing.where(_mean_gap(facing) <= most[facing.pair])
 
 
 def _fine_tolerance(scene: Scene, shapes: Extents) -> float:

@@ -7,8 +7,9 @@ import shapely
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.contacts import edges, faces
-from masonry_opt.scene.contacts.sides import BlockCorners, Facing
+from masonry_opt.scene.contacts.sides import BlockCorners, Facing, has_nearly_opposite_normals
 from masonry_opt.scene.geometry import Extents, geometry
+from masonry_opt.scene.rows import dots
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.shapes import shapes as shapes_in_space
 
@@ -19,6 +20,12 @@ CONTACT_FUNCTIONS: dict[
 ] = {
     2: (geometry, edges.facing, edges.PlaneCorners),
     3: (shapes_in_space, faces.facing, faces.SolidCorners),
+}
+
+#: For each dimension (2 or 3): function that returns a point on each side of a block, and its normal.
+_SIDES_OF_BLOCK: dict[int, Callable[..., tuple[np.ndarray, np.ndarray]]] = {
+    2: edges.sides_of_block,
+    3: faces.sides_of_block,
 }
 
 #: A scene raises an error if it has more pairs of neighbouring blocks than this number plus
@@ -85,6 +92,20 @@ def facing_sides(scene: Scene, shapes: Extents, pairs: np.ndarray, far: np.ndarr
     apart = np.flatnonzero(facing.most > shapes.tolerance)
     behind = _has_block_between(shapes, pairs[facing.pair[apart]], facing.inner_points[apart])
     return facing.where(np.delete(np.arange(len(facing.pair)), apart[behind]))
+
+
+def has_sides_at_small_angle(scene: Scene, shapes: Extents, one: int, other: int) -> bool:
+    """Return True if sides of two blocks are nearly parallel, and each block is in front of the other's side.
+
+    Unlike the sides in :func:`facing_sides`, these sides need not be opposite each other.
+    """
+    points, owner = shapes.corners
+    normals = []
+    for block, opposite in ((one, other), (other, one)):
+        base, normal = _SIDES_OF_BLOCK[scene.dimension](shapes, block)
+        height = normal @ points[owner == opposite].T - dots(normal, base)[:, None]
+        normals.append(normal[height.max(axis=1) > shapes.tolerance])
+    return has_nearly_opposite_normals(*normals)
 
 
 def _has_block_between(shapes: Extents, ends: np.ndarray, inner: np.ndarray) -> np.ndarray:

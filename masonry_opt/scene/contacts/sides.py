@@ -38,6 +38,16 @@ def faces_across(sine: np.ndarray, gap: np.ndarray, width: np.ndarray) -> np.nda
     return is_facing
 
 
+def has_nearly_opposite_normals(one: np.ndarray, other: np.ndarray) -> bool:
+    """Return True if a side of one block is parallel enough to a side of another block to face it.
+
+    ``one`` and ``other`` are the outward unit normals of sides of the two blocks, shape (sides, 2) or
+    (sides, 3).
+    """
+    cosine = -(one @ other.T)
+    return bool((cosine >= np.sqrt(1 - _MOST_ANGLE_ACROSS**2)).any())
+
+
 @dataclass(frozen=True)
 class Items:
     """Faces, edges or corners ("items") of all blocks, with their bounding boxes."""

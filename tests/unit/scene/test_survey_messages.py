@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from brickwork import drawn_to_touch, facade, voussoirs
 from drawing_errors import with_errors
-from touching_solids import contacts_of
+from touching_solids import contacts_of, refusal
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
@@ -38,12 +38,6 @@ def surveyed(scene: mo.Scene, error: float = ERROR) -> mo.Scene:
 def advised(text: str, option: str) -> float:
     """Return the value of an option that a message advises."""
     return float(re.search(rf"'{option}' to ([\d.]+)", text)[1])
-
-
-def message(scene: mo.Scene) -> str:
-    with pytest.raises(mo.CaseError) as refusal:
-        contacts_of(scene)
-    return str(refusal.value)
 
 
 def bridged(scene: mo.Scene) -> list[str]:
@@ -80,11 +74,11 @@ def test_errors_of_touching_stones_are_not_mortar():
 
 
 def test_a_survey_without_tolerances_is_advised_to_set_both():
-    text = message(surveyed(WALL))
+    text = refusal(surveyed(WALL))
     values = {option: advised(text, option) for option in ("contact_tolerance", "tolerance")}
     assert 2 * ERROR < values["tolerance"] < 5 * ERROR
     assert len(contacts_of(surveyed(WALL).replace(**values)).first) == 53
-    assert "survey" not in message(WALL)
+    assert "survey" not in refusal(WALL)
 
 
 @pytest.mark.parametrize(
@@ -98,7 +92,7 @@ def test_overlaps_of_a_survey_are_advised_to_set_both(error, meant):
     """The tolerance that closes all gaps exceeds 1 % of the width of a brick. Overlaps deeper than this width
     may be intended too."""
     scene = surveyed(drawn_to_touch(WALL), error)
-    text = message(scene)
+    text = refusal(scene)
     assert meant in text
     _, _, survey = text.partition("if the drawing is a survey" if error == ERROR else "move the blocks apart")
     values = {option: advised(survey, option) for option in ("contact_tolerance", "tolerance")}
@@ -199,13 +193,13 @@ def test_a_tolerance_that_hides_the_joints_of_a_survey_is_lowered():
     """Sides of 0.3 m are narrower than ten times a tolerance of 0.06. The gaps of up to 2 mm are not the
     cause."""
     scene = ring(0.0, tolerance=0.06)
-    text = message(scene)
+    text = refusal(scene)
     assert "its sides that face 'v1' are narrower than ten times 'tolerance': lower 'tolerance' to" in text
     assert len(contacts_of(scene.replace(tolerance=advised(text, "tolerance"))).first) == 16
 
 
 def test_a_tolerance_is_replaced_or_removed_but_not_both():
-    text = message(ring(0.01, tolerance=0.06))
+    text = refusal(ring(0.01, tolerance=0.06))
     assert "also set 'tolerance' to" in text
     assert "and otherwise remove 'tolerance'" in text
     assert text.count("remove") == 1
@@ -215,5 +209,5 @@ def test_a_tolerance_is_replaced_or_removed_but_not_both():
 @pytest.mark.filterwarnings("error")
 def test_edges_at_faces_narrower_than_the_tolerance_form_no_contact():
     """Such an edge has one face, so the sector that its block occupies is not known."""
-    text = message(ring(0.0, tolerance=0.03, contact_tolerance=0.03))
+    text = refusal(ring(0.0, tolerance=0.03, contact_tolerance=0.03))
     assert "narrower than ten times 'tolerance'" in text
