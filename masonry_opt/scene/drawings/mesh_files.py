@@ -16,7 +16,7 @@ from masonry_opt.scene.blocks import LARGEST_NUMBER
 from masonry_opt.scene.drawings import stones
 from masonry_opt.scene.drawings.gltf_files import read_gltf
 from masonry_opt.scene.drawings.meshes import Mesh, used
-from masonry_opt.scene.drawings.surfaces import shells
+from masonry_opt.scene.drawings.surfaces import divide_into_surfaces
 from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import as_path, broken, library, read_bytes
@@ -211,7 +211,7 @@ def _meshes_as_blocks(path: Path, drawing: MeshDrawing) -> list[Mesh]:
     Raises CaseError if the ending of the file's name is not the ending of a mesh format.
     """
     meshes = _meshes(as_path(path, "a mesh", *MESHES), drawing)
-    return shells(meshes[0]) if len(meshes) == 1 else meshes
+    return divide_into_surfaces(meshes[0]) if len(meshes) == 1 else meshes
 
 
 def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:

@@ -15,8 +15,8 @@ from masonry_opt.errors import CaseError, DrawingWarning, listed, printable, sho
 from masonry_opt.files import is_replaceable
 from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Positive, Record
 from masonry_opt.scene.drawings.convex_parts import convex_solids
-from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, area_vector, refuse_holes, used
-from masonry_opt.scene.drawings.surfaces import count_bodies, with_one_face
+from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, area_vector, refuse_holes, used, with_one_face
+from masonry_opt.scene.drawings.surfaces import count_outer_surfaces
 from masonry_opt.scene.geometry import NEAR_MISS, RELATIVE_TOLERANCE
 from masonry_opt.scene.joints import Friction, JointDefaults
 from masonry_opt.scene.scene import Scene
@@ -224,7 +224,7 @@ def _warn_of_several_surfaces(path: Path, meshes: Sequence[Mesh]) -> None:
     """
     if path.is_file() and is_replaceable(path):
         return
-    count = {mesh.name: count_bodies(mesh) for mesh in meshes if not mesh.fixed}
+    count = {mesh.name: count_outer_surfaces(mesh) for mesh in meshes if not mesh.fixed}
     several = [f"'{name}' ({number} surfaces)" for name, number in count.items() if number > 1]
     if not several:
         return
