@@ -12,6 +12,7 @@ import numpy as np
 from pydantic import ConfigDict
 
 from masonry_opt.errors import DrawingWarning, counted, listed, printable
+from masonry_opt.files import is_written_by_package
 from masonry_opt.scene.blocks import LARGEST_NUMBER
 from masonry_opt.scene.drawings import stones
 from masonry_opt.scene.drawings.gltf_files import read_gltf
@@ -241,7 +242,8 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
     # Nodes of a glTF file may have equal names. In files of other formats, only blocks without a name, which
     # receive the name of the file, are numbered.
     meshes = _with_numbers(meshes, lambda name: ending in _UP_AXES or name == path.stem)
-    return [replace(mesh, points=mesh.points @ axes) for mesh in meshes]
+    is_exported = is_written_by_package(path)
+    return [replace(mesh, points=mesh.points @ axes, is_exported=is_exported) for mesh in meshes]
 
 
 def _with_numbers(meshes: Sequence[Mesh], is_numbered: Callable[[str], bool]) -> list[Mesh]:

@@ -46,6 +46,7 @@ class Mesh:
     faces: list[list[int]]  #: indices of the corners of each face, in order around the face
     fixed: bool = False  #: True for a support
     layers: str = ""  #: names of the layers on which the block is drawn
+    is_exported: bool = False  #: True if this package wrote the mesh, whose surfaces are convex parts
 
     @property
     def flat(self) -> bool:

@@ -149,18 +149,19 @@ def test_a_node_with_a_wrong_transformation_is_not_valid_gltf(tmp_path, wrong):
         read(tmp_path, "stones.glb", data, fixed_below=-0.5)
 
 
-@pytest.mark.parametrize("ending", ["json", "obj", "glb"])
+@pytest.mark.parametrize("ending", ["json", "obj", "glb", "folder"])
 def test_the_parts_of_an_exported_stone_are_no_stones(tmp_path, ending):
     """The package writes the convex parts of a notched stone as closed surfaces."""
     notched = mo.Block(name="stone", vertices=[(0, 0), (3, 0), (3, 2), (2, 2), (2, 1), (0, 1)], weight=1)
     floor = mo.Block(name="fixed floor", vertices=[(-1, -1), (4, -1), (4, 0), (-1, 0)], fixed=True)
     scene = mo.extrude(mo.Scene(joints={"friction": 0.6}, blocks=[notched, floor]), 1.0)
-    path = tmp_path / f"scene.{ending}"
-    mo.export(scene, path)
+    path = tmp_path if ending == "folder" else tmp_path / f"scene.{ending}"
+    mo.export(scene, tmp_path / f"scene.{'obj' if ending == 'folder' else ending}")
     reader = mo.read_compas if ending == "json" else mo.read_mesh
+    supports = {"fixed_below": -0.5} if ending == "folder" else {"fixed": ["fixed floor"]}
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert len(reader(path, **GIVEN, fixed=["fixed floor"]).blocks) == 2
+        assert len(reader(path, **GIVEN, **supports).blocks) == 2
 
 
 def reversed_faces(faces):
