@@ -96,6 +96,40 @@ def test_nodes_without_a_name_of_their_own_are_numbered(tmp_path):
         assert [block.name for block in scene.blocks] == names
 
 
+def obj_of(*named):
+    """Return an OBJ file of pairs of a name, which may be empty or repeated, and a shape."""
+    data = obj({f"#{number}": shape for number, (_, shape) in enumerate(named)})
+    for number, (name, _) in enumerate(named):
+        data = data.replace(f"o #{number}\n".encode(), f"o {name}\n".encode())
+    return data
+
+
+@pytest.mark.parametrize("name", ["wall.obj", "other.obj"])
+def test_equal_names_are_refused_in_a_file_of_any_name(tmp_path, name):
+    data = obj_of(("wall", LOW), ("wall", HIGH), ("fixed", GROUND))
+    with pytest.raises(mo.CaseError, match="two blocks are named 'wall': rename one of them"):
+        read(tmp_path, name, data)
+
+
+def test_numbers_of_blocks_without_a_name_skip_existing_names(tmp_path):
+    shapes = [box((x, x + 1), (0, 1), (0, 1)) for x in (0, 2, 4, 6)]
+    named = zip(("", "a-0", "", "a", "fixed"), [*shapes, GROUND], strict=True)
+    scene = read(tmp_path, "a.obj", obj_of(*named))
+    assert [block.name for block in scene.blocks] == ["a-1", "a-0", "a-2", "a", "fixed"]
+
+
+def test_numbers_of_nodes_skip_existing_names(tmp_path):
+    """The names of nodes in glTF files need not differ."""
+    corners, faces = LOW
+    triangles = [three for a, b, c, d in faces for three in ((a, b, c), (a, c, d))]
+    nodes = [
+        {"mesh": 0, "name": name, "translation": [2 * number, 0, 0]}
+        for number, name in enumerate(["a", "a-0", "a", "fixed"])
+    ]
+    scene = read(tmp_path, "s.glb", glb(nodes, [[(corners, triangles)]]), up="z")
+    assert [block.name for block in scene.blocks] == ["a-1", "a-0", "a-2", "fixed"]
+
+
 def test_all_repeated_names_are_listed(tmp_path):
     one, other = (obj({"a": shape, "b": GROUND}) for shape in (LOW, HIGH))
     with pytest.raises(mo.CaseError, match="several blocks have the same name: a, b: give each block"):
