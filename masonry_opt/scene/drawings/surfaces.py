@@ -87,8 +87,12 @@ def _triangles(surface: Mesh) -> np.ndarray:
 
 def _is_two_sided(faces: list[list[int]]) -> bool:
     """Return True if the faces contain each face in both orientations."""
-    forwards = {from_smallest(face) for face in faces}
-    return bool(faces) and forwards == {from_smallest(face[::-1]) for face in faces}
+    return bool(faces) and _has_reverses({from_smallest(face) for face in faces}, faces)
+
+
+def _has_reverses(keys: set[tuple[int, ...]], faces: list[list[int]]) -> bool:
+    """Return True if the set of keys contains the key of the reverse of each face."""
+    return all(from_smallest(face[::-1]) in keys for face in faces)
 
 
 def _successive_surfaces(faces: dict[int, list[int]]) -> list[list[int]] | None:
@@ -154,8 +158,7 @@ def _is_around_blocks(points: np.ndarray, faces: list[list[int]], keys: set[tupl
     Such a surface is oriented inwards, and the mesh has the reverse of each of its faces. ``keys`` has the
     keys of all faces of the mesh. A flat polygon also has each face in both orientations, but is a block.
     """
-    has_reverses = keys.issuperset(from_smallest(face[::-1]) for face in faces)
-    return has_reverses and not _is_two_sided(faces) and volume(points, faces) < 0
+    return _has_reverses(keys, faces) and not _is_two_sided(faces) and volume(points, faces) < 0
 
 
 def _are_oriented_inconsistently(faces: list[list[int]], edges: dict[Edge, list[int]]) -> bool:
