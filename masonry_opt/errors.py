@@ -42,9 +42,12 @@ def rounded_down(value: float, digits: int = 3) -> str:
     return rounded(floor(value / unit) * unit, digits)
 
 
-def counted(number: int, noun: str) -> str:
-    """Return a number with a noun in singular or plural, such as "1 hole" or "2 holes"."""
-    return f"{number} {noun}{'' if number == 1 else 's'}"
+def counted(number: int, noun: str, plural: str = "") -> str:
+    """Return a number with a noun in singular or plural, such as "1 hole" or "2 holes".
+
+    ``plural`` is the plural of a noun that does not form its plural with -s, such as "entities".
+    """
+    return f"{number} {noun if number == 1 else plural or f'{noun}s'}"
 
 
 def remainder(count: int, most: int, noun: str = "") -> str:

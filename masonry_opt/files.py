@@ -206,9 +206,14 @@ def refuse_replacing(path: Path, force: bool = False) -> None:
 
 
 def is_replaceable(path: Path) -> bool:
-    """Return True if a file is empty, or if this package wrote it.
+    """Return True if a file is empty, or if this package wrote it."""
+    return is_written_by_package(path) or (path.is_file() and not path.stat().st_size)
 
-    A file of this package is recognised by its recorded digest, or by a mark that names the package.
+
+def is_written_by_package(path: Path) -> bool:
+    """Return True if this package wrote a file.
+
+    The file is recognised by its recorded digest, or by a mark that names the package.
     """
     if not path.is_file():
         # The path is no regular file: it is a pipe, a device, or a link to a missing file.
@@ -218,6 +223,8 @@ def is_replaceable(path: Path) -> bool:
         return True
     marked = path.with_suffix(".nl") if path.suffix.lower() in _NAME_LISTS else path
     mark = _MARKS.get(marked.suffix.lower())
+    if mark is None:
+        return False
     try:
         with marked.open("rb") as stream:
             data = stream.read(_SEARCHED_BYTES)
@@ -227,7 +234,7 @@ def is_replaceable(path: Path) -> bool:
                 data += stream.read()
     except OSError:
         return False
-    return not data or (mark is not None and re.search(mark.encode(), data, re.DOTALL) is not None)
+    return re.search(mark.encode(), data, re.DOTALL) is not None
 
 
 def _recorded(folder: Path) -> dict[str, list[str]]:

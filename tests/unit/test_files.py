@@ -11,6 +11,7 @@ from scenes import run_command, solved, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.errors import OptionError
+from masonry_opt.files import is_replaceable, is_written_by_package
 
 FOREIGN = b"mine: written by hand, not by masonry_opt\n"
 
@@ -52,6 +53,14 @@ def test_its_own_files_are_replaced_and_others_only_by_force(tmp_path, name):
         with pytest.raises(OptionError):
             write(path)
     assert b"masonry_opt" in written or name in ("b.PDF", "e.dxf")
+
+
+@pytest.mark.parametrize("name", ["b.svg", "d.nl", "d.row", "x.stl"])
+def test_an_empty_file_may_be_replaced_but_was_not_written_by_the_package(tmp_path, name):
+    path = tmp_path / name
+    path.touch()
+    assert is_replaceable(path)
+    assert not is_written_by_package(path)
 
 
 def test_what_no_file_is_is_not_replaced(tmp_path):

@@ -3,6 +3,7 @@
 import ast
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import shapely
 from pydantic import ConfigDict
 
 from masonry_opt.errors import CaseError
+from masonry_opt.files import is_written_by_package
 from masonry_opt.scene.blocks import Block, Number
 from masonry_opt.scene.drawings import stones
 from masonry_opt.scene.drawings.meshes import Mesh, area_vector, polyhedron, refuse_holes
@@ -106,7 +108,9 @@ def read_compas(  # noqa: PLR0913 - options of the public API are keywords
     given = locals() | {"along": _UNIT_VECTORS.get(along, along) if isinstance(along, str) else along}
     supports = stones.Supports(fixed=list(fixed), fixed_below=fixed_below)
     with stones.naming(f"{path}:"):
-        meshes = stones.with_supports(_meshes(data), supports)
+        is_exported = is_written_by_package(path)
+        drawn = [replace(mesh, is_exported=is_exported) for mesh in _meshes(data)]
+        meshes = stones.with_supports(drawn, supports)
         if not space:
             flat = CompasDrawing.of(given)
             try:

@@ -181,11 +181,13 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
         found, copies = _outlines(curves, float(np.hypot(*extent)), drawing, defects)
         defects.refuse()
         if not found:
-            raise ValueError(f"the model space contains no closed outline{dxf_layers.known(document, shown)}")
+            raise ValueError(
+                f"the model space contains no closed outline{dxf_layers.describe_layers(document, shown)}"
+            )
         live_of_layer = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
         # Live loads are multiples of the weights. The multiple may depend on the layer of a block.
         pushes = [live_of_layer.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
-        unread = dxf_layers.unread(document, drawn, drawing.layers, drawing.without_layers)
+        unread = dxf_layers.find_unread(document, drawn, drawing.layers, drawing.without_layers)
         blocks: Sequence[Block | Solid] = _blocks(found, _names(found, shown, scale), drawing, unread)
         if drawing.thickness is not None:
             flat = stones.scene_of(blocks, drawing, path)

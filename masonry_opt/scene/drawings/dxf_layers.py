@@ -7,6 +7,15 @@ from typing import Any
 from masonry_opt.errors import counted
 from masonry_opt.scene.drawings import outlines, stones
 
+#: Advice on how to read a layer, by the reason why the layer was not read.
+_ADVICE = {
+    "frozen": "thaw the layer, or turn it on, in the drawing",
+    "off": "thaw the layer, or turn it on, in the drawing",
+    "--without-layer": "remove the layer from 'without_layers' (--without-layer)",
+    "not named with --layer": "read the layer too, with 'layers' (--layer)",
+    "no outlines": "draw the supports on the layer as closed outlines",
+}
+
 
 def select(
     document: Any, shown: list[Any], layers: Collection[str] | None, without_layers: Collection[str]
@@ -29,13 +38,13 @@ def select(
                 reason = hidden[layer.casefold()]
                 raise ValueError(f"{mistake} is {reason}: {how_to_read(reason)}")
             if layer.casefold() not in hidden:
-                raise ValueError(f"{mistake} is empty or does not exist{known(document, shown)}")
+                raise ValueError(f"{mistake} is empty or does not exist{describe_layers(document, shown)}")
     selected = {layer.casefold() for layer in layers or drawn}
     selected -= {layer.casefold() for layer in without_layers}
     return [entity for entity, layer in zip(shown, drawn, strict=True) if layer in selected]
 
 
-def unread(
+def find_unread(
     document: Any, drawn: list[Any], layers: Collection[str] | None, without_layers: Collection[str]
 ) -> dict[str, str]:
     """Return the names of the layers that were not read, each with the reason.
@@ -59,12 +68,8 @@ def unread(
 
 
 def how_to_read(reason: str) -> str:
-    """Return advice on how to read a layer that was left out for a given reason."""
-    if reason in ("frozen", "off"):
-        return "thaw the layer, or turn it on, in the drawing"
-    if reason == "--without-layer":
-        return "read the layer too"
-    return "read the layer too, with 'layers' (--layer)"
+    """Return advice on how to read a layer of supports that was left out for a given reason."""
+    return _ADVICE[reason]
 
 
 def report(drawn: list[Any], left_out: Mapping[str, str], support_words: Iterable[str]) -> list[str]:
@@ -87,29 +92,24 @@ def has_word(name: str, words: Iterable[str]) -> bool:
     return any(word.casefold() in name.casefold() for word in words)
 
 
-def known(document: Any, shown: list[Any]) -> str:
+def describe_layers(document: Any, shown: list[Any]) -> str:
     """Return the end of a message: the names of all layers with visible entities.
 
-    If no entity is visible, return the place of the entities that the drawing has.
+    If no entity is visible, the text states where entities are: hidden in the model space, or in a layout.
     """
     layers = sorted({outlines.layer_of(entity) for entity in shown})
     if layers:
         return f" (layers with entities: {stones.listed_names(layers)})"
     if len(document.modelspace()):
-        return " (all its entities or their layers are hidden: show them in the drawing)"
+        return " (all entities of the model space, or their layers, are hidden: show them in the drawing)"
     for layout in document.layouts:
         drawn = [entity for entity in layout if entity.dxftype() != "VIEWPORT"]
         if drawn:
             return (
-                f" (it is empty, but layout '{layout.name}' in the paper space has "
-                f"{_entities(len(drawn))}: move the blocks to the model space)"
+                f" (the model space is empty, but layout '{layout.name}' in the paper space has "
+                f"{counted(len(drawn), 'entity', 'entities')}: move the blocks to the model space)"
             )
     return " (the drawing is empty)"
-
-
-def _entities(number: int) -> str:
-    """Return a count of entities as text, such as "1 entity" or "3 entities"."""
-    return "1 entity" if number == 1 else f"{number} entities"
 
 
 def _curves_on_layers(drawn: list[Any]) -> dict[str, tuple[str, int]]:

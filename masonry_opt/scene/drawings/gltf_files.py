@@ -31,23 +31,14 @@ _FAN = 6
 _MOST_GLTF_CORNERS = 5_000_000
 
 
-def read_gltf(data: bytes, name: str) -> list[Mesh]:
+def read_gltf(data: bytes) -> list[Mesh]:
     """Return the nodes of a glTF file that have a mesh, with their transformations applied.
 
-    Parameters
-    ----------
-    data : bytes
-        The content of the file.
-    name : str
-        Name of meshes whose node has no name.
-
-    Raises
-    ------
-    ValueError
-        If the file is not valid, is compressed, or refers to other files.
+    ``data`` is the content of the file. The name of a mesh is empty if neither its node nor the mesh of the
+    file has a name. Raises ValueError if the file is not valid, is compressed, or refers to other files.
     """
     try:
-        return _Gltf.of(data).meshes(name)
+        return _Gltf.of(data).meshes()
     except (KeyError, IndexError, TypeError, AttributeError, OverflowError, struct.error, RecursionError):
         raise ValueError("the file is not valid glTF: a part is missing; export the blocks again") from None
 
@@ -83,7 +74,7 @@ class _Gltf:
             )
         return cls(tree, binary)
 
-    def meshes(self, name: str) -> list[Mesh]:
+    def meshes(self) -> list[Mesh]:
         """Return one mesh for each node with triangles, with the names of its parent nodes as layers."""
         meshes = []
         corners = 0
@@ -97,8 +88,8 @@ class _Gltf:
                 raise ValueError(f"the file has more than {_MOST_GLTF_CORNERS} corners: simplify the blocks")
             if faces:
                 placed = points @ matrix[:3, :3].T + matrix[:3, 3]
-                own = stones.block_name(str(node.get("name", drawn.get("name", name))))
-                meshes.append(used(own or name, placed, faces, stones.block_name(layers)))
+                own = stones.block_name(str(node.get("name", drawn.get("name", ""))))
+                meshes.append(used(own, placed, faces, stones.block_name(layers)))
         return meshes
 
     def _nodes(self) -> Iterator[tuple[dict[str, Any], np.ndarray, str]]:

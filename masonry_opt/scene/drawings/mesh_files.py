@@ -3,7 +3,8 @@
 import io
 import re
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Literal
@@ -12,11 +13,12 @@ import numpy as np
 from pydantic import ConfigDict
 
 from masonry_opt.errors import DrawingWarning, counted, listed, printable
+from masonry_opt.files import is_written_by_package
 from masonry_opt.scene.blocks import LARGEST_NUMBER
 from masonry_opt.scene.drawings import stones
 from masonry_opt.scene.drawings.gltf_files import read_gltf
 from masonry_opt.scene.drawings.meshes import Mesh, used
-from masonry_opt.scene.drawings.surfaces import shells
+from masonry_opt.scene.drawings.surfaces import divide_into_surfaces
 from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import as_path, broken, library, read_bytes
@@ -141,10 +143,10 @@ def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
     with one line for each file that cannot be read.
     """
     try:
-        visible = [file for file in folder.iterdir() if file.name[0] != "."]
+        visible = _visible_files(folder)
         files = [file for file in visible if _is_mesh(file)]
         size = sum(file.stat().st_size for file in files)
-        subfolders = [each for each in visible if each.is_dir() and any(map(_is_mesh, each.iterdir()))]
+        subfolders = [each for each in visible if each.is_dir() and _has_meshes(each)]
     except OSError as error:
         raise ValueError(f"the folder cannot be read: {error.strerror}") from None
     if not files:
@@ -172,6 +174,22 @@ def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
             meshes.append(replace(mesh, name=name, layers=f"{mesh.name} {mesh.layers}"))
     stones.refuse(mistakes)
     return meshes
+
+
+def _visible_files(folder: Path) -> list[Path]:
+    """Return the files and subfolders of a folder, without hidden ones.
+
+    Raises OSError if the folder cannot be read.
+    """
+    return [file for file in folder.iterdir() if file.name[0] != "."]
+
+
+def _has_meshes(folder: Path) -> bool:
+    """Return True if a folder has visible mesh files. A folder that cannot be read has none."""
+    try:
+        return any(map(_is_mesh, _visible_files(folder)))
+    except OSError:
+        return False
 
 
 def _is_mesh(file: Path) -> bool:
@@ -211,7 +229,7 @@ def _meshes_as_blocks(path: Path, drawing: MeshDrawing) -> list[Mesh]:
     Raises CaseError if the ending of the file's name is not the ending of a mesh format.
     """
     meshes = _meshes(as_path(path, "a mesh", *MESHES), drawing)
-    return shells(meshes[0]) if len(meshes) == 1 else meshes
+    return divide_into_surfaces(meshes[0]) if len(meshes) == 1 else meshes
 
 
 def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
@@ -222,15 +240,16 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
     data = read_bytes(path, _LARGEST_MESH, "simplify the blocks")
     ending = path.suffix.lower()
     if ending == ".obj":
-        meshes = _objects(data, path.stem)
+        meshes = _objects(data)
     elif ending in (".ply", ".stl"):
-        meshes = _triangles(data, ending[1:], path.stem)
+        meshes = _triangles(data, ending[1:])
     else:
-        meshes = read_gltf(data, path.stem)
+        meshes = read_gltf(data)
     if not meshes:
         raise ValueError(
             "the file has no complete faces: export closed surfaces, in the format of the file extension"
         )
+    meshes = _with_names(meshes, path.stem, ending in _UP_AXES)
     for mesh in meshes:
         if not (np.abs(mesh.points) <= LARGEST_NUMBER).all():
             raise ValueError(
@@ -238,31 +257,37 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
             )
     upwards = drawing.up or _UP_AXES.get(ending, "z")
     axes = drawing.scale * _SCENE_AXES[upwards].T
-    # Nodes of a glTF file may have equal names. In files of other formats, only blocks without a name, which
-    # receive the name of the file, are numbered.
-    meshes = _with_numbers(meshes, lambda name: ending in _UP_AXES or name == path.stem)
-    return [replace(mesh, points=mesh.points @ axes) for mesh in meshes]
+    is_exported = is_written_by_package(path)
+    return [replace(mesh, points=mesh.points @ axes, is_exported=is_exported) for mesh in meshes]
 
 
-def _with_numbers(meshes: Sequence[Mesh], is_numbered: Callable[[str], bool]) -> list[Mesh]:
-    """Append numbers, from 0 on, to equal names for which the function ``is_numbered`` returns True."""
+def _with_names(meshes: Sequence[Mesh], default: str, are_repeated_numbered: bool) -> list[Mesh]:
+    """Return meshes that all have a name.
+
+    A mesh without a name is named ``default``. If several meshes have no name, or if another mesh has the
+    default name, a number is appended: "default-0", "default-1" and so on. Numbers are skipped if another
+    mesh has the resulting name. If ``are_repeated_numbered`` is True, as for nodes of glTF files, numbers are
+    also appended to equal names.
+    """
     names = [mesh.name for mesh in meshes]
-    count = dict.fromkeys(filter(is_numbered, repeated(names)), 0)
-    numbered = []
+    numbered = set(repeated(names)) if are_repeated_numbered else set()
+    if names.count("") > 1 or default in names:
+        numbered.add("")
+    count: Counter[str] = Counter()
+    named = []
     for mesh in meshes:
-        name = mesh.name
-        if name in count:
-            mesh = replace(mesh, name=f"{name}-{count[name]}")
-            count[name] += 1
-        numbered.append(mesh)
-    return numbered
+        base = name = mesh.name or default
+        while mesh.name in numbered and (name == base or name in names):
+            name = f"{base}-{count[base]}"
+            count[base] += 1
+        named.append(replace(mesh, name=name))
+    return named
 
 
-def _objects(data: bytes, name: str) -> list[Mesh]:
+def _objects(data: bytes) -> list[Mesh]:
     """Return the objects of an OBJ file as meshes.
 
-    In a file without objects, return its groups; in a file without groups, return one mesh with the given
-    name.
+    In a file without objects, return its groups; in a file without groups, return one mesh without a name.
 
     Polygons are not divided. Other readers divide a notched polygon into a fan of triangles, which is wrong.
     """
@@ -302,14 +327,11 @@ def _objects(data: bytes, name: str) -> list[Mesh]:
         raise ValueError(
             "the file is not valid OBJ: a face refers to a missing corner; export the blocks again"
         )
-    return [used(key[1] or name, corners, mesh, layers[key]) for key, mesh in faces.items()]
+    return [used(key[1], corners, mesh, layers[key]) for key, mesh in faces.items()]
 
 
-def _triangles(data: bytes, kind: str, name: str) -> list[Mesh]:
-    """Return the meshes of a PLY or STL file. If there is only one mesh, its name is ``name``.
-
-    In a file with several meshes, only meshes without a name have this name.
-    """
+def _triangles(data: bytes, kind: str) -> list[Mesh]:
+    """Return the meshes of a PLY or STL file. If there is only one mesh, it has no name."""
     trimesh = library(
         "trimesh", "reading PLY and STL files needs trimesh: install it with pip install '.[meshes]'"
     )
@@ -319,13 +341,13 @@ def _triangles(data: bytes, kind: str, name: str) -> list[Mesh]:
         # Switch off the processing of trimesh, which would merge the corners of touching blocks.
         scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
         meshes = [
-            (stones.block_name(mesh_name), np.array(mesh.vertices, dtype=float), mesh.faces.tolist())
-            for mesh_name, mesh in scene.geometry.items()
+            (stones.block_name(name), np.array(mesh.vertices, dtype=float), mesh.faces.tolist())
+            for name, mesh in scene.geometry.items()
             if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)
         ]
         for _, points, faces in meshes:
             if not 0 <= np.min(faces) <= np.max(faces) < len(points):
                 raise ValueError("a face refers to a corner that does not exist")
     if len(meshes) == 1:
-        meshes = [(name, *meshes[0][1:])]
-    return [used(mesh_name or name, points, faces) for mesh_name, points, faces in meshes]
+        meshes = [("", *meshes[0][1:])]
+    return [used(name, points, faces) for name, points, faces in meshes]

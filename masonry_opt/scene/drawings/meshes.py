@@ -2,13 +2,13 @@
 
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
 
 from masonry_opt.errors import rounded
-from masonry_opt.scene.rows import linked, spaces, steps_round, turned
+from masonry_opt.scene.rows import first_alike, linked, spaces, steps_round, turned
 from masonry_opt.scene.space.faces import place
 
 #: A face is merged with a side if the distance of its corners from the plane of the side is at most this
@@ -28,6 +28,10 @@ _LEAST_NORMAL_SPREAD = 0.02
 #: belong to different sides.
 _PARALLEL_COSINE = 0.9
 
+#: Largest distance of a corner from the plane of a flat mesh, relative to the extent of the mesh. With a
+#: larger value, thin blocks would count as flat.
+_FLATNESS = 1e-5
+
 FEWEST_SIDES = 4  #: Smallest number of sides of a solid, as for a tetrahedron.
 
 Edge = tuple[int, int]
@@ -42,6 +46,7 @@ class Mesh:
     faces: list[list[int]]  #: indices of the corners of each face, in order around the face
     fixed: bool = False  #: True for a support
     layers: str = ""  #: names of the layers on which the block is drawn
+    is_exported: bool = False  #: True if this package wrote the mesh, whose surfaces are convex parts
 
     @property
     def flat(self) -> bool:
@@ -140,6 +145,26 @@ def area_vector(corners: np.ndarray) -> np.ndarray:
     """
     around = corners[1:] - corners[0]
     return _cross(around[:-1], around[1:]).sum(axis=0) / 2
+
+
+def with_one_face(mesh: Mesh) -> Mesh:
+    """Return a flat mesh with its outline as its single face. Any other mesh is returned unchanged.
+
+    Programs divide a flat polygon into triangles, for example the ground.
+    """
+    off = mesh.points - mesh.points.mean(axis=0)
+    normal = np.linalg.svd(off, full_matrices=False)[2][-1]
+    if mesh.flat or np.abs(off @ normal).max() > _FLATNESS * np.ptp(off, axis=0).max():
+        return mesh
+    faces = merge_equal_corners(mesh)
+    upwards = [face if area_vector(mesh.points[face]) @ normal > 0 else face[::-1] for face in faces]
+    edges = {edge for face in upwards for edge in steps_round(face)}
+    outline = [(tail, tip) for tail, tip in edges if (tip, tail) not in edges]
+    following = dict(outline)
+    if len(following) < len(outline):
+        return mesh
+    rings = rings_of(following)
+    return replace(mesh, faces=rings) if len(rings) == 1 else mesh
 
 
 def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
@@ -269,20 +294,34 @@ def used(name: str, points: np.ndarray, faces: list[list[int]], layers: str = ""
 
 
 def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:
-    """Join corners that are nearer to each other than the tolerance, and return the resulting faces.
+    """Join corners that are nearer to each other than the tolerance, and return the distinct faces."""
+    first = first_near(points, tolerance).tolist()
+    return [*distinct_faces([[first[corner] for corner in face] for face in faces]).values()]
+
+
+def merge_equal_corners(mesh: Mesh) -> list[list[int]]:
+    """Return the faces of a mesh, in which the first of several equal corners replaces the others."""
+    first = first_alike(mesh.points).tolist()
+    return [[first[corner] for corner in face] for face in mesh.faces]
+
+
+def distinct_faces(faces: list[list[int]]) -> dict[int, list[int]]:
+    """Return a dict from the index of each distinct face to its corners, without repeated successive corners.
 
     Faces with fewer than three corners are left out, and so are repetitions of a face.
     """
-    first = first_near(points, tolerance).tolist()
-    renamed = [[first[number] for number in face] for face in faces]
-    rings = [[corner for corner, after in steps_round(ring) if corner != after] for ring in renamed]
-    distinct: dict[tuple[int, ...], list[int]] = {}
-    for ring in rings:
+    distinct: dict[tuple[int, ...], tuple[int, list[int]]] = {}
+    for number, face in enumerate(faces):
+        ring = [corner for corner, after in steps_round(face) if corner != after]
         if len(set(ring)) > 2:
-            # Begin at the smallest corner, so that repetitions of a face have one key.
-            start = ring.index(min(ring))
-            distinct.setdefault((*ring[start:], *ring[:start]), ring)
-    return list(distinct.values())
+            distinct.setdefault(from_smallest(ring), (number, ring))
+    return dict(distinct.values())
+
+
+def from_smallest(ring: list[int]) -> tuple[int, ...]:
+    """Return the corners of a face, beginning at the smallest index: a key that is equal for equal faces."""
+    start = ring.index(min(ring))
+    return (*ring[start:], *ring[:start])
 
 
 def first_near(points: np.ndarray, tolerance: float) -> np.ndarray:

@@ -12,11 +12,10 @@ import shapely
 from pydantic import ConfigDict
 
 from masonry_opt.errors import CaseError, DrawingWarning, listed, printable, shortened
-from masonry_opt.files import is_replaceable
 from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Positive, Record
 from masonry_opt.scene.drawings.convex_parts import convex_solids
-from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, area_vector, refuse_holes, used
-from masonry_opt.scene.drawings.surfaces import count_bodies, with_one_face
+from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, area_vector, refuse_holes, used, with_one_face
+from masonry_opt.scene.drawings.surfaces import count_outer_surfaces
 from masonry_opt.scene.geometry import NEAR_MISS, RELATIVE_TOLERANCE
 from masonry_opt.scene.joints import Friction, JointDefaults
 from masonry_opt.scene.scene import Scene
@@ -219,12 +218,11 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
 def _warn_of_several_surfaces(path: Path, meshes: Sequence[Mesh]) -> None:
     """Issue a DrawingWarning that names movable blocks of several closed surfaces.
 
-    Such a block is probably several stones, which the modelling program joined or wrote as one layer. Files
-    of this package are not checked, because they describe the convex parts of a block as closed surfaces.
+    Such a block is probably several stones, which the modelling program joined or wrote as one layer. Meshes
+    that this package wrote are not checked, because their closed surfaces are the convex parts of a block.
     """
-    if path.is_file() and is_replaceable(path):
-        return
-    count = {mesh.name: count_bodies(mesh) for mesh in meshes if not mesh.fixed}
+    checked = [mesh for mesh in meshes if not mesh.fixed and not mesh.is_exported]
+    count = {mesh.name: count_outer_surfaces(mesh) for mesh in checked}
     several = [f"'{name}' ({number} surfaces)" for name, number in count.items() if number > 1]
     if not several:
         return

@@ -1,97 +1,112 @@
 """Divide meshes into their closed surfaces, each of which may be a stone."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator
-from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
 from masonry_opt.scene.drawings.meshes import (
+    FEWEST_SIDES,
     Edge,
     Mesh,
     across,
-    area_vector,
     by_edge,
-    rings_of,
+    distinct_faces,
+    from_smallest,
+    merge_equal_corners,
+    outwards,
     used,
     volume,
 )
+from masonry_opt.scene.drawings.winding import fan, winding_number
 from masonry_opt.scene.rows import linked, steps_round
 
 #: Angle between two faces at a common edge, in radians, below which the faces count as coincident.
 _COINCIDENT_ANGLE = 1e-4
 
-#: Largest distance of a corner from the plane of a flat mesh, relative to the extent of the mesh. With a
-#: larger value, thin blocks would count as flat.
-_FLATNESS = 1e-5
 
-
-def shells(mesh: Mesh) -> list[Mesh]:
+def divide_into_surfaces(mesh: Mesh) -> list[Mesh]:
     """Divide a mesh into its closed surfaces, which may touch each other. Each surface is a block.
 
     The blocks are numbered from 0. Successive faces that form a closed surface are one block. If the faces
     have another order, faces with a common edge belong to one block. If more than two faces share an edge,
-    two of these faces belong to one block if no other block lies between them.
+    two of these faces belong to one block if no other block lies between them. If the mesh has faces in both
+    orientations, surfaces around the outside of blocks are left out.
 
     Raises ValueError if the surfaces cannot be separated, because their faces are oriented inconsistently.
     """
-    at, corner = np.unique(mesh.points, axis=0, return_inverse=True)
-    faces = [corner.reshape(-1)[face].tolist() for face in mesh.faces]
-    group = _successive_surfaces(faces)
-    if group is None:
-        group = _connected_surfaces(at, faces)
-    if not group.any():
+    merged = merge_equal_corners(mesh)
+    distinct = distinct_faces(merged)
+    surfaces = None
+    if not _is_two_sided([*distinct.values()]):
+        surfaces = _successive_surfaces(distinct)
+        if surfaces is None:
+            # Touching blocks have a repeated face if their faces are oriented at random.
+            surfaces = _successive_surfaces(dict(enumerate(merged)))
+    if surfaces is None:
+        surfaces = _connected_surfaces(mesh.points, distinct)
+    if len(surfaces) < 2:
         return [mesh]
-    surfaces: list[list[list[int]]] = [[] for _ in range(group.max() + 1)]
-    for number, face in zip(group.tolist(), mesh.faces, strict=True):
-        surfaces[number].append(face)
-    return [used(f"{mesh.name}-{number}", mesh.points, surface) for number, surface in enumerate(surfaces)]
+    return [
+        used(f"{mesh.name}-{number}", mesh.points, [mesh.faces[face] for face in surface])
+        for number, surface in enumerate(surfaces)
+    ]
 
 
-def with_one_face(mesh: Mesh) -> Mesh:
-    """Return a flat mesh with its outline as its single face. Any other mesh is returned unchanged.
+def count_outer_surfaces(mesh: Mesh) -> int:
+    """Return the number of closed surfaces of a mesh, without surfaces that bound a cavity.
 
-    Programs divide a flat polygon into triangles, for example the ground.
+    A surface bounds a cavity if the mean of its corners is inside an odd number of surfaces with a larger
+    bounding box.
     """
-    off = mesh.points - mesh.points.mean(axis=0)
-    normal = np.linalg.svd(off, full_matrices=False)[2][-1]
-    if mesh.flat or np.abs(off @ normal).max() > _FLATNESS * np.ptp(off, axis=0).max():
-        return mesh
-    at, corner = np.unique(mesh.points, axis=0, return_inverse=True)
-    faces = [corner.reshape(-1)[face].tolist() for face in mesh.faces]
-    upwards = [face if area_vector(at[face]) @ normal > 0 else face[::-1] for face in faces]
-    edges = {edge for face in upwards for edge in steps_round(face)}
-    outline = [(tail, tip) for tail, tip in edges if (tip, tail) not in edges]
-    following = dict(outline)
-    if len(following) < len(outline):
-        return mesh
-    rings = rings_of(following)
-    return replace(mesh, points=at, faces=rings) if len(rings) == 1 else mesh
-
-
-def count_bodies(mesh: Mesh) -> int:
-    """Return the number of closed surfaces of a mesh, without surfaces that bound a cavity."""
     try:
-        corners = [surface.points for surface in shells(mesh)]
+        surfaces = divide_into_surfaces(mesh)
     except ValueError:
         return 1
-    low = np.array([points.min(axis=0) for points in corners])
-    high = np.array([points.max(axis=0) for points in corners])
-    is_inside = [((low < low[k]) & (high[k] < high)).all(axis=1).any() for k in range(len(corners))]
-    return len(corners) - sum(is_inside)
+    low = np.array([surface.points.min(axis=0) for surface in surfaces])
+    high = np.array([surface.points.max(axis=0) for surface in surfaces])
+    around = [
+        np.flatnonzero(((low < low[number]) & (high[number] < high)).all(axis=1)).tolist()
+        for number in range(len(surfaces))
+    ]
+    triangles = {number: _triangles(surfaces[number]) for number in set(chain.from_iterable(around))}
+    count = 0
+    for surface, larger in zip(surfaces, around, strict=True):
+        middle = surface.points.mean(axis=0)
+        enclosing = sum(winding_number(middle, triangles[number]) > 0.5 for number in larger)
+        count += enclosing % 2 == 0
+    return count
 
 
-def _successive_surfaces(faces: list[list[int]]) -> np.ndarray | None:
-    """Return the index of each face's surface, or None if successive faces do not form closed surfaces.
+def _triangles(surface: Mesh) -> np.ndarray:
+    """Return the triangles of a closed surface, oriented outwards, shape (triangles, 3, 3)."""
+    faces = outwards(surface.points, merge_equal_corners(surface))
+    return np.concatenate([fan(surface.points[face[0]], surface.points[face]) for face in faces])
 
-    Programs usually write one stone after another.
+
+def _is_two_sided(faces: list[list[int]]) -> bool:
+    """Return True if the faces contain each face in both orientations."""
+    return bool(faces) and _has_reverses({from_smallest(face) for face in faces}, faces)
+
+
+def _has_reverses(keys: set[tuple[int, ...]], faces: list[list[int]]) -> bool:
+    """Return True if the set of keys contains the key of the reverse of each face."""
+    return all(from_smallest(face[::-1]) in keys for face in faces)
+
+
+def _successive_surfaces(faces: dict[int, list[int]]) -> list[list[int]] | None:
+    """Return the indices of the faces of each surface.
+
+    Return None if successive faces do not form closed surfaces of at least four faces each. Programs usually
+    write one stone after another.
     """
-    group: list[int] = []
-    number = 0
+    surfaces: list[list[int]] = []
+    present: list[int] = []
     count: Counter[Edge] = Counter()
     single: set[Edge] = set()  # edges that belong to only one face of the present surface
-    for face in faces:
-        group.append(number)
+    for number, face in faces.items():
+        present.append(number)
         for tail, tip in steps_round(face):
             edge = min(tail, tip), max(tail, tip)
             count[edge] += 1
@@ -99,13 +114,20 @@ def _successive_surfaces(faces: list[list[int]]) -> np.ndarray | None:
                 return None
             single ^= {edge}
         if not single:
-            number += 1
+            if len(present) < FEWEST_SIDES:
+                return None
+            surfaces.append(present)
+            present = []
             count.clear()
-    return None if single else np.array(group)
+    return None if single else surfaces
 
 
-def _connected_surfaces(points: np.ndarray, faces: list[list[int]]) -> np.ndarray:
-    """Return the index of each face's surface, found from the edges that faces share; see :func:`shells`."""
+def _connected_surfaces(points: np.ndarray, distinct: dict[int, list[int]]) -> list[list[int]]:
+    """Return the indices of the faces of each surface, found from the edges that faces share.
+
+    See :func:`divide_into_surfaces`.
+    """
+    faces = list(distinct.values())
     if volume(points, faces) < 0:
         faces = [face[::-1] for face in faces]
     edges = by_edge(faces)
@@ -118,7 +140,25 @@ def _connected_surfaces(points: np.ndarray, faces: list[list[int]]) -> np.ndarra
     for edge, having in edges.items():
         several = len(having) > 2
         links += _through_inside(points, edge, having, faces) if several else [having[:1] + having[-1:]]
-    return linked(len(faces), *np.array(links, dtype=int).reshape(-1, 2).T)
+    group = linked(len(faces), *np.array(links, dtype=int).reshape(-1, 2).T)
+    oriented: dict[int, dict[int, list[int]]] = defaultdict(dict)
+    for surface, number, face in zip(group.tolist(), distinct, faces, strict=True):
+        oriented[surface][number] = face
+    keys = {from_smallest(face) for face in faces}
+    return [
+        list(surface)
+        for surface in oriented.values()
+        if not _is_around_blocks(points, [*surface.values()], keys)
+    ]
+
+
+def _is_around_blocks(points: np.ndarray, faces: list[list[int]], keys: set[tuple[int, ...]]) -> bool:
+    """Return True if a surface is around the outside of blocks that have each face in both orientations.
+
+    Such a surface is oriented inwards, and the mesh has the reverse of each of its faces. ``keys`` has the
+    keys of all faces of the mesh. A flat polygon also has each face in both orientations, but is a block.
+    """
+    return _has_reverses(keys, faces) and not _is_two_sided(faces) and volume(points, faces) < 0
 
 
 def _are_oriented_inconsistently(faces: list[list[int]], edges: dict[Edge, list[int]]) -> bool:

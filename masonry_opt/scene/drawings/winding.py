@@ -12,13 +12,12 @@ def fan_triangles(block: MeshSolid) -> np.ndarray:
     Each edge of a side forms one triangle with the base point of the side. Triangles outside a side, and in
     the holes of a side, cancel each other.
     """
-    triangles = []
-    for side in block.sides:
-        for ring in side.rings:
-            tail = block.points[ring]
-            tip = np.roll(tail, -1, axis=0)
-            triangles.append(np.stack([np.broadcast_to(side.base, tail.shape), tail, tip], axis=1))
-    return np.concatenate(triangles)
+    return np.concatenate([fan(side.base, block.points[ring]) for side in block.sides for ring in side.rings])
+
+
+def fan(apex: np.ndarray, ring: np.ndarray) -> np.ndarray:
+    """Return the triangles between a point and the edges of a polygon, shape (corners, 3, 3)."""
+    return np.stack([np.broadcast_to(apex, ring.shape), ring, np.roll(ring, -1, axis=0)], axis=1)
 
 
 def winding_number(point: np.ndarray, triangles: np.ndarray) -> float:

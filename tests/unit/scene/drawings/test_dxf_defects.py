@@ -247,15 +247,41 @@ def test_the_command_prints_the_size_with_its_unit(tmp_path, command, unit, opti
     assert f"\nsize without supports: {size}\n" in output
 
 
-def test_a_layer_of_supports_that_was_not_read_is_named(tmp_path):
+@pytest.mark.parametrize(
+    ("reason", "advice", "keys"),
+    [
+        ("not named with --layer", "read the layer too, with 'layers' (--layer)", {"layers": ["stones"]}),
+        (
+            "--without-layer",
+            "remove the layer from 'without_layers' (--without-layer)",
+            {"without_layers": ["fixed"]},
+        ),
+        ("frozen", "thaw the layer, or turn it on, in the drawing", {}),
+        ("off", "thaw the layer, or turn it on, in the drawing", {}),
+        ("no outlines", "draw the supports on the layer as closed outlines", {}),
+    ],
+)
+def test_a_layer_of_supports_that_was_not_read_is_named_with_a_remedy(tmp_path, reason, advice, keys):
+    path = drawn(tmp_path / "a.dxf", brick(0, 0), *(() if reason == "no outlines" else [FLOOR]))
+    document = ezdxf.readfile(path)
+    layer = document.layers.add("fixed")
+    if reason == "no outlines":
+        document.modelspace().add_text("on rock", dxfattribs={"layer": "fixed"})
+    elif reason == "frozen":
+        layer.freeze()
+    elif reason == "off":
+        layer.off()
+    document.saveas(path)
+    with pytest.raises(mo.CaseError) as refusal:
+        mo.read_dxf(path, **GIVEN, **keys)
+    assert str(refusal.value).endswith(f"because layer 'fixed' was not read ({reason}): {advice}")
+
+
+def test_a_frozen_layer_that_is_to_be_read_is_refused(tmp_path):
     path = drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0))
-    with pytest.raises(mo.CaseError, match=r"layer 'fixed' was not read .not named with --layer\)"):
-        mo.read_dxf(path, **GIVEN, layers=["stones"])
     document = ezdxf.readfile(path)
     document.layers.add("fixed").freeze()
     document.saveas(path)
-    with pytest.raises(mo.CaseError, match=r"layer 'fixed' was not read .frozen\): thaw the layer"):
-        mo.read_dxf(path, **GIVEN)
     with pytest.raises(mo.CaseError, match=r"'layers' \(--layer\): layer 'fixed' is frozen: thaw the layer"):
         mo.read_dxf(path, **GIVEN, layers=["stones", "fixed"])
 
@@ -401,9 +427,10 @@ def test_a_drawing_in_the_paper_space_is_found(tmp_path):
     for layout, corners in (("Layout1", FLOOR[1]), ("Layout1", brick(0, 0)[1])):
         document.layout(layout).add_lwpolyline(corners, close=True)
     document.saveas(tmp_path / "a.dxf")
-    message = "it is empty, but layout 'Layout1' in the paper space has 2 entities: move the blocks"
-    with pytest.raises(mo.CaseError, match=message):
-        mo.read_dxf(tmp_path / "a.dxf", **GIVEN)
+    message = "the model space is empty, but layout 'Layout1' in the paper space has 2 entities: move the bl"
+    for keys in ({}, {"layers": ["stones"]}):
+        with pytest.raises(mo.CaseError, match=message):
+            mo.read_dxf(tmp_path / "a.dxf", **GIVEN, **keys)
 
 
 def test_a_drawing_whose_layers_are_all_hidden_is_not_called_empty(tmp_path):
@@ -412,7 +439,7 @@ def test_a_drawing_whose_layers_are_all_hidden_is_not_called_empty(tmp_path):
     for name in ("fixed", "stones"):
         document.layers.add(name).off()
     document.saveas(path)
-    with pytest.raises(mo.CaseError, match="all its entities or their layers are hidden: show them"):
+    with pytest.raises(mo.CaseError, match="all entities of the model space, or their layers, are hid"):
         mo.read_dxf(path, **GIVEN)
 
 

@@ -1,6 +1,8 @@
 """Folders of meshes with one stone in each file, and glTF files."""
 
 import json
+import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -60,6 +62,24 @@ def test_files_of_formats_that_cannot_be_read_are_named(folder):
     (warning,) = warned
     names = "'stone_3.DAE', 'stone_4.blend', 'stone_11.fbx' and 1 more"
     assert f"4 files of other formats were left out: {names}" in str(warning.message)
+
+
+def test_a_subfolder_that_cannot_be_read_has_no_meshes(folder, monkeypatch):
+    """Hidden files of a subfolder are not meshes either."""
+    (folder / "locked").mkdir()
+    (folder / "hidden").mkdir()
+    (folder / "hidden" / "._stone.ply").write_bytes(b"not a mesh")
+    files_of = Path.iterdir
+
+    def iterdir(self):
+        if self.name == "locked":
+            raise PermissionError(13, "Permission denied")
+        return files_of(self)
+
+    monkeypatch.setattr(Path, "iterdir", iterdir)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(mo.read_mesh(folder, **GIVEN).blocks) == 3
 
 
 def test_the_command_line_prints_a_warning_about_a_drawing_once(folder, tmp_path, monkeypatch, capsys):

@@ -5,7 +5,7 @@ import warnings
 
 import numpy as np
 import pytest
-from meshes import box, glb, obj, ply, stl
+from meshes import box, glb, obj, ply, prism, stl
 
 import masonry_opt as mo
 from masonry_opt.errors import DrawingWarning
@@ -96,6 +96,40 @@ def test_nodes_without_a_name_of_their_own_are_numbered(tmp_path):
         assert [block.name for block in scene.blocks] == names
 
 
+def obj_of(*named):
+    """Return an OBJ file of pairs of a name, which may be empty or repeated, and a shape."""
+    data = obj({f"#{number}": shape for number, (_, shape) in enumerate(named)})
+    for number, (name, _) in enumerate(named):
+        data = data.replace(f"o #{number}\n".encode(), f"o {name}\n".encode())
+    return data
+
+
+@pytest.mark.parametrize("name", ["wall.obj", "other.obj"])
+def test_equal_names_are_refused_in_a_file_of_any_name(tmp_path, name):
+    data = obj_of(("wall", LOW), ("wall", HIGH), ("fixed", GROUND))
+    with pytest.raises(mo.CaseError, match="two blocks are named 'wall': rename one of them"):
+        read(tmp_path, name, data)
+
+
+def test_numbers_of_blocks_without_a_name_skip_existing_names(tmp_path):
+    shapes = [box((x, x + 1), (0, 1), (0, 1)) for x in (0, 2, 4, 6)]
+    named = zip(("", "a-0", "", "a", "fixed"), [*shapes, GROUND], strict=True)
+    scene = read(tmp_path, "a.obj", obj_of(*named))
+    assert [block.name for block in scene.blocks] == ["a-1", "a-0", "a-2", "a", "fixed"]
+
+
+def test_numbers_of_nodes_skip_existing_names(tmp_path):
+    """The names of nodes in glTF files need not differ."""
+    corners, faces = LOW
+    triangles = [three for a, b, c, d in faces for three in ((a, b, c), (a, c, d))]
+    nodes = [
+        {"mesh": 0, "name": name, "translation": [2 * number, 0, 0]}
+        for number, name in enumerate(["a", "a-0", "a", "fixed"])
+    ]
+    scene = read(tmp_path, "s.glb", glb(nodes, [[(corners, triangles)]]), up="z")
+    assert [block.name for block in scene.blocks] == ["a-1", "a-0", "a-2", "fixed"]
+
+
 def test_all_repeated_names_are_listed(tmp_path):
     one, other = (obj({"a": shape, "b": GROUND}) for shape in (LOW, HIGH))
     with pytest.raises(mo.CaseError, match="several blocks have the same name: a, b: give each block"):
@@ -132,7 +166,9 @@ def test_a_ground_of_two_triangles_is_a_support_as_one_face_is(tmp_path, along):
 def test_a_face_that_is_written_twice_is_read_once(tmp_path):
     corners, faces = LOW
     twice = corners, [*faces, faces[2], faces[0][1:] + faces[0][:1]]
-    scene = read(tmp_path, "a.obj", obj({"low": twice, "fixed": GROUND}))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = read(tmp_path, "a.obj", obj({"low": twice, "fixed": GROUND}))
     assert (
         scene.blocks[0].faces == read(tmp_path, "b.obj", obj({"low": LOW, "fixed": GROUND})).blocks[0].faces
     )
@@ -147,15 +183,79 @@ def test_a_node_with_a_wrong_transformation_is_not_valid_gltf(tmp_path, wrong):
         read(tmp_path, "stones.glb", data, fixed_below=-0.5)
 
 
-@pytest.mark.parametrize("ending", ["json", "obj", "glb"])
+@pytest.mark.parametrize("ending", ["json", "obj", "glb", "folder"])
 def test_the_parts_of_an_exported_stone_are_no_stones(tmp_path, ending):
     """The package writes the convex parts of a notched stone as closed surfaces."""
     notched = mo.Block(name="stone", vertices=[(0, 0), (3, 0), (3, 2), (2, 2), (2, 1), (0, 1)], weight=1)
     floor = mo.Block(name="fixed floor", vertices=[(-1, -1), (4, -1), (4, 0), (-1, 0)], fixed=True)
     scene = mo.extrude(mo.Scene(joints={"friction": 0.6}, blocks=[notched, floor]), 1.0)
-    path = tmp_path / f"scene.{ending}"
-    mo.export(scene, path)
+    path = tmp_path if ending == "folder" else tmp_path / f"scene.{ending}"
+    mo.export(scene, tmp_path / f"scene.{'obj' if ending == 'folder' else ending}")
     reader = mo.read_compas if ending == "json" else mo.read_mesh
+    supports = {"fixed_below": -0.5} if ending == "folder" else {"fixed": ["fixed floor"]}
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert len(reader(path, **GIVEN, fixed=["fixed floor"]).blocks) == 2
+        assert len(reader(path, **GIVEN, **supports).blocks) == 2
+
+
+def reversed_faces(faces):
+    return [face[::-1] for face in faces]
+
+
+@pytest.mark.parametrize("twice", ["each face in succession", "all faces"])
+def test_repeated_faces_are_no_second_stone(tmp_path, twice):
+    corners, faces = LOW
+    repeated = [face for face in faces for _ in range(2)] if twice == "each face in succession" else faces * 2
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = read(tmp_path, "a.obj", obj({"low": (corners, repeated), "fixed": GROUND}))
+        whole = read(tmp_path, "a.stl", stl({"low": (corners, repeated), "fixed": GROUND}), fixed_below=-0.5)
+    for each in (scene, whole):
+        assert len(each.blocks) == 2
+        assert mo.solve(each, "static").required() == pytest.approx(0.7, rel=1e-5)
+
+
+@pytest.mark.parametrize("height", [0.2, 1.5])
+def test_a_stone_in_the_opening_of_another_is_no_cavity(tmp_path, height):
+    """The bounding box of the U contains the stone at the lower height, but the U does not."""
+    upright = [(0, 0), (3, 0), (3, 1), (2, 1), (2, 0.2), (1, 0.2), (1, 1), (0, 1)]
+    corners, faces = prism([(x, 1.2 * z) for x, z in upright], 1.0)
+    stone = box((1.2, 1.8), (0.2, 0.8), (height + 0.1, height + 0.6))
+    with pytest.warns(DrawingWarning, match=r"block 'u' \(2 surfaces\) consists of several"):
+        read(tmp_path, "a.obj", obj({"u": joined((corners, faces), stone), "fixed": GROUND}))
+
+
+def test_a_stone_in_a_cavity_is_a_second_stone(tmp_path):
+    cavity = box((0.2, 0.8), (0.2, 0.8), (0.2, 0.8))
+    stone = box((0.4, 0.6), (0.4, 0.6), (0.4, 0.6))
+    nested = joined(LOW, (cavity[0], reversed_faces(cavity[1])), stone)
+    with pytest.warns(DrawingWarning, match=r"block 'low' \(2 surfaces\) consists of several"):
+        read(tmp_path, "a.obj", obj({"low": nested, "fixed": GROUND}))
+
+
+@pytest.mark.parametrize("size", [1, 2, 12])
+def test_two_sided_triangles_are_read_once(tmp_path, size):
+    """Some programs write each triangle, each pair of triangles or each stone with its reverse.
+
+    The stones touch. The order of the triangles does not matter.
+    """
+
+    def two_sided(shape):
+        corners, faces = shape
+        own = [three for a, b, c, d in faces for three in ((a, b, c), (a, c, d))]
+        pieces = [own[first : first + size] for first in range(0, len(own), size)]
+        return corners, [face for piece in pieces for face in [*piece, *reversed_faces(piece)]]
+
+    shapes = {name: two_sided(shape) for name, shape in (("low", LOW), ("high", HIGH), ("ground", GROUND))}
+    scene = read(tmp_path, "a.stl", stl(shapes), fixed_below=-0.5)
+    assert [block.name for block in scene.blocks] == ["a-0", "a-1", "a-2"]
+    assert mo.solve(scene, "static").required() == pytest.approx(1 / 2, rel=1e-5)
+
+
+def test_a_single_stone_may_have_two_sided_triangles(tmp_path):
+    """A triangle and its reverse are no closed surface of a stone."""
+    corners, faces = box((0, 1), (0, 1), (0.5, 1.5))
+    own = [three for a, b, c, d in faces for three in ((a, b, c), (a, c, d))]
+    low = corners, [face for three in own for face in (three, three[::-1])]
+    scene = read(tmp_path, "a.stl", stl({"low": low, "ground": GROUND}), fixed_below=-0.5)
+    assert [len(block.polyhedra) for block in scene.blocks] == [1, 1]
