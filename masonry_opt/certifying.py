@@ -11,7 +11,6 @@ from masonry_opt.errors import OptionError, printable
 from masonry_opt.methods.running import NO_WORK
 from masonry_opt.problem.arguments import vector
 from masonry_opt.problem.assembly import Assembly, assemble
-from masonry_opt.problem.laws import Parabola
 from masonry_opt.problem.names import ProblemNames
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.case_file import as_scene
@@ -177,10 +176,14 @@ class StateCheck:
         )
 
     def _advice_on_chords(self) -> str:
-        """Return advice on the argument ``crushing`` if forces are outside the chords; otherwise ""."""
+        """Return advice on the argument ``crushing``, or "" if the chords are not the cause.
+
+        The chords are the cause if the forces are outside the chords, and admissible by the parabola.
+        """
         problem = self._scene_problem
         outside = problem.slacks(self.q)[problem.bent].min(initial=0.0)
-        if outside >= -_LIMITS_OF_USERS_STATES.yield_ or isinstance(problem.by_strength, Parabola):
+        least_by_parabola = problem.by_parabola.slacks(self.q).min(initial=0.0)
+        if outside >= -_LIMITS_OF_USERS_STATES.yield_ or least_by_parabola < -_LIMITS_OF_USERS_STATES.yield_:
             return ""
         return (
             "; the yield conditions are chords inside the crushing parabola: if your program uses the "

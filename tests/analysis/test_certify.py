@@ -341,6 +341,23 @@ def test_a_state_by_the_crushing_parabola():
     assert "crushing=" not in str(by_parabola)
 
 
+@pytest.mark.parametrize("factor", [0.5, 1.5])
+def test_forces_outside_the_crushing_parabola_get_no_advice_on_it(factor):
+    """The moment at the joint is scaled, while the normal force stays equal to the weight.
+
+    At 1.5 times the moment of collapse, the forces are outside the parabola. At half of it, they are inside
+    the chords.
+    """
+    scene = block_on_floor().replace(strength=7.3)
+    result = mo.solve(scene, "static")
+    n1, n2, s = result.q
+    moment = factor * (n2 - n1) / 2
+    q = [(n1 + n2) / 2 - moment, (n1 + n2) / 2 + moment, s]
+    check = mo.certify(scene, result.load_factor, q, result.d, associative=True)
+    assert not check.exact
+    assert "crushing=" not in str(check)
+
+
 def test_forces_of_another_shape_have_no_slacks():
     problem = mo.assemble(block_on_floor()).problem
     with pytest.raises(mo.OptionError, match=r"q must be an array of joint forces, shape \(3,\)"):
