@@ -1,5 +1,6 @@
 """Tests that commands have the options of their functions, as signatures and docstrings define them."""
 
+import gc
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -117,3 +118,18 @@ def test_help_fits_into_eighty_columns_with_no_word_cut(name, monkeypatch, capsy
     assert "--incremental" not in output
     (line,) = [line for line in output.splitlines() if "--help " in line]
     assert line.index("Show this message") <= 53
+
+
+@pytest.mark.parametrize("was_enabled", [True, False])
+def test_loading_a_command_leaves_the_garbage_collector_as_it_was(was_enabled):
+    """A program that imports the command line decides itself if garbage is collected, and which objects."""
+    enabled, frozen = gc.isenabled(), gc.get_freeze_count()
+    try:
+        if not was_enabled:
+            gc.disable()
+        load("solve")
+        assert gc.isenabled() == was_enabled
+        assert gc.get_freeze_count() == frozen
+    finally:
+        if enabled:
+            gc.enable()
