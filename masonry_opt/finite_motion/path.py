@@ -21,7 +21,7 @@ from masonry_opt.problem.loads import Forces, by_component
 from masonry_opt.result import Result
 from masonry_opt.solution.motion import joint_motion
 from masonry_opt.solution.reasons import Code, Reason, reason
-from masonry_opt.solution.thresholds import ZERO, same
+from masonry_opt.solution.thresholds import same, zero_limit
 
 #: Largest violation of equilibrium and yield, in the unit of force, at which the forces of displaced blocks
 #: count as admissible.
@@ -131,7 +131,7 @@ class HingingPath:
         # The unit of λ is its value at the onset of collapse, unless this value is zero. The unit of force is
         # the largest load at the onset of collapse.
         onset = result.required()
-        self.unit = onset if onset > ZERO else 1.0
+        self.unit = onset if onset > zero_limit(problem) else 1.0
         largest = max(problem.force_sizes(load).max() for load in (problem.dead, self.unit * problem.live))
         self.blocks = MovedBlocks.of(self.assembly, forces, float(largest), self.unit)
         corners = self.blocks.corner.reshape(-1, 2)

@@ -18,7 +18,7 @@ from masonry_opt.solution.thresholds import (
     MOVES,
     SEPARATES,
     SLIDES,
-    ZERO,
+    zero_limit,
 )
 
 
@@ -180,7 +180,7 @@ def weightless(problem: Problem, load_factor: float, d: np.ndarray) -> bool:
     cancels the weight at some negative load factor. Then the block can move regardless of its joints, so the
     mechanism is not a collapse.
     """
-    if load_factor >= -ZERO:
+    if load_factor >= -zero_limit(problem):
         return False
     speeds = np.abs(problem.by_block(d)).max(axis=1)
     dead, live = problem.by_block(problem.dead), load_factor * problem.by_block(problem.live)

@@ -53,7 +53,8 @@ EQUALITY_TOLERANCE = 1e-6
 #: limit of exact states.
 LEAST_DECREASE = 1e-8
 
-#: Magnitude below which a load factor counts as zero.
+#: Magnitude below which a load factor counts as zero, if the live load does not exceed the dead load. For
+#: larger live loads see :func:`zero_limit`.
 ZERO = 1e-6
 
 #: If the lowest, the incremental and the associative load factor agree after fewer starts, a message says
@@ -74,15 +75,29 @@ def zero_limit(problem: Problem) -> float:
 
     The limit is ``ZERO``, or less if the live load exceeds the dead load: load factors are then small too.
     """
+    return ZERO * load_ratio(problem)
+
+
+def load_ratio(problem: Problem) -> float:
+    """Return the ratio of the dead load to the live load if it is less than 1; otherwise return 1.
+
+    All thresholds of load factors are multiplied by this ratio.
+    """
     dead = float(problem.force_sizes(problem.dead).sum())
-    return ZERO * min(1.0, dead / problem.live_norm) if dead and problem.live_norm else ZERO
+    return min(1.0, dead / problem.live_norm) if dead and problem.live_norm else 1.0
 
 
-def same(one: float, other: float) -> bool:
-    """Return True if two load factors are equal up to the relative difference ``EQUALITY_TOLERANCE``."""
-    return abs(one - other) <= EQUALITY_TOLERANCE * max(abs(one), abs(other), SMALLEST)
+def same(one: float, other: float, ratio: float = 1.0) -> bool:
+    """Return True if two load factors are equal up to the relative difference ``EQUALITY_TOLERANCE``.
+
+    ``ratio`` is the :func:`load_ratio` of their problem.
+    """
+    return abs(one - other) <= EQUALITY_TOLERANCE * max(abs(one), abs(other), SMALLEST * ratio)
 
 
-def is_lower(load_factor: float, than: float) -> bool:
-    """Return True if a load factor is lower than another by more than rounding."""
-    return load_factor < than - LEAST_DECREASE * max(abs(than), SMALLEST)
+def is_lower(load_factor: float, than: float, ratio: float = 1.0) -> bool:
+    """Return True if a load factor is lower than another by more than rounding.
+
+    ``ratio`` is the :func:`load_ratio` of their problem.
+    """
+    return load_factor < than - LEAST_DECREASE * max(abs(than), SMALLEST * ratio)

@@ -22,6 +22,7 @@ from masonry_opt.problem.edges import EdgeFactors
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solution.acceptance import BEYOND_LIMITS, PROVEN_GAP, SMALLEST
+from masonry_opt.solution.thresholds import load_ratio
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 
@@ -425,8 +426,8 @@ class Rising:
                 self.bound, seconds = max(last, min(proven, self.best)), time.perf_counter() - began
                 step = BoundStep(proven, self.of.lowest, self.best, *radii, products, seconds)
                 self.history.append(step)
-                yield step, size, [] if closed(self.bound, self.best) else forces
-                if closed(self.bound, self.best):
+                yield step, size, [] if closed(self._problem, self.bound, self.best) else forces
+                if closed(self._problem, self.bound, self.best):
                     return
                 gains = self.bound - last > _WORTH_REPEATING * (self.best - last)
 
@@ -450,6 +451,6 @@ def sum_of_rates(problem: Problem, d: np.ndarray) -> float:
     return float(EdgeFactors(problem).in_edges(problem.rates(d, problem.dilatancy)).sum())
 
 
-def closed(bound: float, load_factor: float) -> bool:
+def closed(problem: Problem, bound: float, load_factor: float) -> bool:
     """Return True if the relative gap between a lower bound and a load factor is at most ``PROVEN_GAP``."""
-    return load_factor - bound <= PROVEN_GAP * max(abs(load_factor), SMALLEST)
+    return load_factor - bound <= PROVEN_GAP * max(abs(load_factor), SMALLEST * load_ratio(problem))
