@@ -36,9 +36,9 @@ AT_HIGHEST = 1 - MOVES
 #: return up to 1e-9 for a power of zero.
 DRIVING_POWER = 1e-7
 
-#: A joint counts as free of force if its normal force is below this fraction of the scene's largest normal
-#: force.
-IDLE_FORCE = 1e-6
+#: A force, slip or rotation counts as zero below this fraction of the largest value in the scene. For
+#: example, a joint counts as free of force if its normal force is below this fraction of the largest one.
+NEGLIGIBLE_SHARE = 1e-6
 
 #: Messages about locking list the joints whose departure from associative flow exceeds this fraction of the
 #: largest departure. Messages about self-stress list the joints whose normal force exceeds this fraction of
@@ -49,9 +49,9 @@ LISTED_JOINT_SHARE = 1e-2
 #: 2e-8 for one state, and different states differ by at least 8e-4.
 EQUALITY_TOLERANCE = 1e-6
 
-#: Relative difference above which one load factor counts as lower than another. The value is the residual
-#: limit of exact states.
-LEAST_DECREASE = 1e-8
+#: Relative size of rounding errors in load factors, resultants and margins. A load factor counts as lower
+#: than another only if the relative difference is larger. The value is the residual limit of exact states.
+RELATIVE_ROUNDING = 1e-8
 
 #: Magnitude below which a load factor counts as zero, if the live load does not exceed the dead load. For
 #: larger live loads see :func:`zero_limit`.
@@ -100,4 +100,4 @@ def is_lower(load_factor: float, than: float, ratio: float = 1.0) -> bool:
 
     ``ratio`` is the :func:`load_ratio` of their problem.
     """
-    return load_factor < than - LEAST_DECREASE * max(abs(than), SMALLEST * ratio)
+    return load_factor < than - RELATIVE_ROUNDING * max(abs(than), SMALLEST * ratio)

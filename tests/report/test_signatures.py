@@ -55,9 +55,9 @@ def run(*texts):
         live_layers=typer.Option(parser=lambda text: tuple(text.split("="))),
         place=typer.Option(parser=reader(two, "{}: write two numbers")),
     )
-    def asked(given: CommandArguments, case: Path) -> None:
+    def asked(arguments: CommandArguments, case: Path) -> None:
         """Exit code 0."""
-        called.update(given.rest(study), case=case)
+        called.update(arguments.rest(study), case=case)
 
     return CliRunner().invoke(asked, [*texts], env={"COLUMNS": "200"}), called
 

@@ -232,8 +232,8 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder,
     # factor.
     exact_answer = first.answer if has_same_law and first.kind is Kind.EXACT else None
     answer = lower_of(best.answer, exact_answer, lowest.met.load_ratio) or best.answer
-    is_kept = answer is exact_answer
-    if is_kept:
+    is_first_answer = answer is exact_answer
+    if is_first_answer:
         lowest.met.count(exact_answer)
     lowest.met.lowest = min(lowest.met.lowest, first.below_zero)
     kind = Kind.EXACT if answer.exact else Kind.NEARLY_COMPLEMENTARY
@@ -245,7 +245,7 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder,
         solution = solution.telling(reason(Code.SEARCHED, **counts))
     if isinstance(lowest.stop, TimeLimitReached):
         solution = with_answer(solution, lowest.stop, task.effort)
-    stationary = None if is_kept else lowest.stationary
+    stationary = None if is_first_answer else lowest.stationary
     matters = first.flow_rule_matters
     solution = with_proof(solution, lowest.proof or first.proof, lowest.met.load_ratio)
     return replace(solution, flow_rule_matters=matters, stationary=stationary, size=finder.size)

@@ -20,7 +20,7 @@ from masonry_opt.solution.answer import Certificate, FinalState
 from masonry_opt.solution.motion import moving_names
 from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import LEAST_DECREASE
+from masonry_opt.solution.thresholds import RELATIVE_ROUNDING
 from masonry_opt.solvers.registry import Solver, find_solver
 from masonry_opt.stability.dead_load import unit_pressure, with_pressure_removed
 
@@ -61,7 +61,7 @@ def standing(scene: Scene, last: Assembly | None = None) -> DeadLoadMargin:
     else:
         answer = solution.answer
         margin, certificate = answer.load_factor + 0.0, answer.certificate
-        stands = margin >= -LEAST_DECREASE
+        stands = margin >= -RELATIVE_ROUNDING
         found = (
             FinalState(q=answer.q + margin * unit_pressure(problem))
             if stands
