@@ -21,7 +21,7 @@ from masonry_opt.problem.loads import Forces, by_component
 from masonry_opt.result import Result
 from masonry_opt.solution.motion import joint_motion
 from masonry_opt.solution.reasons import Code, Reason, reason
-from masonry_opt.solution.thresholds import same, zero_limit
+from masonry_opt.solution.thresholds import load_ratio, same, zero_limit
 
 #: Largest violation of equilibrium and yield, in the unit of force, at which the forces of displaced blocks
 #: count as admissible.
@@ -158,7 +158,8 @@ class HingingPath:
         """
         first = self.steps[0]
         optimum = self.blocks.optimum(first.touch, first.poses, None, self.effort)
-        if optimum is None or not same(self.unit * optimum.value, first.load_factor):
+        ratio = load_ratio(self.assembly.problem)
+        if optimum is None or not same(self.unit * optimum.value, first.load_factor, ratio):
             state = self.blocks.state_of(result)
             slides = np.flatnonzero(joint_motion(self.assembly, result.solution).slides & state.pressed)
             if len(slides) or not self._can_move(state):

@@ -57,12 +57,12 @@ def unusual_axles(assembly: Assembly, groups: Iterable[Axles]) -> Iterator[dict[
             values = {"load": heaviest, "unit_weight": unit_weight}
             sentence = f"the largest load of axles '{group.name}' is {rounded(heaviest)}, but {looks}"
         else:
-            given = f"the set of axles '{group.name}' is in kN and m"
+            units_of_set = f"the set of axles '{group.name}' is in kN and m"
             if unit not in ("", _UNIT_OF_SETS):
-                values, sentence = {"unit_weight": unit_weight}, f"{given}, but {looks}"
+                values, sentence = {"unit_weight": unit_weight}, f"{units_of_set}, but {looks}"
             elif extent > LARGEST_SCENE:
                 values = {"extent": extent}
-                sentence = f"{given}, but the blocks extend over {rounded(extent)}"
+                sentence = f"{units_of_set}, but the blocks extend over {rounded(extent)}"
             else:
                 continue
         advice = "use the same units for axles, weights and lengths"
