@@ -31,11 +31,11 @@ def verdict(seed: int) -> tuple[int, str]:
     """
     try:
         scene = random_of_any_kind(seed)
-        said = verdict_on(scene)
-        if said != "agrees" or seed % SETTLING:
-            return seed, said
+        outcome = verdict_on(scene)
+        if outcome != "agrees" or seed % SETTLING:
+            return seed, outcome
         wrong = wrong_reactions(scene, seed)
-        return seed, f"wrong: {'; '.join(wrong)}" if wrong else said
+        return seed, f"wrong: {'; '.join(wrong)}" if wrong else outcome
     except CaseError as error:
         return seed, f"refused: {error}"
     except Exception as error:  # a crash counts as wrong
@@ -51,11 +51,11 @@ def main() -> None:
     asked = parser.parse_args()
     ends: Counter[str] = Counter()
     with ProcessPoolExecutor(asked.processes) as pool:
-        for seed, said in pool.map(verdict, range(asked.first, asked.first + asked.scenes)):
-            end = said.partition(":")[0]
+        for seed, outcome in pool.map(verdict, range(asked.first, asked.first + asked.scenes)):
+            end = outcome.partition(":")[0]
             ends[end] += 1
             if end in ("wrong", "open"):
-                print(f"{seed}: {said}", flush=True)
+                print(f"{seed}: {outcome}", flush=True)
                 if asked.save:
                     asked.save.mkdir(parents=True, exist_ok=True)
                     mo.save(random_of_any_kind(seed), asked.save / f"{seed}.toml")

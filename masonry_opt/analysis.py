@@ -30,7 +30,7 @@ from masonry_opt.solution.only_state import is_only_load_factor
 from masonry_opt.solution.reasons import Code, Status, reason, size_of
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.stopped import with_answer, without_answer
-from masonry_opt.solution.thresholds import FEW_STARTS, ZERO, same
+from masonry_opt.solution.thresholds import FEW_STARTS, load_ratio, same, zero_limit
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import MATRICES, find_solver
 from masonry_opt.standing import DeadLoadCheck
@@ -208,7 +208,8 @@ def _without_invalid_load_factor(assembly: Assembly, solution: Solution) -> Solu
     load_factor = solution.load_factor
     associative = solution.kind is Kind.ASSOCIATIVE
     rests = load_factor is not None and not associative and _rests(assembly.problem, solution, load_factor)
-    is_valid = load_factor is None or (load_factor >= -ZERO and (associative or rests))
+    zero = zero_limit(assembly.problem)
+    is_valid = load_factor is None or (load_factor >= -zero and (associative or rests))
     if solution.status is not Status.UNSTABLE and is_valid:
         return solution
     from masonry_opt.stability.existence import withdrawn
@@ -302,7 +303,8 @@ def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
         return solution
     if lowest is None or associative is None or incremental is None or incremental.load_factor is None:
         return solution
-    load_factors_agree = same(lowest, incremental.load_factor) and same(lowest, associative)
+    others, ratio = (incremental.load_factor, associative), load_ratio(problem)
+    load_factors_agree = all(same(lowest, other, ratio) for other in others)
     is_unique = problem.statics_fix_forces or problem.flow_is_associative
     if not load_factors_agree or is_unique:
         return solution

@@ -11,7 +11,6 @@ from masonry_opt.errors import OptionError, printable
 from masonry_opt.methods.running import NO_WORK
 from masonry_opt.problem.arguments import vector
 from masonry_opt.problem.assembly import Assembly, assemble
-from masonry_opt.problem.laws import Parabola
 from masonry_opt.problem.names import ProblemNames
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.case_file import as_scene
@@ -26,7 +25,7 @@ from masonry_opt.solution.answer import (
     unbalanced_shares,
     violation_shares,
 )
-from masonry_opt.solution.thresholds import ZERO
+from masonry_opt.solution.thresholds import load_ratio, zero_limit
 from masonry_opt.suitability import refuse_without_live_load
 
 if TYPE_CHECKING:
@@ -62,10 +61,11 @@ class StateCheck:
     table: one row for each residual, with columns ``residual``, ``value``, ``limit``, ``passed``, and
         ``largest_at``, the name of the row, column, yield condition, joint or block that has the largest one.
         The rows ``complementarity`` and ``work`` are relative to the work of the live load at λ, so
-        ``complementarity`` is the value of the certificate divided by |λ|, or by 0.01 if |λ| is smaller. The
-        row ``work`` is the work of the unbalanced forces. The row ``block`` is the largest unbalanced force
-        on a block, relative to the largest force on this block. The row ``joint`` is the largest violation of
-        a yield condition, relative to the largest force on the less loaded block of the joint.
+        ``complementarity`` is the value of the certificate divided by |λ|, or by 0.01 if |λ| is smaller. If
+        the live load exceeds the dead load, 0.01 is multiplied by the dead load over the live load. The row
+        ``work`` is the work of the unbalanced forces. The row ``block`` is the largest unbalanced force on a
+        block, relative to the largest force on this block. The row ``joint`` is the largest violation of a
+        yield condition, relative to the largest force on the less loaded block of the joint.
     rows: one row for each equation of equilibrium. Columns are ``name``, the terms ``joints`` (B q), ``live``
         (λ f_L) and ``dead`` (f_D), their sum ``unbalanced``, the ``velocity`` d and its name ``of_velocity``.
     columns: one row for each joint force. Columns are ``name``, ``force`` (q), ``of_motion``, ``motion``
@@ -95,10 +95,11 @@ class StateCheck:
     def load_factor_error(self) -> float:
         """Largest error of λ that the unbalanced forces can cause, by virtual work in the mechanism.
 
-        The error is the residual ``work`` times |λ|, or times 0.01 if |λ| is smaller. It is infinite if the
+        The error is the residual ``work`` times |λ|, or times 0.01 if |λ| is smaller. If the live load
+        exceeds the dead load, 0.01 is multiplied by the dead load over the live load. It is infinite if the
         loads do no positive work in the mechanism.
         """
-        return times_load_factor(self.answer.residuals["work"], self.load_factor)
+        return times_load_factor(self.answer.residuals["work"], self.load_factor, load_ratio(self.problem))
 
     @property
     def certificate(self) -> Certificate:
@@ -177,10 +178,14 @@ class StateCheck:
         )
 
     def _advice_on_chords(self) -> str:
-        """Return advice on the argument ``crushing`` if forces are outside the chords; otherwise ""."""
+        """Return advice on the argument ``crushing``, or "" if the chords are not the cause.
+
+        The chords are the cause if the forces are outside the chords, and admissible by the parabola.
+        """
         problem = self._scene_problem
         outside = problem.slacks(self.q)[problem.bent].min(initial=0.0)
-        if outside >= -_LIMITS_OF_USERS_STATES.yield_ or isinstance(problem.by_strength, Parabola):
+        least_by_parabola = problem.by_parabola.slacks(self.q).min(initial=0.0)
+        if outside >= -_LIMITS_OF_USERS_STATES.yield_ or least_by_parabola < -_LIMITS_OF_USERS_STATES.yield_:
             return ""
         return (
             "; the yield conditions are chords inside the crushing parabola: if your program uses the "
@@ -241,9 +246,10 @@ def certify(  # noqa: PLR0913 - each option of the public API is an argument
 
     A state is an exact collapse state if equilibrium, yield conditions, flow rule and complementarity hold,
     each within the limit of exact answers of this package. In addition, unbalanced forces may change λ by at
-    most 1e-6 of its value, or by 1e-8 if |λ| is less than 0.01. ``result.load_factor``, ``result.q`` and
-    ``result.d`` of a result can be certified too. This package accepts its own exact states with a larger
-    effect of unbalanced forces, up to 1e-3 of λ, so ``certify`` may reject such a state.
+    most 1e-6 of its value, or by 1e-8 if |λ| is less than 0.01. If the live load exceeds the dead
+    load, 0.01 and 1e-8 are multiplied by the dead load over the live load. ``result.load_factor``,
+    ``result.q`` and ``result.d`` of a result can be certified too. This package accepts its own exact states
+    with a larger effect of unbalanced forces, up to 1e-3 of λ, so ``certify`` may reject such a state.
 
     Parameters
     ----------
@@ -329,7 +335,7 @@ def _driven(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) 
     divided by the work of the dead load. The lowest forces of ties, props and earth count as dead load.
     """
     sizes = np.linalg.norm(problem.live) * np.linalg.norm(d)
-    if problem.live @ d > NO_WORK * sizes or load_factor <= ZERO:
+    if problem.live @ d > NO_WORK * sizes or load_factor <= zero_limit(problem):
         return problem, q
     constant = problem.with_lowest_forces_as_load
     exchanged = replace(constant, live=constant.dead / load_factor, dead=load_factor * constant.live)

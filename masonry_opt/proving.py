@@ -88,7 +88,7 @@ def prove_least(scene: Scene | str | Path, seconds: float = 60.0) -> LeastLoadFa
         return LeastLoadFactor(result.load_factor, result.proof, "")
     answer = result.solution.answer
     known = answer if answer is not None and answer.exact else None
-    upper = BUDGET.range_end(result.associative, result.solution.load_history)
+    upper = BUDGET.range_end(result.assembly.problem, result.associative, result.solution.load_history)
     if known is None and upper is None:
         return LeastLoadFactor(None, None, result.message)
     found = prove_least_state(Task(result.assembly.problem), known, seconds, upper)

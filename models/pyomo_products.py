@@ -45,11 +45,11 @@ class PyomoProducts:
     this bound.
 
     ``within`` contains λ₀ ≥ 0 and Λ. ``largest`` is n̂ of each joint, shape (c,); it is ``inf`` for a joint
-    without a limit. ``kept`` selects the products.
+    without a limit. ``selected`` selects the products.
     """
 
     def __init__(
-        self, problem: Problem, within: tuple[float, float], largest: np.ndarray, kept: Pairs
+        self, problem: Problem, within: tuple[float, float], largest: np.ndarray, selected: Pairs
     ) -> None:
         self.problem = problem
         factors = self.factors = EdgeFactors(problem)
@@ -63,7 +63,7 @@ class PyomoProducts:
         self._declare("velocity", [(one, e) for e in factors.velocities])
         self._declare("load_rate", [(factors.load_factor, k) for k in factors.rates])
         self._declare("load_velocity", [(factors.load_factor, e) for e in factors.velocities])
-        near, moves = (np.argwhere(mask).tolist() for mask in kept)
+        near, moves = (np.argwhere(mask).tolist() for mask in selected)
         self._declare("force_rate", [(i, k) for a, j in near for i, k in factors.pairs(a, j)])
         pairs = (product(factors.forces_of(a), factors.velocities_of(b)) for a, b in moves)
         self._declare("force_velocity", list(chain.from_iterable(pairs)))

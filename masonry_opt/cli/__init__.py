@@ -1,5 +1,7 @@
 """Entry point of the command `masonry-opt`, which can be interrupted from its first moment on."""
 
+import atexit
+import gc
 import sys
 
 from masonry_opt.cli.imports import garbage_collection_paused
@@ -10,6 +12,9 @@ def main() -> None:
 
     The import is inside this function, so that Ctrl-C during the import is handled.
     """
+    if not sys.flags.dev_mode:  # in development mode, Python reports files that are left open
+        # Python collects garbage twice when a program ends. The collections would visit all modules.
+        atexit.register(gc.freeze)
     try:
         with garbage_collection_paused():
             from masonry_opt.cli.app import main as run

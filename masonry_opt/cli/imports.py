@@ -10,11 +10,12 @@ def garbage_collection_paused() -> Iterator[None]:
     """Pause the garbage collector while modules are imported during a ``with`` block.
 
     The objects of modules live until the program ends. Collections would visit them again and again, and find
-    no garbage. Therefore they are also excluded from later collections.
+    no garbage. Afterwards the collector is switched on again, unless it was off before.
     """
+    was_enabled = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
-        gc.freeze()
-        gc.enable()
+        if was_enabled:
+            gc.enable()

@@ -13,7 +13,7 @@ from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces, LoadedPiece, moment_of
 from masonry_opt.scene.rows import linked
 from masonry_opt.solution.outcome import Outcome
-from masonry_opt.solution.thresholds import IDLE_FORCE
+from masonry_opt.solution.thresholds import NEGLIGIBLE_SHARE
 
 #: Largest numbers of arrows for parallel forces of one kind of load, by dimension of the scene: for weights,
 #: then for each other kind of load. If there are more forces, a single arrow shows their direction. In space
@@ -302,7 +302,7 @@ def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
         return force, point
     n, s, m = (frame[name].to_numpy() for name in ("n", "s", "m"))
     force = n[:, None] * joints.normal + s[:, None] * joints.tangent
-    pressed = n > IDLE_FORCE * np.abs(n).max(initial=0.0)
+    pressed = n > NEGLIGIBLE_SHARE * np.abs(n).max(initial=0.0)
     off = np.divide(m, n, out=np.full_like(n, np.nan), where=pressed)
     return force, frame[["x", "y"]].to_numpy() + off[:, None] * joints.tangent
 
@@ -354,7 +354,7 @@ def thrust_marks(result: Outcome) -> Iterable[Marks]:
     if contacts is not None:
         label = f"{label}; longest line: {largest:.3g}"
         contact_force = contacts[["fx", "fy", "fz"]].to_numpy()
-        carries = np.linalg.norm(contact_force, axis=1) > IDLE_FORCE * largest
+        carries = np.linalg.norm(contact_force, axis=1) > NEGLIGIBLE_SHARE * largest
         at = contacts[["x", "y", "z"]].to_numpy()[carries] - assembly.geometry.origin
         lines, width = _through(at, unit * contact_force[carries], 0.4, 1.0)
         entry = "force at a contact point (one of many possible states)"

@@ -44,7 +44,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import library
 from masonry_opt.solution.motion import fastest
 from masonry_opt.solution.outcome import Outcome
-from masonry_opt.solution.thresholds import IDLE_FORCE
+from masonry_opt.solution.thresholds import NEGLIGIBLE_SHARE
 
 HISTORY = "history"  #: Name of the layer with joints that have slid or opened during the load history.
 #: Rotations in the data of a page are integers: radians times this factor, rounded. With a smaller value,
@@ -251,7 +251,7 @@ def _rounded(values: np.ndarray, scale: float = 0.0) -> list[float | None]:
 
     Numbers become 0 if they are negligible relative to the larger of ``scale`` and the largest number.
     """
-    negligible = IDLE_FORCE * np.nan_to_num(np.abs([*values, scale])).max()
+    negligible = NEGLIGIBLE_SHARE * np.nan_to_num(np.abs([*values, scale])).max()
     rounded = (0 if abs(value) <= negligible else float(f"{value:.5g}") for value in values)
     return [None if np.isnan(value) else value for value in rounded]
 

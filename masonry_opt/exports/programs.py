@@ -153,39 +153,39 @@ def names_in(program: pyo.ConcreteModel, assembly: Assembly, legal: bool) -> dic
     return {id(data): name for data, name in named if data is not None}
 
 
-def _lp(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
+def _lp(program: pyo.ConcreteModel, names: dict[int, str], lines: list[str]) -> dict[str, str]:
     """Return the program as the text of an LP file (CPLEX format), in a dictionary with key ".lp"."""
     text = io.StringIO()
     # Pyomo adds a variable with coefficient 0 to empty rows, so the labeller must accept a variable that has
     # no entry in ``names``.
     LPWriter().write(program, text, labeler=lambda data: names.get(id(data), str(data)))
-    return {".lp": comments("\\", header) + text.getvalue()}
+    return {".lp": comments("\\", lines) + text.getvalue()}
 
 
-def _mps(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
+def _mps(program: pyo.ConcreteModel, names: dict[int, str], lines: list[str]) -> dict[str, str]:
     """Return the program as the text of a file in free MPS format, in a dictionary with key ".mps"."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "program.mps"
         labelled = {"labeler": lambda data: names[id(data)]}
         WriterFactory("mps")(program, str(path), lambda _: True, labelled)
-        return {".mps": comments("*", header) + path.read_text(encoding="utf-8")}
+        return {".mps": comments("*", lines) + path.read_text(encoding="utf-8")}
 
 
-def _nl(program: pyo.ConcreteModel, names: dict[int, str], header: list[str]) -> dict[str, str]:
+def _nl(program: pyo.ConcreteModel, names: dict[int, str], lines: list[str]) -> dict[str, str]:
     """Return the texts of an AMPL NL file and of its two lists of names, keyed by the file endings."""
     # In an NL file only the first line can contain a comment. Pyomo writes the name of the program to this
-    # line, so the header is stored as the name.
-    program.name = "; ".join(header)
+    # line, so the comment lines are stored as the name.
+    program.name = "; ".join(lines)
     text = io.StringIO()
     written = NLWriter().write(program, text, linear_presolve=False, scale_model=False)
 
-    def lines(*kinds: list[object]) -> Iterator[str]:
+    def listed_names(*kinds: list[object]) -> Iterator[str]:
         return (f"{names[id(data)]}\n" for kind in kinds for data in kind)
 
-    rows = "".join(lines(written.constraints, written.objectives))
+    rows = "".join(listed_names(written.constraints, written.objectives))
     # The files are written in this order. The .nl file is last, so its two lists of names always exist when
     # it appears.
-    return {".row": rows, ".col": "".join(lines(written.variables)), ".nl": text.getvalue()}
+    return {".row": rows, ".col": "".join(listed_names(written.variables)), ".nl": text.getvalue()}
 
 
 #: Map from the ending of a program's main file to the function that returns the texts of all its files.

@@ -12,7 +12,7 @@ import pandas as pd
 
 from masonry_opt.brief import brief
 from masonry_opt.drawing.marks import moved as carried
-from masonry_opt.errors import NoLoadFactorError, OptionError, printable
+from masonry_opt.errors import NoLoadFactorError, OptionError, printable, rounded
 from masonry_opt.finite_motion.capacity_pictures import curve_picture, displaced_picture
 from masonry_opt.finite_motion.edge import EdgePath
 from masonry_opt.finite_motion.kinematic_check import (
@@ -360,7 +360,7 @@ class Capacity:
             needed = "the check needs a horizontal live load on each block, equal to the block's weight"
             found = (
                 "the live load is not horizontal, or differs from the weight of the loaded blocks "
-                f"(live load / weight = {share:.3g})"
+                f"(live load / weight = {rounded(share)})"
             )
             ways = "specify 'live_per_weight = [1, 0]' or a horizontal [earthquake]"
             raise OptionError(f"{case}: {needed}: {found}: {ways}")

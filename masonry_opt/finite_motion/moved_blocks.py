@@ -23,7 +23,7 @@ from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.rows import lengths, linked
 from masonry_opt.scene.solids import COORDINATES, coordinates
-from masonry_opt.solution.thresholds import IDLE_FORCE, LEAST_DECREASE, SLIDES
+from masonry_opt.solution.thresholds import NEGLIGIBLE_SHARE, RELATIVE_ROUNDING, SLIDES
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict, find_solver
@@ -64,7 +64,7 @@ def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
     units = problem.force_unit * by_component(centroid.shape[1], 1.0, problem.length_unit)
     for forces, load in ((dead, problem.dead), (live, problem.live)):
         difference = problem.by_block(forces.about(centroid)) / units - problem.by_block(load)
-        if np.abs(difference).max(initial=0.0) > LEAST_DECREASE * max(1.0, np.abs(load).max()):
+        if np.abs(difference).max(initial=0.0) > RELATIVE_ROUNDING * max(1.0, np.abs(load).max()):
             follows = "a capacity curve can be computed only for weights, forces at points and loads on edges"
             others = "the scene also has loads whose points of action on displaced blocks are unknown"
             left_out = "omit [[fill]], or " if assembly.scene.fills else ""
@@ -359,7 +359,7 @@ class MovedBlocks:
 def _pressed(problem: Problem, q: np.ndarray) -> np.ndarray:
     """Return a mask of the joints that carry a force, shape (joints,)."""
     size = np.abs(problem.by_kind(q)).max(axis=0)
-    return np.asarray(size > IDLE_FORCE * size.max(initial=0.0))
+    return np.asarray(size > NEGLIGIBLE_SHARE * size.max(initial=0.0))
 
 
 def least_missed(

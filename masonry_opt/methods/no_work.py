@@ -31,7 +31,7 @@ from masonry_opt.solution.answer import Answer
 from masonry_opt.solution.only_state import is_only_load_factor
 from masonry_opt.solution.reasons import LOAD_FACTORS, Code, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import LEAST_OPPOSING_WORK, ZERO
+from masonry_opt.solution.thresholds import LEAST_OPPOSING_WORK, ZERO, zero_limit
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import find_solver
 
@@ -121,7 +121,7 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
         # extrapolation starts from λ = 0 at size 0.
         slope = (answer.load_factor - last[1]) / (size - last[0] or ZERO)
         load_factor, last = answer.load_factor + (1 - size) * slope, (size, answer.load_factor)
-        if min(size, load_factor) <= ZERO or work > _NEGLIGIBLE_WORK:
+        if size <= ZERO or load_factor <= zero_limit(problem) or work > _NEGLIGIBLE_WORK:
             return None
         if alike or abs(size - 1) <= LIMITS[solution.kind].equilibrium:
             # Scale the forces and velocities to the loads of the scene. The certificate remains valid,
@@ -147,7 +147,7 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
     problem = task.problem.by_cone
     upper = associative(Task(task.problem, cache=task.cache), by_chords=True)
     answer = upper.accepted().answer
-    if answer is None or answer.load_factor <= ZERO or not problem.dead.any():
+    if answer is None or answer.load_factor <= zero_limit(problem) or not problem.dead.any():
         return None
     driven, solver = in_units_of_load(replace(problem, live=problem.dead)), find_solver("cvxpy", None)
     nearly, purpose = problem.by_friction.conic, "mechanism without work"

@@ -16,7 +16,7 @@ def per_joint(name: str, value: Any, joints: int) -> np.ndarray:
     or if a number is not finite.
     """
     needed = f"a number, or one number for each of the {joints} joints that can slide, shape ({joints},)"
-    array = _numbers(name, value, needed)
+    array = numbers(name, value, needed)
     is_wrong = ~np.isfinite(array)
     if is_wrong.any():
         raise OptionError(f"{name} must contain only finite numbers (found {array[is_wrong].flat[0]})")
@@ -35,13 +35,13 @@ def vector(name: str, value: Any, entries: int, meaning: str) -> np.ndarray:
     Raises OptionError, which names the argument, if the value is not an array of this shape.
     """
     needed = f"an array of {meaning}, shape ({entries},)"
-    array = _numbers(name, value, needed)
+    array = numbers(name, value, needed)
     if array.shape != (entries,):
         raise OptionError(f"{name} must be {needed} (found {_described(array)})")
     return array
 
 
-def _numbers(name: str, value: Any, needed: str) -> np.ndarray:
+def numbers(name: str, value: Any, needed: str) -> np.ndarray:
     """Convert a value to an array of floats.
 
     Raises OptionError if the value is neither a number nor an array of numbers.

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.errors import CaseError
+from masonry_opt.errors import CaseError, rounded
 from masonry_opt.problem.displaced import moved
 from masonry_opt.problem.fill import FilledPiece, fill_forces, filled_pieces, pressures
 from masonry_opt.problem.laws import Law
@@ -291,7 +291,7 @@ def _scaled_loads(
         dead, live = dead / scale, live / scale
     if not (np.isfinite(dead).all() and np.isfinite(live).all()):
         raise CaseError(
-            f"{scene.origin}: some loads, divided by the median block load of {force_unit:.3g}, are too "
+            f"{scene.origin}: some loads, divided by the median block load of {rounded(force_unit)}, are too "
             "large for double precision: give weights and loads in the same unit"
         )
     return dead, live, force_unit
@@ -354,9 +354,9 @@ def _law(scene: Scene, joints: Joints, limited: Sequence[LimitedForce], force_un
         limit = force.lowest if np.isinf(force.highest) else force.highest
         if limit > _LARGEST_LIMIT * force_unit:
             raise CaseError(
-                f"{scene.origin}: {force.role} '{force.name}' has the limit {limit:.3g}, which is more than "
-                f"{_LARGEST_LIMIT:.0e} times the median block load of {force_unit:.3g}: check the unit of "
-                "the limit, or omit 'strength' for a tie or prop that never yields"
+                f"{scene.origin}: {force.role} '{force.name}' has the limit {rounded(limit)}, which is more "
+                f"than {_LARGEST_LIMIT:.0e} times the median block load of {rounded(force_unit)}: check the "
+                "unit of the limit, or omit 'strength' for a tie or prop that never yields"
             )
     lowest, highest = np.array([(force.lowest, force.highest) for force in limited]).reshape(-1, 2).T
     joint, _ = joints.parts

@@ -10,7 +10,7 @@ import numpy as np
 from masonry_opt.brief import brief
 from masonry_opt.errors import CaseError, rounded
 from masonry_opt.scene.contacts.joints import Joints
-from masonry_opt.scene.contacts.sides import LARGEST_GAP_RATIO
+from masonry_opt.scene.contacts.sides import SMALL_LENGTH_RATIO
 from masonry_opt.scene.geometry import Extents, Geometry, with_closed_gaps
 from masonry_opt.scene.loads import LOAD_KINDS, EdgeLoad, Kind
 from masonry_opt.scene.rows import dots, lengths, spaces
@@ -299,7 +299,7 @@ def along(
     # Compute the distances of each segment from the line, at both ends of their common part.
     at_ends = y0[overlapping, None] + slope[overlapping, None] * (ends - x0[overlapping, None])
     distance = np.abs(at_ends).max(axis=1, initial=0)
-    near = distance <= np.minimum(tolerance, LARGEST_GAP_RATIO * (high - low)[overlapping])
+    near = distance <= np.minimum(tolerance, SMALL_LENGTH_RATIO * (high - low)[overlapping])
     return overlapping[near], ends[near]
 
 

@@ -96,7 +96,7 @@ def friction_high(v: dict[str, Any]) -> str:
 
 def friction_low(v: dict[str, Any]) -> str:
     """Return a warning that a friction angle is small, and may be a tangent or an angle in radians."""
-    angle = f"{degrees(atan(v['friction'])):.3g}"
+    angle = rounded(degrees(atan(v["friction"])))
     in_degrees = f"{degrees(degrees(atan(v['friction']))):.1f}"
     return (
         f"the friction angle of {_place_of_property(v)} is {angle}°, lower than in joints of masonry: if "
@@ -304,7 +304,7 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "the load)"
     ),
     Code.FORCES_DIFFER: lambda v: (
-        f"the {v['load']} force on {blocks(v['blocks'])} is {v['ratio']:.3g} times the weight of the block, "
-        "or of a typical block if that is larger: are forces and weights in the same unit?"
+        f"the {v['load']} force on {blocks(v['blocks'])} is {rounded(v['ratio'])} times the weight of the "
+        "block, or of a typical block if that is larger: are forces and weights in the same unit?"
     ),
 }

@@ -11,7 +11,7 @@ from masonry_opt.reporting.sentences import message, numeral, sentences
 from masonry_opt.solution.acceptance import LIMITS, Kind
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.reasons import Code, Status
-from masonry_opt.solution.thresholds import ZERO, same, zero_limit
+from masonry_opt.solution.thresholds import load_ratio, same, zero_limit
 
 LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no state with a lower λ is known.
 #: Name of the load factor of an exact state, if it is proven that no state has a lower λ.
@@ -411,7 +411,9 @@ def search_advice(method: str, states: str) -> str:
 def _carries_less_after_collapse(result: Outcome) -> bool:
     """Return True if moving blocks carry a smaller load factor than the incremental load factor."""
     at_end, largest = result.load_factor, result.incremental
-    return at_end is not None and largest is not None and not same(at_end, largest)
+    if at_end is None or largest is None:
+        return False
+    return not same(at_end, largest, load_ratio(result.assembly.problem))
 
 
 def load_history_ends_lower(result: Outcome) -> bool:
@@ -419,7 +421,7 @@ def load_history_ends_lower(result: Outcome) -> bool:
     end = result.incremental if result.end is None else result.end
     if end is None or result.load_factor is None or result.kind is Kind.INCREMENTAL:
         return False
-    return end < result.load_factor and not same(end, result.load_factor)
+    return end < result.load_factor and not same(end, result.load_factor, load_ratio(result.assembly.problem))
 
 
 def _falls_by_itself(result: Outcome) -> bool:
@@ -427,4 +429,4 @@ def _falls_by_itself(result: Outcome) -> bool:
 
     With the joint forces of that state, the scene falls without live load.
     """
-    return result.solution.below_zero <= ZERO
+    return result.solution.below_zero <= zero_limit(result.assembly.problem)

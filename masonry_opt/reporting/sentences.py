@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from math import inf
 from typing import Any
 
-from masonry_opt.errors import counted, rounded_up
+from masonry_opt.errors import counted, rounded, rounded_up
 from masonry_opt.reporting.inputs import INPUT_SENTENCES
 from masonry_opt.reporting.names import blocks, do, pairs, some, verb
 from masonry_opt.solution.reasons import Code, Reason, Status
@@ -385,7 +385,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + _by_loop(v, "raise 'max_iterations', or lower 'beta'")
     ),
     Code.GROWS: lambda v: (
-        f"the loop found no upper limit of λ: λ is {v['load_factor']:.3g} after "
+        f"the loop found no upper limit of λ: λ is {rounded(v['load_factor'])} after "
         f"{counted(v['count'], 'sub-problem')} and still grows, because the compression of joints grows with "
         "the load; real joints would crush; check the direction of 'live', the supports and the friction"
     ),

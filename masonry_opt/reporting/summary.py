@@ -33,7 +33,7 @@ from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.motion import joint_motion, moving_blocks
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.reasons import Code, Status
-from masonry_opt.solution.thresholds import ZERO
+from masonry_opt.solution.thresholds import ZERO, zero_limit
 
 #: Codes of reasons that describe the analysis instead of the scene. The line that states why there is no load
 #: factor omits reasons with these codes if the result also has other reasons.
@@ -174,7 +174,7 @@ def _self_stress(result: Outcome) -> str:
     if result.kind is not Kind.EXACT or result.load_factor is None or result.incremental is None:
         return ""
     has_settled = result.assembly.at_rest is not None or result.assembly.problem.settled is not None
-    if known_least(result) or result.load_factor < -ZERO or has_settled:
+    if known_least(result) or result.load_factor < -zero_limit(result.assembly.problem) or has_settled:
         return ""
     if is_rounding_error(result, result.incremental):
         return ""

@@ -9,6 +9,7 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, Strict
 
+from masonry_opt.errors import rounded
 from masonry_opt.scene.blocks import Block, NonNegative, Number, Point, Positive, Record, YesNo, rectangle
 from masonry_opt.scene.generator import AnyGenerator, Generator, polar
 
@@ -120,8 +121,8 @@ class ArchRing(AnyGenerator):
         radius = self._arc.radius
         if self.span is not None and self.thickness > _GREATEST_THICKNESS * self.span:
             yield (
-                f"'thickness' is {self.thickness / self.span:.3g} times the span (found {self.thickness:g}): "
-                "give all lengths in the same unit"
+                f"'thickness' is {rounded(self.thickness / self.span)} times the span "
+                f"(found {self.thickness:g}): give all lengths in the same unit"
             )
         if not self.thickness < 2 * radius:
             yield f"'thickness' must be less than twice the radius {radius:g} (found {self.thickness:g})"

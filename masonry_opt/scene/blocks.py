@@ -113,7 +113,7 @@ class Record(BaseModel, metaclass=_RecordType):
     #: Records are not iterable, because pydantic would accept an iterable record in place of a list.
     __iter__ = None  # type: ignore[assignment]
 
-    most_told: ClassVar[int] = 1  #: Largest number of mistakes that one error message lists.
+    most_listed_mistakes: ClassVar[int] = 1  #: Largest number of mistakes that one error message lists.
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
@@ -127,7 +127,7 @@ class Record(BaseModel, metaclass=_RecordType):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        mistakes = list(itertools.islice(self._mistakes(), self.most_told))
+        mistakes = list(itertools.islice(self._mistakes(), self.most_listed_mistakes))
         if mistakes:
             raise ValueError("; ".join(mistakes))
         return self

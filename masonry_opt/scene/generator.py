@@ -50,7 +50,7 @@ class AnyGenerator(Record):
     if TYPE_CHECKING:
         at: tuple[float, ...]
 
-    most_told: ClassVar[int] = 5
+    most_listed_mistakes: ClassVar[int] = 5
     kind: ClassVar[type[Body]]  #: Class of the generated blocks.
 
     def _mistakes(self) -> Iterator[str]:

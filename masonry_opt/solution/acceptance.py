@@ -135,14 +135,15 @@ MARGIN_ENERGY = 1e-4
 SMALLEST = 1e-2
 
 
-def over_load_factor(energy: float, load_factor: float) -> float:
-    """Divide an energy by |λ|, or by ``SMALLEST`` if |λ| is smaller.
+def over_load_factor(energy: float, load_factor: float, ratio: float = 1.0) -> float:
+    """Divide an energy by |λ|, or by ``SMALLEST`` times ``ratio`` if |λ| is smaller.
 
-    The energy is relative to the work of the live load at λ = 1.
+    The energy is relative to the work of the live load at λ = 1. ``ratio`` is the
+    :func:`~masonry_opt.solution.thresholds.load_ratio` of the problem.
     """
-    return energy / max(abs(load_factor), SMALLEST)
+    return energy / max(abs(load_factor), SMALLEST * ratio)
 
 
-def times_load_factor(residual: float, load_factor: float) -> float:
-    """Multiply a residual by |λ|, or by ``SMALLEST`` if |λ| is smaller."""
-    return residual * max(abs(load_factor), SMALLEST)
+def times_load_factor(residual: float, load_factor: float, ratio: float = 1.0) -> float:
+    """Multiply a residual by |λ|, or by ``SMALLEST`` times ``ratio`` if |λ| is smaller."""
+    return residual * max(abs(load_factor), SMALLEST * ratio)

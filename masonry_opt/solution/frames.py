@@ -12,7 +12,7 @@ from masonry_opt.scene.rows import dots, lengths, sums
 from masonry_opt.solution.load_history import LoadHistory, LoadStep
 from masonry_opt.solution.motion import fastest, joints_that_move, relative_rotation, velocities
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import AT_HIGHEST, HINGES, IDLE_FORCE, MOVES
+from masonry_opt.solution.thresholds import AT_HIGHEST, HINGES, MOVES, NEGLIGIBLE_SHARE
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -186,7 +186,7 @@ def _resultants(assembly: Assembly, q: np.ndarray, _: np.ndarray, d: np.ndarray)
     joint, normal, middle, count = joints.joint, joints.normal, joints.middle, len(joints.first)
     of_points, n_of_points = _vectors(assembly, q), problem.normal_forces(q)
     resultant, n = sums(joint, of_points, count), np.bincount(joint, n_of_points)
-    pressed = n > IDLE_FORCE * np.nanmax(n, initial=0.0)
+    pressed = n > NEGLIGIBLE_SHARE * np.nanmax(n, initial=0.0)
     share = (n_of_points / np.where(pressed, n, np.inf)[joint])[:, None]
     acts = np.where(pressed[:, None], sums(joint, share * joints.point, count), np.nan)
     # The torsion of a joint is measured at the point of action of its resultant, or at its centroid if the
@@ -229,7 +229,7 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
     # If a corner touches an edge, both contact points of the joint coincide, so the joint has no moment.
     m = np.where(has_length, points.max(axis=0) - points.min(axis=0), 0.0)
     # Forces below this value count as rounding errors. Smaller limits of forces are replaced by this value.
-    rounding = IDLE_FORCE * (np.abs(n).max(initial=0.0) or 1.0)
+    rounding = NEGLIGIBLE_SHARE * (np.abs(n).max(initial=0.0) or 1.0)
     limit = ShearLimits.true(problem).at(n[problem.sliding])
     # Compute the largest moment that each joint can carry under its normal force. It is expressed as the
     # difference of the normal forces at the two ends of the joint.
@@ -258,7 +258,7 @@ def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataF
     lowest, highest = np.array([[each.lowest, each.highest] for each in forces], float).reshape(-1, 2).T
     # Solvers satisfy a force limit only to a tolerance that is relative to the forces of the scene.
     # Differences up to this value count as rounding.
-    rounding = IDLE_FORCE * np.abs(problem.normal_forces(q)).max(initial=0.0) * problem.force_unit
+    rounding = NEGLIGIBLE_SHARE * np.abs(problem.normal_forces(q)).max(initial=0.0) * problem.force_unit
     within = np.clip(T, lowest, highest)
     T = np.where(np.abs(T - within) <= rounding, within, T)
     goes_on = (highest > 0) & (-closing > MOVES * fastest(assembly, d))

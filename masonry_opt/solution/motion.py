@@ -12,14 +12,17 @@ from masonry_opt.solution.load_history import LoadStep
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.thresholds import (
     CRUSHES,
-    DRIVING_POWER,
     HINGES,
-    IDLE_FORCE,
     MOVES,
+    NEGLIGIBLE_SHARE,
     SEPARATES,
     SLIDES,
-    ZERO,
+    zero_limit,
 )
+
+#: A block counts as free of load if its net load is at most this fraction of the sum of its dead load and its
+#: live load. With a larger value, the collapse of blocks with a small net load would not count.
+_BALANCED_SHARE = 1e-7
 
 
 @dataclass(frozen=True)
@@ -81,7 +84,7 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
     slips = joints.most(touching * slip) > SLIDES * speed
     if solution.q is not None:
         n = problem.normal_forces(solution.q)
-        pressed = joints.most((n > IDLE_FORCE * np.abs(n).max(initial=0.0))[of_point])
+        pressed = joints.most((n > NEGLIGIBLE_SHARE * np.abs(n).max(initial=0.0))[of_point])
         touches &= pressed | ((farthest + nearest) / 2 <= SEPARATES * speed) | ~slips
     share = touching / np.bincount(joints.joint, touching)[joints.joint]
     return JointMotion(
@@ -180,11 +183,11 @@ def weightless(problem: Problem, load_factor: float, d: np.ndarray) -> bool:
     cancels the weight at some negative load factor. Then the block can move regardless of its joints, so the
     mechanism is not a collapse.
     """
-    if load_factor >= -ZERO:
+    if load_factor >= -zero_limit(problem):
         return False
     speeds = np.abs(problem.by_block(d)).max(axis=1)
     dead, live = problem.by_block(problem.dead), load_factor * problem.by_block(problem.live)
     net = np.abs(dead + live).max(axis=1)
     sizes = np.abs(dead).max(axis=1) + np.abs(live).max(axis=1)
     moving = speeds > MOVES * speeds.max()
-    return bool((net[moving] <= DRIVING_POWER * sizes[moving]).all())
+    return bool((net[moving] <= _BALANCED_SHARE * sizes[moving]).all())

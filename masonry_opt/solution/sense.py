@@ -24,7 +24,7 @@ from masonry_opt.solution.force_units import (
 )
 from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import IDLE_FORCE
+from masonry_opt.solution.thresholds import NEGLIGIBLE_SHARE
 from masonry_opt.solution.typical_units import in_other_unit
 from masonry_opt.solution.wedges import uneven_sides, wedges
 
@@ -248,7 +248,7 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
             return [reason(Code.CORNERS_BEAR, pairs=pairs, normal_forces=[])]
         return []
     n = problem.normal_forces(solution.q)
-    pressed = limited[n[limited] > IDLE_FORCE * np.abs(n).max(initial=0.0)]
+    pressed = limited[n[limited] > NEGLIGIBLE_SHARE * np.abs(n).max(initial=0.0)]
     order = pressed[np.argsort(-n[pressed], kind="stable")]
     forces = (n[order] * problem.force_unit).tolist()
     return [reason(Code.CORNERS_BEAR, pairs=assembly.pairs(order), normal_forces=forces)] if forces else []

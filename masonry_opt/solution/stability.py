@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.rank import has_independent_columns
-from masonry_opt.solution.thresholds import IDLE_FORCE
+from masonry_opt.solution.thresholds import NEGLIGIBLE_SHARE
 
 #: The function ``worst_joint`` ignores a joint if its normal force is below this fraction of the lighter
 #: block's dead load. With a smaller value, the worst joint may be almost without force.
@@ -134,7 +134,7 @@ def _least_normal_forces(assembly: Assembly, total: np.ndarray) -> np.ndarray:
     weight = np.full(len(assembly.scene.blocks), np.inf)
     weight[assembly.movable] = assembly.problem.force_sizes(assembly.problem.dead)
     lighter = np.minimum(weight[assembly.joints.first], weight[assembly.joints.second])
-    return np.maximum(_PRESSED_SHARE * lighter, IDLE_FORCE * total.max(initial=0.0))
+    return np.maximum(_PRESSED_SHARE * lighter, NEGLIGIBLE_SHARE * total.max(initial=0.0))
 
 
 def _in_plane(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndarray:

@@ -36,9 +36,9 @@ AT_HIGHEST = 1 - MOVES
 #: return up to 1e-9 for a power of zero.
 DRIVING_POWER = 1e-7
 
-#: A joint counts as free of force if its normal force is below this fraction of the scene's largest normal
-#: force.
-IDLE_FORCE = 1e-6
+#: A force, slip or rotation counts as zero below this fraction of the largest value in the scene. For
+#: example, a joint counts as free of force if its normal force is below this fraction of the largest one.
+NEGLIGIBLE_SHARE = 1e-6
 
 #: Messages about locking list the joints whose departure from associative flow exceeds this fraction of the
 #: largest departure. Messages about self-stress list the joints whose normal force exceeds this fraction of
@@ -49,11 +49,12 @@ LISTED_JOINT_SHARE = 1e-2
 #: 2e-8 for one state, and different states differ by at least 8e-4.
 EQUALITY_TOLERANCE = 1e-6
 
-#: Relative difference above which one load factor counts as lower than another. The value is the residual
-#: limit of exact states.
-LEAST_DECREASE = 1e-8
+#: Relative size of rounding errors in load factors, resultants and margins. A load factor counts as lower
+#: than another only if the relative difference is larger. The value is the residual limit of exact states.
+RELATIVE_ROUNDING = 1e-8
 
-#: Magnitude below which a load factor counts as zero.
+#: Magnitude below which a load factor counts as zero, if the live load does not exceed the dead load. For
+#: larger live loads see :func:`zero_limit`.
 ZERO = 1e-6
 
 #: If the lowest, the incremental and the associative load factor agree after fewer starts, a message says
@@ -74,15 +75,29 @@ def zero_limit(problem: Problem) -> float:
 
     The limit is ``ZERO``, or less if the live load exceeds the dead load: load factors are then small too.
     """
+    return ZERO * load_ratio(problem)
+
+
+def load_ratio(problem: Problem) -> float:
+    """Return the ratio of the dead load to the live load if it is less than 1; otherwise return 1.
+
+    All thresholds of load factors are multiplied by this ratio.
+    """
     dead = float(problem.force_sizes(problem.dead).sum())
-    return ZERO * min(1.0, dead / problem.live_norm) if dead and problem.live_norm else ZERO
+    return min(1.0, dead / problem.live_norm) if dead and problem.live_norm else 1.0
 
 
-def same(one: float, other: float) -> bool:
-    """Return True if two load factors are equal up to the relative difference ``EQUALITY_TOLERANCE``."""
-    return abs(one - other) <= EQUALITY_TOLERANCE * max(abs(one), abs(other), SMALLEST)
+def same(one: float, other: float, ratio: float = 1.0) -> bool:
+    """Return True if two load factors are equal up to the relative difference ``EQUALITY_TOLERANCE``.
+
+    ``ratio`` is the :func:`load_ratio` of their problem.
+    """
+    return abs(one - other) <= EQUALITY_TOLERANCE * max(abs(one), abs(other), SMALLEST * ratio)
 
 
-def is_lower(load_factor: float, than: float) -> bool:
-    """Return True if a load factor is lower than another by more than rounding."""
-    return load_factor < than - LEAST_DECREASE * max(abs(than), SMALLEST)
+def is_lower(load_factor: float, than: float, ratio: float = 1.0) -> bool:
+    """Return True if a load factor is lower than another by more than rounding.
+
+    ``ratio`` is the :func:`load_ratio` of their problem.
+    """
+    return load_factor < than - RELATIVE_ROUNDING * max(abs(than), SMALLEST * ratio)

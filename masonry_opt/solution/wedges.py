@@ -11,7 +11,7 @@ from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.motion import joint_motion
 from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import IDLE_FORCE
+from masonry_opt.solution.thresholds import NEGLIGIBLE_SHARE
 
 #: Angle, in radians, below which two joints count as nearly parallel. With a larger value, warnings would
 #: name the joints of fine arches: in a ring of 200 voussoirs the angle is 0.016. A smaller value would miss
@@ -135,7 +135,7 @@ def _at_friction_limit(assembly: Assembly, solution: Solution) -> np.ndarray:
     if solution.q is not None:
         sliding, n = problem.sliding, problem.normal_forces(solution.q)
         shear = np.hypot.reduce(np.abs(problem.shears(solution.q)), axis=0)[sliding]
-        pressed = n[sliding] > IDLE_FORCE * np.abs(n).max(initial=0.0)
+        pressed = n[sliding] > NEGLIGIBLE_SHARE * np.abs(n).max(initial=0.0)
         limit = problem.friction * n[sliding] + problem.cohesion
         limited[sliding] = pressed & (shear >= _SHARE_OF_FRICTION_LIMIT * limit)
     return assembly.most_of_joints(limited).astype(bool)

@@ -85,6 +85,21 @@ def test_equilibrium_that_is_missed():
     assert "NOT an exact collapse state, because residuals are too large: equilibrium 1.0e-01" in str(check)
 
 
+@pytest.mark.parametrize("size", [1.0, 1e6, 1e9])
+def test_residuals_do_not_depend_on_the_size_of_the_live_load(size):
+    """An error of λ of 1 % has the same residuals if the live load is multiplied, and λ divided, by a number.
+
+    The unbalanced force is 0.005, relative to the weight 1, and to 1.01 times the live force 0.5.
+    """
+    scene = block_on_floor(1.0, 2.0, live=(size, 0.0))
+    assert mo.certify(scene, 0.5 / size, Q, D).exact
+    check = mo.certify(scene, 0.505 / size, Q, D)
+    assert failing(check) == {"equilibrium": "fx[A]", "work": "fx[A]", "block": "A"}
+    values = [value(check, name) for name in ("equilibrium", "work", "block")]
+    assert values == pytest.approx([0.005, 0.005 / 0.505, 0.005])
+    assert check.load_factor_error == pytest.approx(0.005 / size)
+
+
 def test_a_slightly_wrong_load_factor_is_not_exact():
     """On wall 5, an error of λ of 4.6e-7 hides in the total weight, but not in the work of the mechanism."""
     wall = mo.load(CASES / "ferris_tinloi" / "wall_5.toml")
@@ -339,6 +354,23 @@ def test_a_state_by_the_crushing_parabola():
     )
     assert by_parabola.exact
     assert "crushing=" not in str(by_parabola)
+
+
+@pytest.mark.parametrize("factor", [0.5, 1.5])
+def test_forces_outside_the_crushing_parabola_get_no_advice_on_it(factor):
+    """The moment at the joint is scaled, while the normal force stays equal to the weight.
+
+    At 1.5 times the moment of collapse, the forces are outside the parabola. At half of it, they are inside
+    the chords.
+    """
+    scene = block_on_floor().replace(strength=7.3)
+    result = mo.solve(scene, "static")
+    n1, n2, s = result.q
+    moment = factor * (n2 - n1) / 2
+    q = [(n1 + n2) / 2 - moment, (n1 + n2) / 2 + moment, s]
+    check = mo.certify(scene, result.load_factor, q, result.d, associative=True)
+    assert not check.exact
+    assert "crushing=" not in str(check)
 
 
 def test_forces_of_another_shape_have_no_slacks():

@@ -11,6 +11,7 @@ import masonry_opt as mo
 from masonry_opt.methods.bounds.settings import BUDGET
 from masonry_opt.methods.coulomb import method
 from masonry_opt.methods.coulomb.steps import FurtherStarts, LeastProven
+from masonry_opt.problem.assembly import assemble
 from masonry_opt.solution.load_history import LoadHistory, LoadStep
 from masonry_opt.solution.proof import Proof, StaticConflict
 
@@ -25,8 +26,9 @@ def history_up_to(load_factor: float) -> LoadHistory:
     ("associative", "last", "end"), [(2.0, 5.0, 2.0), (-1.0, 5.0, -1.0), (None, 5.0, 50.0), (None, 0.0, None)]
 )
 def test_the_associative_load_factor_or_the_load_history_ends_the_range(associative, last, end):
-    assert BUDGET.range_end(associative, history_up_to(last)) == end
-    assert BUDGET.range_end(associative, None) == associative
+    problem = assemble(two_blocks()).problem
+    assert BUDGET.range_end(problem, associative, history_up_to(last)) == end
+    assert BUDGET.range_end(problem, associative, None) == associative
 
 
 @pytest.fixture

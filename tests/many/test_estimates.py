@@ -78,8 +78,9 @@ def test_one_number_instead_of_a_list():
     for wrong in ("a", [[1.0]], [math.nan], None):
         with pytest.raises(OptionError, match="probabilities must be a number or a list of numbers"):
             answer.quantiles(wrong)
-    with pytest.raises(OptionError, match=r"loads must be .* \(found 'half'\)"):
-        answer.fragility("half")
+    for wrong in ("half", "0.5", True):
+        with pytest.raises(OptionError, match=rf"loads must be .* \(found {wrong!r}\)"):
+            answer.fragility(wrong)
 
 
 def test_rank_correlation():

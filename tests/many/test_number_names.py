@@ -95,3 +95,10 @@ def test_short_names_are_those_of_a_single_entry():
 def test_a_misspelt_name_has_a_suggestion(name, near):
     with pytest.raises(mo.OptionError, match=f"no parameter is called '{name}'; did you mean '{near}'"):
         Parameters(ONE).check_names({name: 1.0})
+
+
+def test_a_name_that_resembles_no_other_is_answered_with_a_short_list():
+    with pytest.raises(mo.OptionError, match=r"; there are: gravity\.x, .* and \d+ more$") as refusal:
+        Parameters(ONE).check_names({"zzz": 1.0})
+    listed, others = str(refusal.value).partition("there are: ")[2].split(" and ")
+    assert len(listed.split(", ")) + int(others.split()[0]) == len(Parameters(ONE).names)

@@ -1,5 +1,6 @@
 """Tests that commands have the options of their functions, as signatures and docstrings define them."""
 
+import gc
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -54,9 +55,9 @@ def run(*texts):
         live_layers=typer.Option(parser=lambda text: tuple(text.split("="))),
         place=typer.Option(parser=reader(two, "{}: write two numbers")),
     )
-    def asked(given: CommandArguments, case: Path) -> None:
+    def asked(arguments: CommandArguments, case: Path) -> None:
         """Exit code 0."""
-        called.update(given.rest(study), case=case)
+        called.update(arguments.rest(study), case=case)
 
     return CliRunner().invoke(asked, [*texts], env={"COLUMNS": "200"}), called
 
@@ -117,3 +118,18 @@ def test_help_fits_into_eighty_columns_with_no_word_cut(name, monkeypatch, capsy
     assert "--incremental" not in output
     (line,) = [line for line in output.splitlines() if "--help " in line]
     assert line.index("Show this message") <= 53
+
+
+@pytest.mark.parametrize("was_enabled", [True, False])
+def test_loading_a_command_leaves_the_garbage_collector_as_it_was(was_enabled):
+    """A program that imports the command line decides itself if garbage is collected, and which objects."""
+    enabled, frozen = gc.isenabled(), gc.get_freeze_count()
+    try:
+        if not was_enabled:
+            gc.disable()
+        load("solve")
+        assert gc.isenabled() == was_enabled
+        assert gc.get_freeze_count() == frozen
+    finally:
+        if enabled:
+            gc.enable()

@@ -12,7 +12,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.acceptance import SMALLEST
 from masonry_opt.solution.answer import Answer
 from masonry_opt.solution.proof import Proof
-from masonry_opt.solution.thresholds import is_lower, zero_limit
+from masonry_opt.solution.thresholds import is_lower, load_ratio, zero_limit
 
 
 def refusal(problem: Problem) -> str:
@@ -44,7 +44,8 @@ class LeastProof:
         self.best: Answer | None = known
         self.proof: Proof | None = None
         self._task, self._settings = task, settings
-        self._start = _start(known, upper, settings)
+        self._load_ratio = load_ratio(task.problem)
+        self._start = _start(known, upper, settings, self._load_ratio)
         self.why = refusal(task.problem) or _without_range(task.problem, self._start)
         self._search: ConflictSearch | None = None
 
@@ -60,7 +61,7 @@ class LeastProof:
 
     def lower_to(self, state: Answer) -> None:
         """Store an exact state in ``best`` if its load factor is lower than that of the stored state."""
-        if self.best is None or is_lower(state.load_factor, self.best.load_factor):
+        if self.best is None or is_lower(state.load_factor, self.best.load_factor, self._load_ratio):
             self.best = state
 
     def run(self, seconds: float, programs: int) -> bool:
@@ -97,14 +98,14 @@ class LeastProof:
         self.proof = search.proof()
 
 
-def _start(known: Answer | None, upper: float | None, settings: ProofSettings) -> float | None:
+def _start(known: Answer | None, upper: float | None, settings: ProofSettings, ratio: float) -> float | None:
     """Return the upper end of the range of load factors to search, or None if no bound is known."""
     if known is not None:
         return known.load_factor
     if upper is None:
         return None
     # Add a small margin to the upper bound, so that a state with exactly this load factor is found too.
-    return upper + 2 * settings.gap * max(upper, SMALLEST)
+    return upper + 2 * settings.gap * max(upper, SMALLEST * ratio)
 
 
 def _without_range(problem: Problem, start: float | None) -> str:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from masonry_opt.methods.settings import Settings, zero_or_more
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.load_history import LoadHistory
-from masonry_opt.solution.thresholds import ZERO
+from masonry_opt.solution.thresholds import zero_limit
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,9 @@ class ProofBudget(Settings):
         is_small = problem.joints <= self.few_joints or forces - equations <= self.few_redundant_forces
         return is_small and self.covers(problem)
 
-    def range_end(self, associative: float | None, history: LoadHistory | None) -> float | None:
+    def range_end(
+        self, problem: Problem, associative: float | None, history: LoadHistory | None
+    ) -> float | None:
         """Return the upper end of the range of load factors to search if no exact state is known.
 
         The upper end is the associative load factor, which no state exceeds. If this load factor is unknown,
@@ -132,7 +134,7 @@ class ProofBudget(Settings):
         if history is None:
             return None
         end = self.load_range * history.steps[-1].load_factor
-        return end if end > ZERO else None
+        return end if end > zero_limit(problem) else None
 
 
 #: Budget with its defaults.

@@ -22,6 +22,7 @@ from masonry_opt.problem.edges import EdgeFactors
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solution.acceptance import BEYOND_LIMITS, PROVEN_GAP, SMALLEST
+from masonry_opt.solution.thresholds import load_ratio
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 
@@ -277,7 +278,7 @@ def distances(problem: Problem) -> Pairs:
 
 
 def relaxed(
-    problem: Problem, highest: float, of: StateBounds, kept: Pairs, seconds: float, effort: Effort
+    problem: Problem, highest: float, of: StateBounds, selected: Pairs, seconds: float, effort: Effort
 ) -> tuple[float, list[np.ndarray], LpSize]:
     """Solve one relaxation. Return a lower bound of λ, joint forces and the size of the linear program.
 
@@ -286,7 +287,7 @@ def relaxed(
     search can start from the forces, each of shape (3c,).
     """
     with effort.measure("build"):
-        model = PyomoProducts(problem, (of.lowest, highest), of.normal, kept)
+        model = PyomoProducts(problem, (of.lowest, highest), of.normal, selected)
     with effort.measure("compile"):
         lp = LinearProgram.of_pyomo(model.program)
     # Each variable is a product of two factors. Collect the column number of each variable, and the indices
@@ -409,8 +410,8 @@ class Rising:
         """
         (to_joints, to_blocks), before = distances(self._problem), 0
         for radii in RADII:
-            kept = to_joints <= radii[0], to_blocks <= radii[1]
-            products = 12 * int(kept[0].sum()) + 9 * int(kept[1].sum())
+            selected = to_joints <= radii[0], to_blocks <= radii[1]
+            products = 12 * int(selected[0].sum()) + 9 * int(selected[1].sum())
             if products == before or products > _MOST_PRODUCTS:
                 continue
             gains = True
@@ -421,12 +422,12 @@ class Rising:
                 if last > self.of.lowest:
                     self.of = tightened(self.of, self._problem, last, highest, self._effort)
                 before, left = products, ends - time.perf_counter()
-                proven, forces, size = relaxed(self._problem, highest, self.of, kept, left, self._effort)
+                proven, forces, size = relaxed(self._problem, highest, self.of, selected, left, self._effort)
                 self.bound, seconds = max(last, min(proven, self.best)), time.perf_counter() - began
                 step = BoundStep(proven, self.of.lowest, self.best, *radii, products, seconds)
                 self.history.append(step)
-                yield step, size, [] if closed(self.bound, self.best) else forces
-                if closed(self.bound, self.best):
+                yield step, size, [] if closed(self._problem, self.bound, self.best) else forces
+                if closed(self._problem, self.bound, self.best):
                     return
                 gains = self.bound - last > _WORTH_REPEATING * (self.best - last)
 
@@ -450,6 +451,6 @@ def sum_of_rates(problem: Problem, d: np.ndarray) -> float:
     return float(EdgeFactors(problem).in_edges(problem.rates(d, problem.dilatancy)).sum())
 
 
-def closed(bound: float, load_factor: float) -> bool:
+def closed(problem: Problem, bound: float, load_factor: float) -> bool:
     """Return True if the relative gap between a lower bound and a load factor is at most ``PROVEN_GAP``."""
-    return load_factor - bound <= PROVEN_GAP * max(abs(load_factor), SMALLEST)
+    return load_factor - bound <= PROVEN_GAP * max(abs(load_factor), SMALLEST * load_ratio(problem))

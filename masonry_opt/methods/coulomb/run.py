@@ -22,7 +22,7 @@ from masonry_opt.solution.only_state import is_only_load_factor
 from masonry_opt.solution.proof import Proof
 from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import ZERO, same
+from masonry_opt.solution.thresholds import load_ratio, same
 
 if TYPE_CHECKING:
     from masonry_opt.methods.exact.alternation import Alternation
@@ -118,15 +118,17 @@ class CoulombRun:
         assert answer is not None
         solution = replace(self.known, found=answer, status=status, reasons=())
         solution = self.states.met.recorded_in(solution)
-        return with_proof(solution, self.proof)
+        return with_proof(solution, self.proof, self.states.met.load_ratio)
 
 
-def with_proof(solution: Solution, proof: Proof | None) -> Solution:
+def with_proof(solution: Solution, proof: Proof | None, ratio: float) -> Solution:
     """Add to a solution the proof that no state has a lower load factor than its answer.
 
     The solution is returned unchanged if there is no proof, or if the proof is for another load factor.
     """
-    if proof is None or solution.load_factor is None or not same(proof.load_factor, solution.load_factor):
+    if proof is None or solution.load_factor is None:
+        return solution
+    if not same(proof.load_factor, solution.load_factor, ratio):
         return solution
     solution = replace(solution, bound=proof.bound, bound_derived=True, proof=proof)
     values = {"bound": proof.bound, "load_factor": solution.load_factor, "rates": None, "forces": False}
@@ -145,7 +147,7 @@ class LowestState:
     ) -> None:
         self._task, self._problem, self._effort = task, task.problem, task.effort
         self._analysis, self._settings = analysis, settings
-        self.met = StateRecord()
+        self.met = StateRecord(load_ratio(task.problem))
         simplex = self._problem.joints <= settings.simplex_up_to and not self._problem.layout.round
         refiner = refiner_of(task, settings, descends=seeks_lower) if simplex else None
         self._search = Search(refiner, analysis, self.met, settings) if refiner else None
@@ -178,8 +180,8 @@ class LowestState:
         would then collapse without live load.
         """
         self.met.lowest = min(self.met.lowest, state.load_factor)
-        if state.load_factor > ZERO:
-            self._lowest = lower_of(self._lowest, exact_state_of(self._problem, state))
+        if state.load_factor > self.met.zero_limit:
+            self._lowest = lower_of(self._lowest, exact_state_of(self._problem, state), self.met.load_ratio)
             self.met.add(state.load_factor)
             self._report()
 
@@ -196,10 +198,10 @@ class LowestState:
         # with the friction cone.
         start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)
         exact = start if start.exact and self._counts(start) else None
-        self._lowest_without_simplex = _exact_or_lower(self._lowest_without_simplex, exact)
+        self._lowest_without_simplex = self._exact_or_lower(exact)
         found = self._alternation.state_near(start.q, start.d if start.exact else None)
         found = found if found is not None and self._counts(found) else None
-        self._lowest_without_simplex = _exact_or_lower(self._lowest_without_simplex, found)
+        self._lowest_without_simplex = self._exact_or_lower(found)
         self._report()
         if self._problem.layout.round:
             self.met.count(found if found is not None and found.exact else exact)
@@ -225,13 +227,22 @@ class LowestState:
         known = None if lowest is None else exact_state_of(self._problem.by_cone, lowest)
         for state in search.fixed_number(known, _forces_of_steps(history, settings.steps_in_space)):
             if state is not None and self._counts(state, state.below):
-                self._lowest_without_simplex = _exact_or_lower(self._lowest_without_simplex, state.answer)
+                self._lowest_without_simplex = self._exact_or_lower(state.answer)
                 self._report()
 
     def _keep(self, state: ExactState | None) -> None:
         if state is not None and self._counts(state, state.below):
-            self._lowest = lower_of(self._lowest, state)
+            self._lowest = lower_of(self._lowest, state, self.met.load_ratio)
             self._report()
+
+    def _exact_or_lower(self, other: Answer | None) -> Answer | None:
+        """Return the exact one of two answers or, if both or neither are exact, the answer with the lower λ.
+
+        The first answer is the present answer without the simplex method.
+        """
+        one = self._lowest_without_simplex
+        exact = [answer for answer in (one, other) if answer and answer.exact]
+        return exact[0] if len(exact) == 1 else lower_of(one, other, self.met.load_ratio)
 
     def _report(self) -> None:
         """Report the load factor of the present answer, if any, to the user."""
@@ -246,7 +257,7 @@ class LowestState:
         if not is_meaningful(self._analysis, state.load_factor, state.d):
             return False
         self.met.lowest = min(self.met.lowest, state.load_factor, below)
-        return self._problem.settled is None or state.load_factor >= -ZERO
+        return self._problem.settled is None or state.load_factor >= -self.met.zero_limit
 
 
 def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> list[np.ndarray]:
@@ -262,9 +273,3 @@ def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> li
     # Skip the first load step, which has no live load, and the last load step, which was already used as a
     # start.
     return [history.steps[number].forces for number in numbers if 0 < number < last]
-
-
-def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
-    """Return the exact one of two answers or, if both or neither are exact, the answer with the lower λ."""
-    exact = [answer for answer in (one, other) if answer and answer.exact]
-    return exact[0] if len(exact) == 1 else lower_of(one, other)

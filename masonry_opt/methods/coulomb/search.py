@@ -29,6 +29,7 @@ from masonry_opt.solution.proof import Proof
 from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.stopped import with_answer
+from masonry_opt.solution.thresholds import load_ratio
 
 if TYPE_CHECKING:
     from masonry_opt.methods.bounds.least import LeastProof
@@ -154,7 +155,7 @@ class _Lowest:
         self.stop: KeyboardInterrupt | None = None  #: user interrupt or time limit that ended the search
         self.missed = Code.NOT_FOUND  #: reason why no state was found
         self.history: list[LowerState] = []
-        self.met = StateRecord()  #: load factors of the states found from all starts
+        self.met = StateRecord(load_ratio(task.problem))  #: load factors of the states found from all starts
         self._attempt: LeastProof | None = None
 
     @property
@@ -199,7 +200,7 @@ class _Lowest:
         self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
         # A start may lead to the state with the lowest λ again, and return the object that is already stored.
         # This does not count as a lower λ.
-        return state is not self.state and lower_of(self.state, state) is state
+        return state is not self.state and lower_of(self.state, state, self.met.load_ratio) is state
 
     def _keep(self, origin: str, state: ExactState) -> None:
         """Keep a state as the state with the lowest λ, and add it to the history."""
@@ -230,9 +231,9 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder,
     # If the answer of ``first`` is exact, keep it for comparison, because the search may end at a higher load
     # factor.
     exact_answer = first.answer if has_same_law and first.kind is Kind.EXACT else None
-    answer = lower_of(best.answer, exact_answer) or best.answer
-    is_kept = answer is exact_answer
-    if is_kept:
+    answer = lower_of(best.answer, exact_answer, lowest.met.load_ratio) or best.answer
+    is_first_answer = answer is exact_answer
+    if is_first_answer:
         lowest.met.count(exact_answer)
     lowest.met.lowest = min(lowest.met.lowest, first.below_zero)
     kind = Kind.EXACT if answer.exact else Kind.NEARLY_COMPLEMENTARY
@@ -244,7 +245,7 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder,
         solution = solution.telling(reason(Code.SEARCHED, **counts))
     if isinstance(lowest.stop, TimeLimitReached):
         solution = with_answer(solution, lowest.stop, task.effort)
-    stationary = None if is_kept else lowest.stationary
+    stationary = None if is_first_answer else lowest.stationary
     matters = first.flow_rule_matters
-    solution = with_proof(solution, lowest.proof or first.proof)
+    solution = with_proof(solution, lowest.proof or first.proof, lowest.met.load_ratio)
     return replace(solution, flow_rule_matters=matters, stationary=stationary, size=finder.size)

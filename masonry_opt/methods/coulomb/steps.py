@@ -18,7 +18,7 @@ from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.answer import Existence
 from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import ZERO, is_lower
+from masonry_opt.solution.thresholds import is_lower, load_ratio, zero_limit
 from masonry_opt.solvers.registry import find_solver
 
 if TYPE_CHECKING:
@@ -173,7 +173,7 @@ class LeastProven:
 
         assert run.incremental is not None
         known = run.answer if run.answer is not None and run.answer.exact else None
-        upper = run.budget.range_end(run.known.associative, run.incremental.load_history)
+        upper = run.budget.range_end(run.problem, run.known.associative, run.incremental.load_history)
         search = LeastProof(run.task, known, upper)
         try:
             search.run(run.budget.seconds, run.budget.programs)
@@ -243,18 +243,18 @@ class Loop:
             ended = run.incremental
             if ended.answer is None:
                 return _undecided(run, Status.SOLVER_FAILED, looped=True)
-        ended = _with_carried_load(ended, run.incremental)
+        ended = _with_carried_load(run, ended, run.incremental)
         ended = replace(ended, associative=known.associative, associative_ended=statics)
         return replace(ended, infeasibility=known.infeasibility)
 
 
-def _with_carried_load(ended: Solution, incremental: Solution) -> Solution:
+def _with_carried_load(run: CoulombRun, ended: Solution, incremental: Solution) -> Solution:
     """If the load history reached a higher λ than the solution, add a reason that states the higher λ."""
     history = incremental.load_history
     if history is None or ended.load_factor is None or not incremental.has(Code.UNDECIDED):
         return ended
     carried = history.steps[-1].load_factor
-    if not is_lower(ended.load_factor, carried):
+    if not is_lower(ended.load_factor, carried, load_ratio(run.problem)):
         return ended
     return ended.telling_first(reason(Code.CARRIES_MORE, carried=carried))
 
@@ -267,7 +267,7 @@ def _end_without_loop(run: CoulombRun) -> Solution | None:
     if grows and found is not None and found.existence is Existence.UNBOUNDED:
         return replace(run.known, status=Status.JAMMED, reasons=tuple(grows))
     lowest = run.states.met.lowest
-    if lowest < -ZERO:
+    if lowest < -zero_limit(run.problem):
         ended = run.known.ended(Status.BELOW_ZERO, Code.BELOW_ZERO, load_factor=lowest)
         return replace(ended, below_zero=lowest)
     if run.analysis.preload_forces is None:

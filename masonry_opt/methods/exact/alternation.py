@@ -17,7 +17,7 @@ from masonry_opt.methods.task import Task
 from masonry_opt.models.cvxpy_cone import ConeForces, ConeMotion
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
 from masonry_opt.problem.problem import Problem, Scaled, in_units_of_load
-from masonry_opt.solution.acceptance import Kind, over_load_factor
+from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.answer import Answer, certified
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 from masonry_opt.solvers.registry import Solver, find_solver
@@ -209,7 +209,7 @@ class Alternation:
                 break
             load_factor, q = scaled.load_factor * forces[0], scaled.force * forces[1]
             answer = certified(problem, load_factor, q, d)
-            energy = over_load_factor(answer.certificate.complementarity, answer.load_factor)
+            energy = answer.residuals["complementarity"]
             is_within = energy <= self._settings.largest_energy and not answer.failing(
                 Kind.NEARLY_COMPLEMENTARY
             )

@@ -28,7 +28,9 @@ Candidate = tuple[str, ExactState | None]
 class StateRecord:
     """Record of a search: the number of its starts, and the load factors of the exact states found."""
 
-    def __init__(self) -> None:
+    def __init__(self, ratio: float = 1.0) -> None:
+        self.load_ratio = ratio  #: factor by which thresholds of load factors are multiplied
+        self.zero_limit = ZERO * ratio  #: magnitude below which a load factor counts as zero
         self.load_factors: list[float] = []  #: distinct load factors of exact states, in order of discovery
         self.candidates = 0  #: number of starts, including those without an exact state
         #: Lowest load factor of all states whose mechanism counts as a collapse. The answer of the search may
@@ -43,18 +45,18 @@ class StateRecord:
 
     def add(self, load_factor: float) -> None:
         """Record a load factor, unless an equal load factor is already recorded."""
-        if not any(same(load_factor, known) for known in self.load_factors):
+        if not any(same(load_factor, known, self.load_ratio) for known in self.load_factors):
             self.load_factors.append(load_factor)
 
     @property
     def _above_zero(self) -> list[float]:
         """Positive load factors of the states, or all load factors if none is positive."""
-        return [value for value in self.load_factors if value > ZERO] or self.load_factors
+        return [value for value in self.load_factors if value > self.zero_limit] or self.load_factors
 
     @property
     def _has_state_below(self) -> bool:
         """True if the lowest λ found is zero or negative and lower than all reported load factors."""
-        return self.lowest <= ZERO and self.lowest < min(self._above_zero) - ZERO
+        return self.lowest <= self.zero_limit and self.lowest < min(self._above_zero) - self.zero_limit
 
     @property
     def reasons(self) -> list[Reason]:
@@ -124,7 +126,7 @@ class Search:
         in_vain = 0
         for _, state in self.endless(lowest, 0):
             yield state
-            before, lowest = lowest, lower_of(lowest, state)
+            before, lowest = lowest, lower_of(lowest, state, self.met.load_ratio)
             in_vain = 0 if lowest is not before else in_vain + 1
             if in_vain >= starts:
                 return
@@ -139,7 +141,7 @@ class Search:
         """
         for q in forces:
             state = self.start(q)
-            lowest = lower_of(lowest, state)
+            lowest = lower_of(lowest, state, self.met.load_ratio)
             yield state
         if self.problem.joints > self._settings.most_contacts:
             if lowest is not None:
@@ -177,12 +179,12 @@ class Search:
             while self.problem.layout.round and best is not None and best is not repeated:
                 repeated = best
                 state = self.start(best.q)
-                best = lower_of(best, state)
+                best = lower_of(best, state, self.met.load_ratio)
                 yield _LOWEST, state
             rng = np.random.default_rng((seed, number))
-            best = lower_of(best, self.known)
+            best = lower_of(best, self.known, self.met.load_ratio)
             state = self.start(functions[kind](self, best, rng))
-            best = lower_of(best, state)
+            best = lower_of(best, state, self.met.load_ratio)
             yield kind, state
 
     def random_forces(
@@ -194,7 +196,9 @@ class Search:
         and other forces with two limits use at most ``strength_share`` of their strength, because a tie that
         does not yield may permit a state with a lower λ.
         """
-        known = self._largest_load_factor if best is None or best.load_factor <= ZERO else best.load_factor
+        known = self._largest_load_factor
+        if best is not None and best.load_factor > self.met.zero_limit:
+            known = best.load_factor
         if known is None:
             return None
         self._finder.check_time()
@@ -258,21 +262,24 @@ class Search:
 _L = TypeVar("_L", ExactState, Answer)
 
 
-def lower_of(one: _L | None, other: _L | None) -> _L | None:
+def lower_of(one: _L | None, other: _L | None, ratio: float = 1.0) -> _L | None:
     """Return the state with the lower load factor; a state that is None is ignored.
 
     - If the load factors are equal, a state that is exact is preferred to a state that is not. If neither or
       both are exact, the first state is returned.
     - A state with a positive load factor is preferred to a state with a load factor of zero or less, in which
       the scene would move without live load.
+
+    ``ratio`` is the :func:`~masonry_opt.solution.thresholds.load_ratio` of their problem.
     """
     if one is None or other is None:
         return one or other
-    if one.exact != other.exact and same(one.load_factor, other.load_factor):
+    if one.exact != other.exact and same(one.load_factor, other.load_factor, ratio):
         return one if one.exact else other
-    if (one.load_factor <= ZERO) != (other.load_factor <= ZERO):
+    zero = ZERO * ratio
+    if (one.load_factor <= zero) != (other.load_factor <= zero):
         return other if one.load_factor < other.load_factor else one
-    return other if is_lower(other.load_factor, one.load_factor) else one
+    return other if is_lower(other.load_factor, one.load_factor, ratio) else one
 
 
 #: Kind of start of a search: the forces of the state with the lowest λ found so far.

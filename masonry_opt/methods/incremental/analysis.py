@@ -297,7 +297,7 @@ class _LoadRaising:
 
     def _may_be_limit(self, state: Answer) -> bool:
         """Return True if the load history has not ruled out an exact state as the state of the collapse."""
-        return self._is_in_bracket(state) and self.carried < self._beside(state)[1]
+        return self._is_in_bracket(state) and self.carried < self._around(state)[1]
 
     def _is_in_bracket(self, state: Answer) -> bool:
         excess = _excess(state, self._unbalanced, self._most_excess)
@@ -351,7 +351,7 @@ class _LoadRaising:
         for which Newton's method fails.
         """
         if self.state is not None:
-            below, above = self._beside(self.state)
+            below, above = self._around(self.state)
             if self.carried < below:
                 self._raise_to(below)
             elif self.unreached > above:
@@ -370,7 +370,7 @@ class _LoadRaising:
         """Return True if two load factors differ by at most the setting ``tolerance``."""
         return larger - load_factor <= self.settings.tolerance * self._size_of(larger)
 
-    def _beside(self, state: Answer) -> tuple[float, float]:
+    def _around(self, state: Answer) -> tuple[float, float]:
         """Return two load factors, slightly below and slightly above the load factor of an exact state."""
         apart = self.settings.tolerance / 2 * self._size_of(state.load_factor)
         return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
@@ -409,7 +409,7 @@ class _LoadRaising:
             return self.state is not None or is_negligible or is_fine
         if self.state is None or self.not_carried - self.carried > settings.smallest_increment * size:
             return False
-        below, above = self._beside(self.state)
+        below, above = self._around(self.state)
         return below <= self.carried and self.unreached <= above
 
     def _load(self, load_factor: float) -> np.ndarray:

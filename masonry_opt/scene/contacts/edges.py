@@ -10,7 +10,7 @@ import shapely
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.contacts import sides
 from masonry_opt.scene.contacts.bisectors import Sectors, contact_normals
-from masonry_opt.scene.contacts.sides import LARGEST_GAP_RATIO, Items, Meetings, Touches, near_items, to_line
+from masonry_opt.scene.contacts.sides import SMALL_LENGTH_RATIO, Items, Meetings, Touches, near_items, to_line
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.rows import lengths
 from masonry_opt.scene.scene import Scene
@@ -20,9 +20,13 @@ from masonry_opt.scene.scene import Scene
 _COINCIDENT_EDGE_TOLERANCE = 1e-3
 
 #: Smallest length that two nearly parallel edges must share to form a joint, relative to the tolerance. Edges
-#: at an angle must share a longer length, see :data:`~.sides.LARGEST_GAP_RATIO`. With a smaller value, errors
-#: of corners produce false joints.
+#: at an angle must share a longer length, see :data:`~.sides.SMALL_LENGTH_RATIO`. With a smaller value,
+#: errors of corners produce false joints.
 _SHORTEST_PARALLEL = 3.0
+
+#: Largest angle between two edges that count as nearly parallel, in radians. With a larger value, short
+#: segments of edges at an angle form joints.
+_LARGEST_ANGLE = 0.1
 
 #: Largest number of pairs of edges that are compared. A scene with more pairs raises an error. A larger value
 #: needs more time and memory.
@@ -164,7 +168,7 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
     touching = _join_parts(parts.where(touch), shapes.tolerance)
     # Leave out segments that are short compared with the gap between their edges. Such segments occur at
     # bends of curved edges that are drawn as chains of short edges.
-    is_wide = touching.extent > LARGEST_GAP_RATIO * touching.most
+    is_wide = touching.extent > SMALL_LENGTH_RATIO * touching.most
     touching = touching.where((touching.most <= shapes.tolerance) | is_wide)
     if shapes.contact_tolerance == shapes.tolerance:
         touching = _without_corners(touching, shapes.tolerance)
@@ -192,11 +196,11 @@ def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
     """Leave out the touching segments at which one block may touch the other only with a corner.
 
     A block may touch only with a corner if the two edges are not parallel, and if the segment is short
-    relative to the distance between the edges; see :data:`~.sides.LARGEST_GAP_RATIO`. Very short segments of
+    relative to the distance between the edges; see :data:`~.sides.SMALL_LENGTH_RATIO`. Very short segments of
     parallel edges are left out too.
     """
-    is_long = touching.most <= LARGEST_GAP_RATIO * touching.extent
-    is_parallel = touching.angle <= LARGEST_GAP_RATIO
+    is_long = touching.most <= SMALL_LENGTH_RATIO * touching.extent
+    is_parallel = touching.angle <= _LARGEST_ANGLE
     return touching.where(is_long | (is_parallel & (touching.extent >= _SHORTEST_PARALLEL * tolerance)))
 
 
@@ -206,7 +210,7 @@ def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
     In a chain, each segment is followed by the segment that begins nearest to its end. The distance may be at
     most two tolerances, or a fifth of the widest gap between the edges, whichever is larger.
     """
-    nearest = max(tolerance, LARGEST_GAP_RATIO * float(parts.most.max()))
+    nearest = max(tolerance, SMALL_LENGTH_RATIO * float(parts.most.max()))
     distance = np.hypot(*np.moveaxis(parts.end[:, None] - parts.start[None], 2, 0))
     np.fill_diagonal(distance, np.inf)
     has_follower = np.flatnonzero(distance.min(axis=1) <= 2 * nearest)

@@ -6,7 +6,7 @@ import numpy as np
 
 from masonry_opt.scene.contacts.alignment import DEFAULT_SETTINGS
 from masonry_opt.scene.contacts.faces import NARROWEST
-from masonry_opt.scene.contacts.sides import LARGEST_GAP_RATIO, Facing, Touches, nearest
+from masonry_opt.scene.contacts.sides import SMALL_LENGTH_RATIO, Facing, Touches, nearest
 from masonry_opt.scene.geometry import (
     NEAR_MISS,
     TOLERANCE_OVER_ERROR,
@@ -64,8 +64,8 @@ def near_misses(
     for joints in touching:
         if isinstance(joints, Facing):
             extent_touching += np.bincount(joints.pair, joints.extent, pairs)
-    widest = apart.breadth if drawn_apart else LARGEST_GAP_RATIO * apart.width
-    is_gap = (apart.most <= widest) & (apart.extent > LARGEST_GAP_RATIO * extent_touching[apart.pair])
+    widest = apart.breadth if drawn_apart else SMALL_LENGTH_RATIO * apart.width
+    is_gap = (apart.most <= widest) & (apart.extent > SMALL_LENGTH_RATIO * extent_touching[apart.pair])
     apart = apart.where(is_gap)
     if not touching:
         return apart

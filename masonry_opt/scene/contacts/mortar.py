@@ -17,7 +17,7 @@ import numpy as np
 from masonry_opt.errors import counted, rounded
 from masonry_opt.scene.contacts.gaps import Closing, aligning_tolerance, closing
 from masonry_opt.scene.contacts.neighbours import facing_sides, near_pairs
-from masonry_opt.scene.contacts.sides import LARGEST_GAP_RATIO, Facing
+from masonry_opt.scene.contacts.sides import SMALL_LENGTH_RATIO, Facing
 from masonry_opt.scene.geometry import (
     MORTAR,
     NEAR_MISS,
@@ -330,7 +330,7 @@ def lost_joints(
     is_lost = (facing.most <= shapes.reach[ends].min(axis=1)) & ~np.isin(
         _codes(ends, scene), _codes(np.column_stack(joined), scene)
     )
-    is_lost &= facing.width > LARGEST_GAP_RATIO * shapes.width[ends].min(axis=1)
+    is_lost &= facing.width > SMALL_LENGTH_RATIO * shapes.width[ends].min(axis=1)
     gaps = np.where(facing.most > _fine_tolerance(scene, shapes), facing.most, 0.0)
     lost: dict[tuple[int, int], float] = {}
     for (i, j), width in zip(ends[is_lost].tolist(), gaps[is_lost].tolist(), strict=True):
@@ -417,7 +417,7 @@ def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
 
     The message names the thinnest block.
     """
-    is_large = shapes.tolerance > LARGEST_GAP_RATIO * shapes.width[~scene.fixed].min()
+    is_large = shapes.tolerance > SMALL_LENGTH_RATIO * shapes.width[~scene.fixed].min()
     if scene.contact_tolerance is None and not is_large:
         return
     thickness = np.where(scene.fixed, np.inf, shapes.thickness())

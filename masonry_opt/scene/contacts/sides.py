@@ -16,11 +16,11 @@ import numpy as np
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.rows import Rows, chunks, combine, dots, lengths, ranges
 
-#: Largest distance between two touching edges, relative to the length of their shared segment. Edges farther
-#: apart form no joint, unless they are nearly parallel. The tolerance limits the distance too, so the ratio
-#: matters only for segments shorter than ten tolerances. With a larger value, edges at a larger angle form
-#: joints.
-LARGEST_GAP_RATIO = 0.1
+#: Ratio of two lengths up to which the first counts as small. For example, two touching edges form a joint if
+#: their distance is small, relative to the length of their shared segment. The tolerance limits the distance
+#: too, so the ratio matters only for segments shorter than ten tolerances. With a larger value, edges at a
+#: larger angle form joints.
+SMALL_LENGTH_RATIO = 0.1
 
 #: Sine of the largest angle between two sides that face each other across a gap, such as undrawn mortar. A
 #: larger value also joins sides that meet at a corner.
@@ -34,7 +34,9 @@ def faces_across(sine: np.ndarray, gap: np.ndarray, width: np.ndarray) -> np.nda
     than the gap times the sine of the angle between them. A smaller shared width may belong to a corner, and
     would depend on the choice of the bisector.
     """
-    is_facing: np.ndarray = (sine <= _MOST_ANGLE_ACROSS) & (width > np.maximum(sine, LARGEST_GAP_RATIO) * gap)
+    is_facing: np.ndarray = (sine <= _MOST_ANGLE_ACROSS) & (
+        width > np.maximum(sine, SMALL_LENGTH_RATIO) * gap
+    )
     return is_facing
 
 

@@ -78,8 +78,8 @@ def _groups(scene: Scene, axles: AxlesArgument) -> list[Axles]:
             near = did_you_mean(axles, [group.name for group in scene.axles]) or f"; known: {known}"
             raise OptionError(f"{scene.origin}: no axles '{axles}'{near}")
         return named
-    given = scene.axles if axles is None else axles
-    groups = [*given] if isinstance(given, Sequence) else [given]
+    chosen = scene.axles if axles is None else axles
+    groups = [*chosen] if isinstance(chosen, Sequence) else [chosen]
     if not groups:
         raise CaseError(
             f"{scene.origin}: the scene has no axles: add [[axles]], or in Python axles=mo.Axles(...)"

@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from masonry_opt.errors import rounded
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.reporting.sentences import numeral
 from masonry_opt.scene.road import Axles
 from masonry_opt.scene.typical_sizes import LARGEST_SCENE
 from masonry_opt.solution.force_units import median_unit_weight
@@ -27,11 +27,6 @@ _HEAVIEST_AXLE = 1500.0
 _LARGEST_RELATIVE_LOAD = 10.0
 
 
-def _rounded(value: float) -> str:
-    """Return a number rounded to three significant digits, without a power of ten."""
-    return numeral(float(f"{value:.3g}"), ".6g")
-
-
 def _are_unusual(group: Axles, unit: str) -> bool:
     """Return True if the heaviest axle is implausibly light or heavy for a vehicle.
 
@@ -52,7 +47,7 @@ def unusual_axles(assembly: Assembly, groups: Iterable[Axles]) -> Iterator[dict[
     """
     unit_weight = median_unit_weight(assembly)
     unit = typical_unit(unit_weight)
-    looks = f"the median unit weight of the blocks, {_rounded(unit_weight)}, looks like {unit}"
+    looks = f"the median unit weight of the blocks, {rounded(unit_weight)}, looks like {unit}"
     extent = float(assembly.geometry.extent_of(assembly.movable).max())
     for group in groups:
         if group.set is None:
@@ -60,14 +55,14 @@ def unusual_axles(assembly: Assembly, groups: Iterable[Axles]) -> Iterator[dict[
                 continue
             heaviest = max(group.group.loads)
             values = {"load": heaviest, "unit_weight": unit_weight}
-            sentence = f"the largest load of axles '{group.name}' is {_rounded(heaviest)}, but {looks}"
+            sentence = f"the largest load of axles '{group.name}' is {rounded(heaviest)}, but {looks}"
         else:
-            given = f"the set of axles '{group.name}' is in kN and m"
+            units_of_set = f"the set of axles '{group.name}' is in kN and m"
             if unit not in ("", _UNIT_OF_SETS):
-                values, sentence = {"unit_weight": unit_weight}, f"{given}, but {looks}"
+                values, sentence = {"unit_weight": unit_weight}, f"{units_of_set}, but {looks}"
             elif extent > LARGEST_SCENE:
                 values = {"extent": extent}
-                sentence = f"{given}, but the blocks extend over {_rounded(extent)}"
+                sentence = f"{units_of_set}, but the blocks extend over {rounded(extent)}"
             else:
                 continue
         advice = "use the same units for axles, weights and lengths"

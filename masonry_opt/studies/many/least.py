@@ -23,7 +23,7 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.answer import Certificate
 from masonry_opt.solution.reasons import Status
-from masonry_opt.solution.thresholds import LEAST_DECREASE
+from masonry_opt.solution.thresholds import RELATIVE_ROUNDING
 from masonry_opt.studies.many.jumps import jump_between
 from masonry_opt.studies.many.scene_answer import SceneAnswer, solve_or_cross
 from masonry_opt.studies.many.standing import standing
@@ -187,7 +187,7 @@ class _Search:
             if self.load is not None and scene is not None and not _has_live_load(scene):
                 remedy = "; without 'load' (--load) the search tests stability under dead load only"
             raise type(error)(f"at {value:.9g}: {error}{remedy}") from None
-        rounding = LEAST_DECREASE * max(1.0, abs(self.required))
+        rounding = RELATIVE_ROUNDING * max(1.0, abs(self.required))
         holds = number >= self.required - rounding
         trial = self.trials[value] = Trial(value, holds, number, answer, certificate)
         self.progress(trial)
@@ -241,7 +241,7 @@ class _Search:
             ends[trial.holds] = trial
             # Brent's method needs finite numbers. It would stop at a difference of zero, and only one end of
             # the interval would then be known.
-            distance = float(np.clip(abs(trial.number - self.required), LEAST_DECREASE * size, size))
+            distance = float(np.clip(abs(trial.number - self.required), RELATIVE_ROUNDING * size, size))
             return distance if trial.holds else -distance
 
         # Brent's method stops when the distance of the ends of its interval is below xtol + rtol |value|.

@@ -11,7 +11,7 @@ generator are varied by the parameters of the generator.
 from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
-from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.errors import CaseError, OptionError, listed
 from masonry_opt.scene.blocks import EXCLUSIVE_KEYS, Record
 from masonry_opt.scene.case_file import CaseFile
 from masonry_opt.scene.keys import SceneKeys
@@ -127,11 +127,10 @@ class Parameters:
         """Return a text that lists the known names with a given prefix; if no name has it, all known names.
 
         If there are more than ``_MOST_LISTED_PARAMETERS`` names, the text lists the first ones and states the
-        total number.
+        number of the others.
         """
         names = [name for name in self.names if name.startswith(heads)] or [*self.names]
-        more = f", ... ({len(names)} in all)" if len(names) > _MOST_LISTED_PARAMETERS else ""
-        return f"there are: {', '.join(names[:_MOST_LISTED_PARAMETERS])}{more}"
+        return f"there are: {listed(names, _MOST_LISTED_PARAMETERS)}"
 
 
 def is_of_joints(name: str) -> bool:

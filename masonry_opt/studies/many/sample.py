@@ -13,6 +13,7 @@ from scipy import stats
 from masonry_opt.analysis import prepare
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT, METHODS
+from masonry_opt.problem.arguments import numbers
 from masonry_opt.reporting.load_factors import meaning, search_advice
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.scene.case_file import as_scene
@@ -200,7 +201,7 @@ class Sample(StudyAnswer):
 
         Raises OptionError if a probability is not between 0 and 1.
         """
-        probabilities = _numbers("probabilities", probabilities)
+        probabilities = _list_of_numbers("probabilities", probabilities)
         _refuse_shares(probabilities=probabilities, confidence=[confidence])
 
         def interval(values: np.ndarray, probability: float) -> Any:
@@ -235,7 +236,7 @@ class Sample(StudyAnswer):
         confidence: Confidence of the limits.
         """
         _refuse_shares(confidence=[confidence])
-        loads = self._loads_of_runs() if loads is None else _numbers("loads", loads)
+        loads = self._loads_of_runs() if loads is None else _list_of_numbers("loads", loads)
         n, tail = len(self._counting), (1 - confidence) / 2
         upper_ends = np.asarray(loads, dtype=float)
         upper_ends = upper_ends + EQUALITY_TOLERANCE * np.abs(upper_ends)
@@ -408,15 +409,13 @@ class Sample(StudyAnswer):
         return result | {"confidence": CONFIDENCE} | tables
 
 
-def _numbers(name: str, values: Any) -> list[float]:
+def _list_of_numbers(name: str, values: Any) -> list[float]:
     """Return a number or a list of numbers as a list. Raises OptionError for any other value."""
-    try:
-        numbers = np.atleast_1d(np.asarray(values, dtype=float))
-    except (TypeError, ValueError):
-        numbers = np.array([math.nan])
-    if numbers.ndim != 1 or not np.isfinite(numbers).all():
-        raise OptionError(f"{name} must be a number or a list of numbers (found {values!r})")
-    return [float(number) for number in numbers]
+    needed = "a number or a list of numbers"
+    array = np.atleast_1d(numbers(name, values, needed))
+    if array.ndim != 1 or not np.isfinite(array).all():
+        raise OptionError(f"{name} must be {needed} (found {values!r})")
+    return [float(number) for number in array]
 
 
 def _refuse_shares(**shares: Sequence[float]) -> None:

@@ -40,7 +40,7 @@ from masonry_opt.scene.road import Axles
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.acceptance import LIMITS
 from masonry_opt.solution.motion import joint_motion
-from masonry_opt.solution.thresholds import IDLE_FORCE
+from masonry_opt.solution.thresholds import NEGLIGIBLE_SHARE
 from masonry_opt.studies.crossing.answer import Crossing
 from masonry_opt.studies.crossing.assessment import FORCE_UNIT
 from masonry_opt.studies.load_cases.cases import Cases, Directions
@@ -468,11 +468,11 @@ def _joints(result: Result) -> pd.DataFrame:
     """Return the table of joints, sorted by utilisation if only some joints are printed."""
     frame = result.joints.copy()
     if "m" in frame:
-        pressed = frame["n"] > IDLE_FORCE * frame["n"].abs().max()
+        pressed = frame["n"] > NEGLIGIBLE_SHARE * frame["n"].abs().max()
         frame["e"] = (frame["m"] / frame["n"]).where(pressed)
     frame = frame.reindex(columns=_JOINTS).dropna(axis=1, how="all")
     numbers = frame.select_dtypes("number")
-    frame = frame.assign(**numbers.mask(numbers.abs() <= IDLE_FORCE * numbers.abs().max(), 0.0))
+    frame = frame.assign(**numbers.mask(numbers.abs() <= NEGLIGIBLE_SHARE * numbers.abs().max(), 0.0))
     if result.solution.d is not None:
         motion = joint_motion(result.assembly, result.solution)
         moves = zip(*(getattr(motion, name) for name in _MOTIONS), strict=True)

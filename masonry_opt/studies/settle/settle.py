@@ -14,7 +14,7 @@ import numpy as np
 
 from masonry_opt.analysis import prepare
 from masonry_opt.effort import Effort, phases_from
-from masonry_opt.errors import OptionError
+from masonry_opt.errors import OptionError, rounded
 from masonry_opt.finite_motion.freed_supports import freed, reaction_at_rest, refuse_idle, supports_of
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.registry import DEFAULT
@@ -121,8 +121,8 @@ def settle(
         end = Bound(results[0], results[-1], unit * start, -sign * unit, movement)
         if movement is not None and movement > end.largest_movement:
             raise OptionError(
-                f"{scene.origin}: 'movement' must be at most {end.largest_movement:.3g}, because openings "
-                f"are calculated for small rotations of the blocks (found {movement:g})"
+                f"{scene.origin}: 'movement' must be at most {rounded(end.largest_movement)}, because "
+                f"openings are calculated for small rotations of the blocks (found {movement:g})"
             )
         return end
 

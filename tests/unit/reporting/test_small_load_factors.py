@@ -1,6 +1,7 @@
 """Load factors of zero, and load factors that are small because the live load is large, in printed texts."""
 
 import pytest
+from proofs import FOLDER
 from scenes import block_on_floor, two_blocks
 
 import masonry_opt as mo
@@ -45,3 +46,17 @@ def test_a_small_load_factor_is_proven_as_any_other(size):
     assert result.load_factor == pytest.approx(0.15 / size, rel=1e-6)
     assert f"  least, proven  {0.15 / size:.6g} " in result.summary
     assert mo.check_proof(scene, result.proof).holds
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [1e6, 1e9])
+def test_the_least_of_several_states_is_proven_at_any_size_of_the_live_load(size):
+    """If the live load is multiplied by a number, all load factors are divided by it, and the texts agree."""
+    scene = mo.load(FOLDER / "stones_14_joints.toml")
+    larger = {b.name: {"live": tuple(size * force for force in b.live)} for b in scene.blocks if not b.fixed}
+    small, result = mo.solve(scene), mo.solve(scene.replace(blocks=larger))
+    assert small.proof is not None
+    assert result.proof is not None
+    assert result.load_factor == pytest.approx(small.load_factor / size, rel=1e-9)
+    assert result.solution.exact_states == small.solution.exact_states
+    assert f"  least, proven  {small.load_factor / size:.6g} " in result.summary

@@ -343,7 +343,7 @@ def test_a_tangent_given_as_an_angle():
 
 @pytest.mark.parametrize("friction", [0.001, 0.01, 0.015, 0.0123456])
 def test_a_small_friction_that_is_no_angle_is_intended(friction):
-    """Nobody who wrote 'friction' is is_warned to write it instead of 'friction_angle'."""
+    """Nobody who wrote 'friction' is advised to write it instead of 'friction_angle'."""
     assert warned(block_on_floor(friction=friction), Code.FRICTION_LOW) == []
 
 

@@ -30,7 +30,14 @@ from masonry_opt.solution.answer import FinalState, certify
 from masonry_opt.solution.frames import joint_frame
 from masonry_opt.solution.motion import joint_motion, moving_blocks
 from masonry_opt.solution.reasons import Code
-from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE, LEAST_DECREASE, MOVES, SLIDES, is_lower, same
+from masonry_opt.solution.thresholds import (
+    EQUALITY_TOLERANCE,
+    MOVES,
+    RELATIVE_ROUNDING,
+    SLIDES,
+    is_lower,
+    same,
+)
 from masonry_opt.studies.run_columns import mechanism
 
 
@@ -164,7 +171,7 @@ def test_same_is_symmetric_and_relative_from_a_hundredth_on(size):
     assert same(size, near)
     assert same(near, size)
     assert not same(size, far)
-    assert [is_lower(size, size + share * LEAST_DECREASE * unit) for share in (-1.1, 0.9, 1.1)] == [
+    assert [is_lower(size, size + share * RELATIVE_ROUNDING * unit) for share in (-1.1, 0.9, 1.1)] == [
         False,
         False,
         True,
