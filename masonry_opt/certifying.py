@@ -178,9 +178,10 @@ class StateCheck:
         )
 
     def _advice_on_chords(self) -> str:
-        """Return advice on the argument ``crushing``, or "" if the chords are not the cause.
+        """Return advice on the argument ``crushing`` if the chords explain the failed check, or "".
 
-        The chords are the cause if the forces are outside the chords, and admissible by the parabola.
+        Chords replace the crushing parabola. They explain the failure if the forces are outside the chords,
+        and admissible by the parabola.
         """
         problem = self._scene_problem
         outside = problem.slacks(self.q)[problem.bent].min(initial=0.0)

@@ -12,8 +12,9 @@ def main() -> None:
 
     The import is inside this function, so that Ctrl-C during the import is handled.
     """
-    if not sys.flags.dev_mode:  # in development mode, Python reports files that are left open
-        # Python collects garbage twice when a program ends. The collections would visit all modules.
+    # Python collects garbage twice when a program ends, and would visit all modules. In development mode,
+    # these collections report files that are left open, so they remain.
+    if not sys.flags.dev_mode:
         atexit.register(gc.freeze)
     try:
         with garbage_collection_paused():

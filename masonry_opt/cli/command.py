@@ -87,7 +87,7 @@ def _movement(text: str) -> tuple[str, tuple[float, ...]]:
 _VIEW = "Azimuth and elevation of the viewer in degrees, for a scene in space."
 _DRAW = "Draw the answer to FILE (.png, .svg, .pdf{})."
 PICTURE = typer.Option(metavar="FILE", help=_DRAW.format(""))
-#: What the options of pictures apply to, and the option that they need (see :func:`refuse_without`).
+#: Arguments of :func:`refuse_without` for the options of pictures: what they apply to, and what they need.
 PICTURE_NEEDS = ("a picture", "--plot FILE")
 
 #: Command-line options for parameters that have the same meaning in all functions.

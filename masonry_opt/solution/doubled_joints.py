@@ -9,12 +9,12 @@ from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.rows import bounds, dots
 from masonry_opt.solution.reasons import Code, Reason, reason
 
-#: Two joints are at one place if they share more than this fraction of the larger joint. A smaller value
-#: would name supports side by side that overlap by an error of the drawing.
+#: Two joints are at one place if they share more than this fraction of the larger joint. With a smaller
+#: value, the warning would also name adjacent supports that overlap only because of an error of the drawing.
 _SHARED_PART = 0.01
 
-#: Largest angle, in radians, between the faces of two joints at one place. A larger value would name joints
-#: on the two sides of a corner.
+#: Largest angle, in radians, between the faces of two joints at one place. With a larger value, the warning
+#: would also name joints on the two sides of a corner.
 _FACES_PARALLEL = 1e-3
 
 
@@ -94,7 +94,7 @@ def _shared_part(joints: Joints, one: np.ndarray, other: np.ndarray) -> np.ndarr
 
 
 def _shape(joints: Joints, own: slice, axis: int) -> shapely.Geometry:
-    """Return a joint without the coordinate ``axis``: a segment, or in space a polygon.
+    """Return a joint projected along the coordinate ``axis``: a segment, or in space a polygon.
 
     ``own`` selects the contact points of the joint.
     """

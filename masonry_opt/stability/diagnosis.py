@@ -45,17 +45,13 @@ _SIMPLEX_UP_TO = 2000
 #: number of joints. For larger scenes, this multiplier remains unknown.
 FACTOR_UP_TO = 2000
 
-#: Smallest normal force of a joint that messages about locking list, in median block weights. Solvers return
-#: up to 1e-9 for a force of zero.
+#: Messages about locking list the joints whose normal force is at least this fraction of the median block
+#: weight. Solvers return up to 1e-9 for a force of zero.
 _LEAST_LISTED_FORCE = 1e-7
 
 #: The search for the smallest friction multiplier with which a scene is stable ends after this number of
 #: trials. Its result is the smallest multiplier with which the scene was found stable by then.
 _MOST_FACTORS = 12
-
-#: Smallest normal force of a joint that messages about locking list, in median block weights. Solvers return
-#: up to 1e-9 for a force of zero.
-_LEAST_LISTED_FORCE = 1e-7
 
 #: The search for the smallest friction multiplier with which a scene is stable ends at this accuracy. The
 #: smallest multiplier found stable and the largest found unstable then differ by at most this fraction. A

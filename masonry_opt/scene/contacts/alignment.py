@@ -61,9 +61,10 @@ DEFAULT_SETTINGS = AlignmentSettings()
 _SINE_OF_DISTINCT_DIRECTIONS = 0.1
 
 #: The intersection of planes is computed with a pseudo-inverse of their unit normals. Singular values below
-#: this fraction of the largest singular value count as zero. For two planes, the fraction is the tangent of
-#: half their angle, so they are intersected from an angle of 11.4° (sine 0.2). With a smaller value,
-#: errors are amplified. With a larger value, more points are moved onto a mean of their planes.
+#: this fraction of the largest singular value count as zero. For two planes, the ratio of the singular values
+#: is the tangent of half their angle, so they are intersected only if their angle is at least 11.4° (sine
+#: 0.2). With a smaller value, errors are amplified. With a larger value, more points are moved onto a mean of
+#: their planes.
 _LEAST_SPREAD_OF_NORMALS = 0.1
 
 

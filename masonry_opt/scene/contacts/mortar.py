@@ -460,7 +460,7 @@ def _thickest_mortar(scene: Scene, shapes: Extents, share: float = MORTAR) -> np
 
 
 def _sides_across_mortar(scene: Scene, shapes: Extents, pairs: np.ndarray, thickest: np.ndarray) -> Facing:
-    """Return the sides of pairs of blocks that touch or have a gap of at most ``thickest`` of both blocks.
+    """Return the sides of pairs of blocks that touch, or whose gap is at most ``thickest`` of each block.
 
     The sides are computed with the default value of ``tolerance``, because a large ``tolerance`` would hide
     some of the sides.

@@ -16,10 +16,10 @@ import numpy as np
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.rows import Rows, chunks, combine, dots, lengths, ranges
 
-#: Ratio of two lengths up to which the first counts as small. For example, two touching edges form a joint if
-#: their distance is small, relative to the length of their shared segment. The tolerance limits the distance
-#: too, so the ratio matters only for segments shorter than ten tolerances. With a larger value, edges at a
-#: larger angle form joints.
+#: A length counts as small compared with another if it is at most this fraction of it. For example, two
+#: touching edges form a joint if their distance is small, relative to the length of their shared segment. The
+#: tolerance limits the distance too, so the ratio matters only for segments shorter than ten tolerances. With
+#: a larger value, edges at a larger angle form joints.
 SMALL_LENGTH_RATIO = 0.1
 
 #: Sine of the largest angle between two sides that face each other across a gap, such as undrawn mortar. A
@@ -41,7 +41,7 @@ def faces_across(sine: np.ndarray, gap: np.ndarray, width: np.ndarray) -> np.nda
 
 
 def has_nearly_opposite_normals(one: np.ndarray, other: np.ndarray) -> bool:
-    """Return True if a side of one block is parallel enough to a side of another block to face it.
+    """Return True if sides of two blocks have nearly opposite normals, so that they can face each other.
 
     ``one`` and ``other`` are the outward unit normals of sides of the two blocks, shape (sides, 2) or
     (sides, 3).

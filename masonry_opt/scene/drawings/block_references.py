@@ -45,7 +45,8 @@ def _placed_by(reference: Any, frozen: frozenset[str]) -> list[Any]:
         parts = list(islice(_parts(reference, frozen, ()), _MOST_PLACED + 1))
     if len(parts) > _MOST_PLACED:
         raise ValueError(
-            f"{named} places more than {_MOST_PLACED} entities: delete it, or place fewer blocks by it"
+            f"{named} places more than {_MOST_PLACED} entities: delete it, or reduce the number of blocks "
+            "that it places"
         )
     return parts
 

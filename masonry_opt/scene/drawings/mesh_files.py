@@ -262,7 +262,7 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
 
 
 def _with_names(meshes: Sequence[Mesh], default: str, are_repeated_numbered: bool) -> list[Mesh]:
-    """Return meshes that all have a name.
+    """Return the meshes, with a name added to each mesh that has none.
 
     A mesh without a name is named ``default``. If several meshes have no name, or if another mesh has the
     default name, a number is appended: "default-0", "default-1" and so on. Numbers are skipped if another

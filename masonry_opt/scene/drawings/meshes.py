@@ -46,7 +46,8 @@ class Mesh:
     faces: list[list[int]]  #: indices of the corners of each face, in order around the face
     fixed: bool = False  #: True for a support
     layers: str = ""  #: names of the layers on which the block is drawn
-    is_exported: bool = False  #: True if this package wrote the mesh, whose surfaces are convex parts
+    #: True if this package wrote the mesh. Each surface of such a mesh is a convex part of the block.
+    is_exported: bool = False
 
     @property
     def flat(self) -> bool:

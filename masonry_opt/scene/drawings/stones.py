@@ -216,7 +216,7 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
 
 
 def _warn_of_several_surfaces(path: Path, meshes: Sequence[Mesh]) -> None:
-    """Issue a DrawingWarning that names movable blocks of several closed surfaces.
+    """Issue a DrawingWarning that names the movable blocks that consist of several closed surfaces.
 
     Such a block is probably several stones, which the modelling program joined or wrote as one layer. Meshes
     that this package wrote are not checked, because their closed surfaces are the convex parts of a block.

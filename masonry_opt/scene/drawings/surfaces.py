@@ -42,7 +42,8 @@ def divide_into_surfaces(mesh: Mesh) -> list[Mesh]:
     if not _is_two_sided([*distinct.values()]):
         surfaces = _successive_surfaces(distinct)
         if surfaces is None:
-            # Touching blocks have a repeated face if their faces are oriented at random.
+            # If faces are oriented at random, the common face of two touching blocks may occur twice in the
+            # same orientation. Then keep both.
             surfaces = _successive_surfaces(dict(enumerate(merged)))
     if surfaces is None:
         surfaces = _connected_surfaces(mesh.points, distinct)
@@ -96,10 +97,10 @@ def _has_reverses(keys: set[tuple[int, ...]], faces: list[list[int]]) -> bool:
 
 
 def _successive_surfaces(faces: dict[int, list[int]]) -> list[list[int]] | None:
-    """Return the indices of the faces of each surface.
+    """Return the indices of the faces of each surface, if the faces of a surface follow one another.
 
-    Return None if successive faces do not form closed surfaces of at least four faces each. Programs usually
-    write one stone after another.
+    Programs usually write one stone after another. Return None if successive faces do not form closed
+    surfaces of at least four faces each.
     """
     surfaces: list[list[int]] = []
     present: list[int] = []
@@ -153,16 +154,17 @@ def _connected_surfaces(points: np.ndarray, distinct: dict[int, list[int]]) -> l
 
 
 def _is_around_blocks(points: np.ndarray, faces: list[list[int]], keys: set[tuple[int, ...]]) -> bool:
-    """Return True if a surface is around the outside of blocks that have each face in both orientations.
+    """Return True if a surface encloses all blocks of a mesh, and is no block itself.
 
-    Such a surface is oriented inwards, and the mesh has the reverse of each of its faces. ``keys`` has the
-    keys of all faces of the mesh. A flat polygon also has each face in both orientations, but is a block.
+    A mesh in which each face occurs in both orientations has such a surface: the reversed outer faces of its
+    blocks. The surface is oriented inwards. ``keys`` has the keys of all faces of the mesh. A flat polygon
+    also has each face in both orientations, but is a block.
     """
     return _has_reverses(keys, faces) and not _is_two_sided(faces) and volume(points, faces) < 0
 
 
 def _are_oriented_inconsistently(faces: list[list[int]], edges: dict[Edge, list[int]]) -> bool:
-    """Return True if an edge has four or more faces, and if the faces are oriented inconsistently.
+    """Return True if some edge belongs to four or more faces, and the orientations of the faces differ.
 
     Faces are oriented consistently if equal numbers traverse each edge in both directions. An edge of an odd
     number of faces is at a hole of a surface, and is not considered.

@@ -37,7 +37,7 @@ _LETTER_MEANINGS = {"N": "the run has no load factor, and names the correct reas
 #: For each kind of load factor: the name of the error in titles, and the label of the axis of errors.
 _ERRORS = {
     judge.ASSOCIATIVE: ("error", "relative error of λ (against certified bounds)"),
-    judge.COULOMB: ("gap to the best exact state", "relative gap of λ to the best known exact state"),
+    judge.COULOMB: ("gap to the best exact state", "relative gap of λ to the best state"),
 }
 _GREY = "#777777"  #: Colour of the lines, triangles and texts that charts draw behind the marks of runs.
 _MOST_TICKS = 7  #: Largest number of intervals between the ticks of a logarithmic axis.

@@ -103,7 +103,8 @@ def _falls(problem: Problem, solver: Solver, effort: Effort) -> np.ndarray | Non
 
     Raises NoLoadFactorError if the stability cannot be decided.
     """
-    # The import is local, because few scenes have no finite margin. It imports CVXPY, which takes a second.
+    # The import is local, because it loads CVXPY, which takes a second. Only the few scenes without a finite
+    # margin need it.
     from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
 
     try:
