@@ -26,8 +26,9 @@ Each name has a row that compares the changed methods with the unchanged methods
   load factor is better
 - the ratios of steps and of processor time
 
---settings makes each number of the settings of exact states three times smaller and three times larger. For
-the settings of the incremental analysis see benchmarks/incremental.py.
+--settings makes each number of the settings of exact states three times smaller and three times larger, and
+solves the same scenes by the default method. For the settings of the incremental analysis see
+benchmarks/incremental.py.
 """
 
 import argparse
