@@ -288,9 +288,9 @@ class Contacts:
         slid off another block.
         """
         joints = self.joints
-        closed = np.flatnonzero(np.bincount(joints.joint, self.touches))
-        first, second = joints.first[closed], joints.second[closed]
-        rotation = np.zeros((len(closed), 3))
+        remaining = np.flatnonzero(np.bincount(joints.joint, self.touches))
+        first, second = joints.first[remaining], joints.second[remaining]
+        rotation = np.zeros((len(remaining), 3))
         rotation[:, 2] = (poses[first, 2] + poses[second, 2]) / 2
         of_first, of_second = joints.first[joints.joint], joints.second[joints.joint]
         point = (placed(joints.point, poses[of_first]) + placed(joints.point, poses[of_second])) / 2
@@ -299,33 +299,33 @@ class Contacts:
         corner = np.where(self.face == of_first, of_second, of_first)
         is_corner = self.slides[joints.joint] & (joints.extent[joints.joint] == 0)
         point[is_corner] = placed(joints.point, poses[corner])[is_corner]
-        chosen = np.isin(joints.joint, closed)
-        counts = np.bincount(joints.joint)[closed]
-        number = np.repeat(np.arange(len(closed)), counts)
+        chosen = np.isin(joints.joint, remaining)
+        counts = np.bincount(joints.joint)[remaining]
+        number = np.repeat(np.arange(len(remaining)), counts)
         moved = replace(
             joints,
             first=first,
             second=second,
-            normal=turned(joints.normal[closed], rotation),
-            tangent=turned(joints.tangent[closed], rotation),
-            accuracy=joints.accuracy[closed],
-            turn=joints.turn[closed],
+            normal=turned(joints.normal[remaining], rotation),
+            tangent=turned(joints.tangent[remaining], rotation),
+            accuracy=joints.accuracy[remaining],
+            turn=joints.turn[remaining],
             shift=joints.shift[chosen],
-            extent=joints.extent[closed],
-            middle=joints.middle[closed],
+            extent=joints.extent[remaining],
+            middle=joints.middle[remaining],
             point=point[chosen],
             joint=number,
             ring=number,
         )
-        moved = self._slid(moved, closed, poses)
+        moved = self._slid(moved, remaining, poses)
         middle = (moved.start + moved.end) / 2
-        return closed, replace(moved, middle=middle, extent=lengths(moved.end - moved.start))
+        return remaining, replace(moved, middle=middle, extent=lengths(moved.end - moved.start))
 
-    def _slid(self, moved: Joints, closed: np.ndarray, poses: np.ndarray) -> Joints:
+    def _slid(self, moved: Joints, remaining: np.ndarray, poses: np.ndarray) -> Joints:
         """Shorten displaced joints to the length over which their blocks still touch after sliding."""
         point = moved.point.copy()
-        for number in np.flatnonzero(self.slides[closed] & (moved.extent > 0)):
-            joint = closed[number]
+        for number in np.flatnonzero(self.slides[remaining] & (moved.extent > 0)):
+            joint = remaining[number]
             start, tangent = self.joints.start[joint], moved.tangent[number]
             ends = []
             for side, block in enumerate((moved.first[number], moved.second[number])):
@@ -356,24 +356,25 @@ class Contacts:
             depths[pair] = max(depth, depths.get(pair, 0.0))
         return depths
 
-    def carrying_depths(self, closed: np.ndarray) -> np.ndarray:
+    def carrying_depths(self, remaining: np.ndarray) -> np.ndarray:
         """Return the depth over which each joint can carry a force, as a fraction of the joint's length.
 
-        The joints are those with the indices ``closed``. The depth is 1 for closed joints, and 0 for joints
-        that have opened and do not crush. In a joint that crushes, the depth is twice the crushed depth,
-        because the crushed depth changes as the forces change.
+        The joints are those with the indices ``remaining``. The depth is 1 for closed joints, and 0 for
+        joints that have opened and do not crush. In a joint that crushes, the depth is twice the crushed
+        depth, because the crushed depth changes as the forces change.
         """
         joints = self.joints
         closed = self.touches[joints.first_point] & self.touches[joints.last_point]
         depth = np.minimum(2 * self.crushed_depth, 1.0)
-        return np.asarray(np.where(closed, 1.0, depth)[closed])
+        return np.asarray(np.where(closed, 1.0, depth)[remaining])
 
-    def far_ends(self, closed: np.ndarray) -> np.ndarray:
-        """Return a mask of the joints ``closed``: True if a joint's first end is its far end, which is open.
+    def far_ends(self, remaining: np.ndarray) -> np.ndarray:
+        """Return a mask of the joints ``remaining``: True if the first end of a joint does not touch.
 
-        The near end of a joint is the end that touches. ``closed`` are the indices of the joints.
+        The near end of a joint is the end that touches, and its far end is the other one. ``remaining`` are
+        the indices of the joints.
         """
-        return np.asarray(~self.touches[self.joints.first_point][closed])
+        return np.asarray(~self.touches[self.joints.first_point][remaining])
 
 
 def _stiff_struts(freed: Assembly, rates: np.ndarray, speed: float) -> tuple[LimitedForce, ...]:

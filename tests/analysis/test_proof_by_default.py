@@ -171,9 +171,9 @@ def test_a_proof_for_another_load_factor_is_not_attached():
     assert own is not None
     assert other is not None
     unproven = replace(solution, proof=None, bound=None, reasons=())
-    assert with_proof(unproven, own).has(Code.PROVEN)
-    assert with_proof(unproven, other) == unproven
-    assert with_proof(unproven, None) == unproven
+    assert with_proof(unproven, own, 1.0).has(Code.PROVEN)
+    assert with_proof(unproven, other, 1.0) == unproven
+    assert with_proof(unproven, None, 1.0) == unproven
 
 
 @pytest.mark.slow
