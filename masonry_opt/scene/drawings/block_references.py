@@ -4,10 +4,11 @@ A drawing can define a stone once, as a block definition, and place it many time
 type INSERT), which move, rotate, mirror and scale it. A definition may contain references itself.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from itertools import islice
 from typing import Any
 
+from masonry_opt.scene.drawings.outlines import attribute, hidden_layers, layer_of
 from masonry_opt.scene.tables import broken
 
 #: Largest number of entities that one reference may place. Nested references can place a number of entities
@@ -15,8 +16,8 @@ from masonry_opt.scene.tables import broken
 _MOST_PLACED = 50_000
 
 
-def placed(entities: Iterable[Any], frozen: frozenset[str]) -> list[Any]:
-    """Return entities of a drawing, with references replaced by the entities that they place.
+def in_model_space(document: Any) -> list[Any]:
+    """Return the entities of the model space, with references replaced by the entities that they place.
 
     A placed entity has a handle of its own, which begins with the handle of the reference. An entity that is
     defined on layer "0" is on the layer of the reference. All entities of a reference on a frozen layer are
@@ -26,20 +27,19 @@ def placed(entities: Iterable[Any], frozen: frozenset[str]) -> list[Any]:
     one of its entities cannot be transformed.
 
     Raises ValueError if a reference is invalid or places too many entities.
-
-    Parameters
-    ----------
-    entities: Entities of the model space.
-    frozen: Names of the frozen layers, in lower case.
     """
+    frozen = {layer for layer, reason in hidden_layers(document).items() if reason == "frozen"}
     found: list[Any] = []
-    for entity in entities:
+    for entity in document.modelspace():
         found += _placed_by(entity, frozen) if entity.dxftype() == "INSERT" else [entity]
     return found
 
 
-def _placed_by(reference: Any, frozen: frozenset[str]) -> list[Any]:
-    """Return the entities that a reference places; see :func:`placed`."""
+def _placed_by(reference: Any, frozen: set[str]) -> list[Any]:
+    """Return the entities that a reference places; see :func:`in_model_space`.
+
+    ``frozen`` has the names of the frozen layers, in lower case.
+    """
     named = f"block reference {reference.dxf.handle}"
     with broken(lambda reason: ValueError(f"{named} is not readable ({reason}): delete it")):
         parts = list(islice(_parts(reference, frozen, ()), _MOST_PLACED + 1))
@@ -51,7 +51,7 @@ def _placed_by(reference: Any, frozen: frozenset[str]) -> list[Any]:
     return parts
 
 
-def _parts(entity: Any, frozen: frozenset[str], within: tuple[str, ...]) -> Iterator[Any]:
+def _parts(entity: Any, frozen: set[str], within: tuple[str, ...]) -> Iterator[Any]:
     """Yield the entities that a reference places, or the entity itself if it is no reference.
 
     ``within`` has the names of the block definitions in which the entity is defined. A reference to one of
@@ -70,11 +70,11 @@ def _parts(entity: Any, frozen: frozenset[str], within: tuple[str, ...]) -> Iter
     if not parts or skipped:
         yield entity
         return
-    layer = str(entity.dxf.get("layer", "0"))
+    layer = layer_of(entity)
     for number, part in enumerate([*parts, *entity.attribs], 1):
-        if part.dxf.get("layer", "0") == "0" or layer.casefold() in frozen:
+        if layer_of(part) == "0" or layer.casefold() in frozen:
             part.dxf.layer = layer
-        if entity.dxf.get("invisible", 0):
+        if attribute(entity, "invisible", 0):
             part.dxf.invisible = 1
         part.dxf.handle = f"{entity.dxf.handle}-{number}"
         yield from _parts(part, frozen, (*within, entity.dxf.name))

@@ -24,7 +24,7 @@ from masonry_opt.errors import (
 )
 from masonry_opt.files import MARK, refuse_replacing
 from masonry_opt.scene.blocks import Block, Name, Number, Positive, YesNo
-from masonry_opt.scene.drawings import dxf_layers, loops, nesting, outlines, stones
+from masonry_opt.scene.drawings import block_references, dxf_layers, loops, nesting, outlines, stones
 from masonry_opt.scene.drawings.defects import Defects
 from masonry_opt.scene.drawings.nesting import OutlineTolerance
 from masonry_opt.scene.drawings.outlines import Curve, Outline
@@ -173,7 +173,7 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
     document = outlines.read_document(path)
     with stones.naming(f"{path}:"):
         scale = _scale(document) if drawing.to_metres else 1.0
-        drawn = outlines.in_model_space(document)
+        drawn = block_references.in_model_space(document)
         shown = outlines.visible(document, drawn)
         defects = Defects()
         read = dxf_layers.select(document, shown, drawing.layers, drawing.without_layers)

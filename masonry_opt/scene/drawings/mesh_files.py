@@ -146,7 +146,7 @@ def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
         visible = _visible_files(folder)
         files = [file for file in visible if _is_mesh(file)]
         size = sum(file.stat().st_size for file in files)
-        subfolders = [each for each in visible if each.is_dir() and _has_meshes(each)]
+        subfolders = [file for file in visible if file.is_dir() and _has_meshes(file)]
     except OSError as error:
         raise ValueError(f"the folder cannot be read: {error.strerror}") from None
     if not files:

@@ -14,7 +14,6 @@ import numpy as np
 import shapely
 
 from masonry_opt.errors import CaseError, rounded
-from masonry_opt.scene.drawings.block_references import placed
 from masonry_opt.scene.drawings.defects import Defect, Defects, near
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
 from masonry_opt.scene.tables import broken, library, read_bytes
@@ -116,19 +115,13 @@ def hidden_layers(document: Any) -> dict[str, str]:
     }
 
 
-def in_model_space(document: Any) -> list[Any]:
-    """Return the entities of the model space, including those that references to block definitions place."""
-    frozen = {layer for layer, reason in hidden_layers(document).items() if reason == "frozen"}
-    return placed(document.modelspace(), frozenset(frozen))
-
-
 def visible(document: Any, drawn: list[Any]) -> list[Any]:
     """Return the visible entities among those drawn in the model space.
 
     Entities that are hidden, or on a layer that is off or frozen, are not visible.
     """
     hidden = hidden_layers(document)
-    shown = (entity for entity in drawn if not _attribute(entity, "invisible", 0))
+    shown = (entity for entity in drawn if not attribute(entity, "invisible", 0))
     return [entity for entity in shown if layer_of(entity).casefold() not in hidden]
 
 
@@ -139,10 +132,10 @@ def is_ignored(entity: Any) -> bool:
 
 def layer_of(entity: Any) -> str:
     """Return the name of the layer on which an entity is drawn."""
-    return str(_attribute(entity, "layer", "0"))
+    return str(attribute(entity, "layer", "0"))
 
 
-def _attribute(entity: Any, name: str, default: object) -> Any:
+def attribute(entity: Any, name: str, default: object) -> Any:
     """Return an attribute of an entity, or the default if the entity lacks the attribute."""
     return entity.dxf.get(name, default) if entity.dxf.is_supported(name) else default
 
@@ -192,7 +185,7 @@ def _chain(entity: Any, sagitta: float, defects: Defects) -> np.ndarray | None:
     try:
         return _points_of(entity, sagitta)
     except _UnreadableError as error:
-        insert = _attribute(entity, "insert", None)
+        insert = attribute(entity, "insert", None)
         place = "" if insert is None else near(insert.x, insert.y)
         several = f"entities cannot be read, because each is {error.what}"
         defects.add(Defect(_named(entity), f"is {error.what}", several, error.remedy, place))
