@@ -214,7 +214,12 @@ def measured(scene: mo.Scene, name: str) -> Measured:
     )
 
 
-def scenes(asked: argparse.Namespace) -> Iterator[mo.Scene]:
+def scenes(asked: argparse.Namespace) -> list[mo.Scene]:
+    """Return the scenes that the options name. Random scenes with unconnected blocks are left out."""
+    return [scene for scene in _named_scenes(asked) if _hangs_together(scene)]
+
+
+def _named_scenes(asked: argparse.Namespace) -> Iterator[mo.Scene]:
     seeds = range(asked.first, asked.first + asked.random)
     yield from (random_scene(kind, seed) for kind in KINDS for seed in seeds)
     for number in asked.walls:
@@ -298,7 +303,7 @@ def _hangs_together(scene: mo.Scene) -> bool:
 
 
 def main(asked: argparse.Namespace) -> None:
-    chosen, before = [scene for scene in scenes(asked) if _hangs_together(scene)], {}
+    chosen, before = scenes(asked), {}
     print(f"{len(chosen)} scenes")
     names = [one for name in asked.names for one in (IN_SPACE if name == "in-space" else [name])]
     for name in names or ABLATIONS:
@@ -354,7 +359,7 @@ def cells(*both: list[Measured]) -> list[str]:
 
 def vary_settings(asked: argparse.Namespace) -> None:
     """Print a row for each number of the search settings, smaller and larger."""
-    chosen = [scene for scene in scenes(asked) if _hangs_together(scene)]
+    chosen = scenes(asked)
     before = [measured(scene, "coulomb") for scene in chosen]
     print(f"{len(chosen)} scenes\n| setting | is | tried | answers | λ > 1e-6 | > 1e-3 | most | time × |")
     print("|---" * 8 + "|")
