@@ -13,10 +13,6 @@ from masonry_opt.solution.reasons import Code, Reason, reason
 #: value, the warning would also name adjacent supports that overlap only because of an error of the drawing.
 _SHARED_PART = 0.01
 
-#: Largest angle, in radians, between the faces of two joints at one place. With a larger value, the warning
-#: would also name joints on the two sides of a corner.
-_FACES_PARALLEL = 1e-3
-
 
 def doubled_joints(assembly: Assembly) -> list[Reason]:
     """Return a list with a warning that names the supports that overlap at joints, or an empty list.
@@ -46,10 +42,9 @@ def _doubled(assembly: Assembly) -> np.ndarray:
     one, other = _near_joints(joints, at_support, tolerance)
     asked = (block[one] == block[other]) & (support[one] < support[other])
     one, other = one[asked], other[asked]
-    normal = joints.normal[one]
-    is_parallel = np.abs(dots(normal, joints.normal[other])) > np.cos(_FACES_PARALLEL)
-    distance = np.abs(dots(normal, joints.middle[other] - joints.middle[one]))
-    in_line = is_parallel & (distance <= tolerance)
+    # Sides of a block do not cross, so two joints whose middles are in one line are on one side of the block.
+    distance = np.abs(dots(joints.normal[one], joints.middle[other] - joints.middle[one]))
+    in_line = distance <= tolerance
     one, other = one[in_line], other[in_line]
     is_shared = _shared_part(joints, one, other) > _SHARED_PART
     rows = np.column_stack([block[one], support[one], support[other]])[is_shared]
