@@ -153,9 +153,10 @@ def test_a_warning_names_a_mesh_of_two_stones_in_compas_data(tmp_path):
 
 
 @pytest.mark.parametrize("along", [1, -1])
-def test_a_ground_of_two_triangles_is_a_support_as_one_face_is(tmp_path, along):
-    """glTF, STL and triangulated files divide a plane into triangles."""
-    corners = np.array([(-5, -5, 0), (5, -5, 0), (5, 5, 0), (-5, 5, 0)], dtype=float)
+@pytest.mark.parametrize("error", [0.0, 1e-6])
+def test_a_ground_of_two_triangles_is_a_support_as_one_face_is(tmp_path, along, error):
+    """glTF, STL and triangulated files divide a plane into triangles. Coordinates may be rounded."""
+    corners = np.array([(-5, -5, 0), (5, -5, 0), (5, 5, error), (-5, 5, 0)], dtype=float)
     plane = corners, [(0, 1, 2)[::along], (0, 2, 3)[::along]]
     scene = read(tmp_path, "a.obj", obj({"low": LOW, "high": HIGH, "fixed": plane}))
     assert mo.solve(scene, "static").required() == pytest.approx(1 / 2, rel=1e-5)
