@@ -60,9 +60,8 @@ import masonry_opt as mo  # noqa: E402
 from masonry_opt.methods.exact.settings import SEARCH, SearchSettings  # noqa: E402
 from masonry_opt.methods.loop.nonassociative import REMEDIES  # noqa: E402
 from masonry_opt.problem.assembly import assemble  # noqa: E402
-from masonry_opt.solution.acceptance import SMALLEST  # noqa: E402
+from masonry_opt.problem.load_factor_scale import EQUALITY_TOLERANCE, SMALLEST  # noqa: E402
 from masonry_opt.solution.reasons import Code  # noqa: E402
-from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE  # noqa: E402
 
 #: First seed of the random scenes in the plane, above all seeds that were used for tuning.
 FIRST_SEED = 90_000

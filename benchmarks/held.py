@@ -23,7 +23,6 @@ from atlas.random_scenes import KINDS  # noqa: E402
 from atlas.random_scenes_in_space import KINDS as KINDS_IN_SPACE  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
-from masonry_opt.solution.thresholds import is_lower  # noqa: E402
 
 
 def duality_gap(scene: mo.Scene) -> float | None:
@@ -42,7 +41,9 @@ def ended(result: mo.Result) -> str:
     """Return the outcome of a scene: "exact", "certified", or words that begin with "named" or "wrong"."""
     if result.load_factor is None:
         return f"named: {result.status}"
-    if result.associative is not None and is_lower(result.associative, result.load_factor):
+    if result.associative is not None and result.assembly.problem.load_factor_scale.is_lower(
+        result.associative, result.load_factor
+    ):
         return "wrong: above the associative load factor"
     return "exact" if result.exact else "certified"
 

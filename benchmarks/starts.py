@@ -25,6 +25,7 @@ from masonry_opt.methods.exact.search import Search, StateRecord
 from masonry_opt.methods.exact.settings import SEARCH
 from masonry_opt.methods.incremental.analysis import analysis_of
 from masonry_opt.methods.task import Task
+from masonry_opt.problem.load_factor_scale import LoadFactorScale
 
 #: Relative decrease of the load factor above which a start leads to a lower state.
 LOWER = 1e-4
@@ -63,7 +64,7 @@ def changes(scene: mo.Scene, starts: int, seed: int) -> Iterator[tuple[str, floa
     best = exact_state_of(task.problem.by_cone, answer)
     alternation = alternation_of(task, SEARCH)
     finder = ConeRefiner(task.problem, task.effort, alternation, SEARCH.weight_series_in_space[0])
-    search = Search(finder, analysis_of(task), StateRecord(), SEARCH)
+    search = Search(finder, analysis_of(task), StateRecord(LoadFactorScale()), SEARCH)
     for number, (kind, draw) in enumerate(starts_of(search, task, best, starts)):
         began = time.process_time()
         state = search.start(draw(np.random.default_rng((seed, number))))

@@ -24,13 +24,13 @@ from masonry_opt.result import Result, make_result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.mistakes import keyword_arguments
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solution.acceptance import SMALLEST, Kind
+from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.answer import FinalState
 from masonry_opt.solution.only_state import is_only_load_factor
 from masonry_opt.solution.reasons import Code, Status, reason, size_of
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.stopped import with_answer, without_answer
-from masonry_opt.solution.thresholds import FEW_STARTS, load_ratio, same, zero_limit
+from masonry_opt.solution.thresholds import FEW_STARTS
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import MATRICES, find_solver
 from masonry_opt.standing import DeadLoadCheck
@@ -208,7 +208,7 @@ def _without_invalid_load_factor(assembly: Assembly, solution: Solution) -> Solu
     load_factor = solution.load_factor
     associative = solution.kind is Kind.ASSOCIATIVE
     rests = load_factor is not None and not associative and _rests(assembly.problem, solution, load_factor)
-    zero = zero_limit(assembly.problem)
+    zero = assembly.problem.load_factor_scale.zero
     is_valid = load_factor is None or (load_factor >= -zero and (associative or rests))
     if solution.status is not Status.UNSTABLE and is_valid:
         return solution
@@ -232,7 +232,7 @@ def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
     incremental = solution.incremental
     if incremental is not None and incremental.status in (Status.CONVERGED, Status.UNSTABLE):
         return incremental.status.usable
-    if min(load_factor, solution.below_zero) > SMALLEST:
+    if min(load_factor, solution.below_zero) > problem.load_factor_scale.divisor(0.0):
         return True
     return IncrementalAnalysis(problem).preload_forces is not None
 
@@ -303,8 +303,8 @@ def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
         return solution
     if lowest is None or associative is None or incremental is None or incremental.load_factor is None:
         return solution
-    others, ratio = (incremental.load_factor, associative), load_ratio(problem)
-    load_factors_agree = all(same(lowest, other, ratio) for other in others)
+    others = (incremental.load_factor, associative)
+    load_factors_agree = all(problem.load_factor_scale.equal(lowest, other) for other in others)
     is_unique = problem.statics_fix_forces or problem.flow_is_associative
     if not load_factors_agree or is_unique:
         return solution

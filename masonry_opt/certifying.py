@@ -16,7 +16,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.mistakes import suggests_arguments
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solution.acceptance import LIMITS, Kind, Limits, times_load_factor
+from masonry_opt.solution.acceptance import LIMITS, Kind, Limits
 from masonry_opt.solution.answer import (
     Answer,
     Certificate,
@@ -25,7 +25,6 @@ from masonry_opt.solution.answer import (
     unbalanced_shares,
     violation_shares,
 )
-from masonry_opt.solution.thresholds import load_ratio, zero_limit
 from masonry_opt.suitability import refuse_without_live_load
 
 if TYPE_CHECKING:
@@ -99,7 +98,7 @@ class StateCheck:
         exceeds the dead load, 0.01 is multiplied by the dead load over the live load. It is infinite if the
         loads do no positive work in the mechanism.
         """
-        return times_load_factor(self.answer.residuals["work"], self.load_factor, load_ratio(self.problem))
+        return self.answer.residuals["work"] * self.problem.load_factor_scale.divisor(self.load_factor)
 
     @property
     def certificate(self) -> Certificate:
@@ -336,7 +335,7 @@ def _driven(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) 
     divided by the work of the dead load. The lowest forces of ties, props and earth count as dead load.
     """
     sizes = np.linalg.norm(problem.live) * np.linalg.norm(d)
-    if problem.live @ d > NO_WORK * sizes or load_factor <= zero_limit(problem):
+    if problem.live @ d > NO_WORK * sizes or load_factor <= problem.load_factor_scale.zero:
         return problem, q
     constant = problem.with_lowest_forces_as_load
     exchanged = replace(constant, live=constant.dead / load_factor, dead=load_factor * constant.live)

@@ -4,7 +4,7 @@ The dual variables of each model must be the unknowns of the other formulation. 
 live load, the margin of stability is computed in place of a load factor.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +14,7 @@ from masonry_opt.analysis import solve
 from masonry_opt.brief import brief
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, printable
+from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.problem.problem import Problem, State
 from masonry_opt.reporting.linear_laws import BY_CHORDS, by_sides
 from masonry_opt.reporting.sentences import numeral
@@ -23,7 +24,7 @@ from masonry_opt.reporting.terminal import frame_text
 from masonry_opt.result import Result
 from masonry_opt.scene.mistakes import suggests_arguments
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solution.acceptance import AGREEMENT, DUALITY, SMALLEST, over_load_factor
+from masonry_opt.solution.acceptance import AGREEMENT, DUALITY
 from masonry_opt.solution.answer import Existence
 from masonry_opt.solution.reasons import Reason
 from masonry_opt.solvers.driver import Driver
@@ -59,6 +60,7 @@ class DualityReport:
     fills: the effect of each fill, as sentences.
     of_stability: True if no live load acts. The load factors in ``table`` and ``cones`` are then margins of
         stability: the normal force, in median block weights, that every joint can lose.
+    load_factor_scale: Scale on which the load factors are compared.
     """
 
     table: "pd.DataFrame"
@@ -69,6 +71,7 @@ class DualityReport:
     warning_sentences: tuple[str, ...] = ()
     fills: tuple[str, ...] = ()
     of_stability: bool = False
+    load_factor_scale: LoadFactorScale = field(default_factory=LoadFactorScale)
 
     __repr__ = brief
 
@@ -93,7 +96,8 @@ class DualityReport:
         """
         static, kinematic = self.cones or (0.0, 0.0)
         missed = static - float(self.table["load_factor"].median()) if self.cones else 0.0
-        return abs(static - kinematic) / max(abs(static), SMALLEST), missed / max(abs(static), SMALLEST)
+        divisor = self.load_factor_scale.divisor(static)
+        return abs(static - kinematic) / divisor, missed / divisor
 
     def __str__(self) -> str:
         verdict = "the static and kinematic formulations in CVXPY and Pyomo agree"
@@ -182,8 +186,8 @@ def check(scene: Scene | str | Path) -> DualityReport:
         for formulation in ("static", "kinematic")
     ]
     table = pd.DataFrame(rows)
-    median = float(table["load_factor"].median())
-    table.insert(3, "difference", (table["load_factor"] - median).abs() / max(abs(median), SMALLEST))
+    median, scale = float(table["load_factor"].median()), problem.load_factor_scale
+    table.insert(3, "difference", (table["load_factor"] - median).abs() / scale.divisor(median))
     friction = by_sides(problem.layout) if problem.by_friction.word and len(problem.sliding) else ""
     cones = None
     by_cone = problem.by_cone
@@ -199,6 +203,7 @@ def check(scene: Scene | str | Path) -> DualityReport:
         result.warning_sentences,
         tuple(of_fills(result.assembly)),
         result.stability is not None,
+        scale,
     )
 
 
@@ -230,11 +235,12 @@ def _row(problem: Problem, state: State) -> dict[str, float]:
     external = state.load_factor * problem.live @ state.d + problem.dead @ state.d
     work = abs(external - problem.face_cohesion @ state.p)
     energy = np.abs(z * state.p).sum()
+    divisor = problem.live_norm * problem.load_factor_scale.divisor(state.load_factor)
     return {
         "load_factor": state.load_factor,
         "equilibrium": float(np.abs(balance).max() / problem.blocks),
         "yield": float(max(-z.min(), 0.0)),
         "kinematics": float(max(np.abs(departure).max(), -state.p.min(), 0.0) / velocity),
-        "virtual_work": over_load_factor(float(work / problem.live_norm), state.load_factor),
-        "complementarity": over_load_factor(float(energy / problem.live_norm), state.load_factor),
+        "virtual_work": float(work / divisor),
+        "complementarity": float(energy / divisor),
     }

@@ -10,7 +10,14 @@ GOOD |= {"scene": "made/up", "content": "c", "versions": "v", "method": "static"
 GOOD |= {"solver": "clarabel", "tolerance": 1e-8, "repeat": 1, "ended": "finished", "status": "optimal"}
 GOOD |= dict.fromkeys(("message", "existence", "crushing", "friction_law"), "")
 GOOD |= dict.fromkeys(("equilibrium", "yield", "flow", "complementarity", "nlp_solves"), 0.0)
-GOOD |= {"load_factor": 1.0, "wall": 1.0, "peak_memory": 100.0, "joints": 100.0, "blocks": 50.0}
+GOOD |= {
+    "load_factor": 1.0,
+    "load_factor_unit": 1.0,
+    "wall": 1.0,
+    "peak_memory": 100.0,
+    "joints": 100.0,
+    "blocks": 50.0,
+}
 GOOD |= {"lp_solves": 1.0, "iterations": 9.0, "time_limit": 60.0, "memory_limit": 4e3}
 KINDS = {"static": "associative", "kinematic": "associative", "nonassociative": "loop"}
 KINDS |= {"coulomb": "nearly complementary", "mpec": "relaxed"}

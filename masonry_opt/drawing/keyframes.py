@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from masonry_opt.solution.acceptance import SMALLEST
 from masonry_opt.solution.motion import joint_motion, joints_that_move
 from masonry_opt.solution.outcome import Outcome
 
@@ -16,6 +15,9 @@ COLLAPSE_FRAMES = 15
 #: Largest displacement at the end of the animated collapse, relative to the largest displacement before the
 #: collapse. With a larger value, displacements before the collapse are drawn smaller.
 COLLAPSE_LENGTH = 3.0
+#: Smallest value for the largest displacement before the collapse, in the unit of ``Keyframes.displacement``.
+#: Without it, the animated collapse would be invisible if the blocks do not move before the collapse.
+_LEAST_DISPLACEMENT = 1e-2
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +68,7 @@ def keyframes_of(result: Outcome) -> Keyframes | None:
 
 def _collapse(d: np.ndarray, motion: np.ndarray) -> np.ndarray:
     """Return displacements, shape (frames, 3b), that continue the last keyframe along a mechanism."""
-    size = max(float(np.abs(d).max()), SMALLEST)
+    size = max(float(np.abs(d).max()), _LEAST_DISPLACEMENT)
     step = motion * ((COLLAPSE_LENGTH - 1) * size / np.abs(motion).max())
     shares = np.linspace(0.0, 1.0, COLLAPSE_FRAMES + 1)[1:]
     displacements: np.ndarray = d[-1] + shares[:, None] * step

@@ -21,7 +21,6 @@ from masonry_opt.result import Result
 from masonry_opt.scene.rows import lengths
 from masonry_opt.solution.motion import fastest, joint_motion, moving_blocks, velocities
 from masonry_opt.solution.reasons import Code, Reason, reason
-from masonry_opt.solution.thresholds import load_ratio, same
 
 #: Tolerance for recognising a mechanism as a rotation about an edge, relative to the largest velocity or the
 #: scene's size. With a larger value, more mechanisms count as rotations.
@@ -70,7 +69,7 @@ class EdgePath:
         touch = ~self.round[self.assembly.joints.joint] | self.on_edge
         self.steps = [PathState(0 * self.motion, result.required(), touch)]
         turning = float(np.divide(*self._moments(0.0)))
-        if same(turning, result.required(), load_ratio(result.assembly.problem)):
+        if result.assembly.problem.load_factor_scale.equal(turning, result.required()):
             self.end = self._follow(count)
         else:
             upper = result.associative

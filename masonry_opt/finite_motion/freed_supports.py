@@ -16,8 +16,11 @@ from masonry_opt.problem.loads import moments_in
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solution.thresholds import ZERO
 from masonry_opt.stability.dead_load import carries
+
+#: Largest sum of unbalanced forces, in median block weights, up to which elastic contacts count as in
+#: equilibrium with supports at rest.
+_LARGEST_UNBALANCED_FORCE = 1e-6
 
 
 def supports_of(scene: Scene, support: str | Sequence[str], argument: str = "support") -> np.ndarray:
@@ -61,7 +64,7 @@ def reaction_at_rest(held: Problem, settling: Problem, own: int) -> tuple[float,
     if held.joints > IncrementalSettings().most_joints or held.dilatancy_depends_on_stress:
         return None
     q = IncrementalAnalysis(held).preload_forces
-    if q is None or not carries(held, q, ZERO):
+    if q is None or not carries(held, q, _LARGEST_UNBALANCED_FORCE):
         return None
     on_blocks = settling.B[:, :own] @ q[:own]
     reaction = float(on_blocks @ settling.live / (settling.live @ settling.live))
@@ -69,7 +72,7 @@ def reaction_at_rest(held: Problem, settling: Problem, own: int) -> tuple[float,
     q = np.append(q[:own], np.linalg.lstsq(settling.B[:, own:].toarray(), -unbalanced, rcond=None)[0])
     # Set a reaction as small as rounding errors to zero. Otherwise solvers would scale the loads by a number
     # that consists of rounding errors only.
-    return reaction if abs(reaction) > ZERO else 0.0, q
+    return reaction if abs(reaction) > settling.load_factor_scale.zero else 0.0, q
 
 
 def freed(

@@ -14,6 +14,7 @@ from masonry_opt.errors import OptionError
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.displaced import displaced, moved, placed, turned
 from masonry_opt.problem.laws import Law
+from masonry_opt.problem.load_factor_scale import RELATIVE_ROUNDING
 from masonry_opt.problem.loads import Forces, LoadedPiece, by_component, moments_in
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Problem
@@ -23,7 +24,7 @@ from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.rows import lengths, linked
 from masonry_opt.scene.solids import COORDINATES, coordinates
-from masonry_opt.solution.thresholds import NEGLIGIBLE_SHARE, RELATIVE_ROUNDING, SLIDES
+from masonry_opt.solution.thresholds import NEGLIGIBLE_SHARE, SLIDES
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict, find_solver

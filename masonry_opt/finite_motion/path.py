@@ -21,7 +21,6 @@ from masonry_opt.problem.loads import Forces, by_component
 from masonry_opt.result import Result
 from masonry_opt.solution.motion import joint_motion
 from masonry_opt.solution.reasons import Code, Reason, reason
-from masonry_opt.solution.thresholds import load_ratio, same, zero_limit
 
 #: Largest violation of equilibrium and yield, in the unit of force, at which the forces of displaced blocks
 #: count as admissible.
@@ -131,7 +130,7 @@ class HingingPath:
         # The unit of λ is its value at the onset of collapse, unless this value is zero. The unit of force is
         # the largest load at the onset of collapse.
         onset = result.required()
-        self.unit = onset if onset > zero_limit(problem) else 1.0
+        self.unit = onset if onset > problem.load_factor_scale.zero else 1.0
         largest = max(problem.force_sizes(load).max() for load in (problem.dead, self.unit * problem.live))
         self.blocks = MovedBlocks.of(self.assembly, forces, float(largest), self.unit)
         corners = self.blocks.corner.reshape(-1, 2)
@@ -158,8 +157,8 @@ class HingingPath:
         """
         first = self.steps[0]
         optimum = self.blocks.optimum(first.touch, first.poses, None, self.effort)
-        ratio = load_ratio(self.assembly.problem)
-        if optimum is None or not same(self.unit * optimum.value, first.load_factor, ratio):
+        scale = self.assembly.problem.load_factor_scale
+        if optimum is None or not scale.equal(self.unit * optimum.value, first.load_factor):
             state = self.blocks.state_of(result)
             slides = np.flatnonzero(joint_motion(self.assembly, result.solution).slides & state.pressed)
             if len(slides) or not self._can_move(state):

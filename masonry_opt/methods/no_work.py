@@ -31,7 +31,7 @@ from masonry_opt.solution.answer import Answer
 from masonry_opt.solution.only_state import is_only_load_factor
 from masonry_opt.solution.reasons import LOAD_FACTORS, Code, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import LEAST_OPPOSING_WORK, ZERO, zero_limit
+from masonry_opt.solution.thresholds import LEAST_OPPOSING_WORK
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import find_solver
 
@@ -50,6 +50,9 @@ _DEAD_LOAD_SHARES = 0.75, 0.5
 #: After this number the search ends without an answer. Usually the first estimate, the associative load
 #: factor, is the answer.
 _MOST_LOAD_FACTORS = 8
+
+#: Size of the modified loads, relative to those of the scene, up to which forces are not scaled to the scene.
+_LEAST_SIZE = 1e-6
 
 #: Fields of a method's step records that contain load factors. These load factors are converted, so that they
 #: refer to the loads of the scene.
@@ -119,9 +122,9 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
         # Extrapolate λ linearly to size 1, at which the modified loads equal the loads of the scene. The
         # result is the next λ₀. For a given mechanism, λ is a linear function of the size. The first
         # extrapolation starts from λ = 0 at size 0.
-        slope = (answer.load_factor - last[1]) / (size - last[0] or ZERO)
+        slope = (answer.load_factor - last[1]) / (size - last[0] or _LEAST_SIZE)
         load_factor, last = answer.load_factor + (1 - size) * slope, (size, answer.load_factor)
-        if size <= ZERO or load_factor <= zero_limit(problem) or work > _NEGLIGIBLE_WORK:
+        if size <= _LEAST_SIZE or load_factor <= problem.load_factor_scale.zero or work > _NEGLIGIBLE_WORK:
             return None
         if alike or abs(size - 1) <= LIMITS[solution.kind].equilibrium:
             # Scale the forces and velocities to the loads of the scene. The certificate remains valid,
@@ -147,7 +150,7 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
     problem = task.problem.by_cone
     upper = associative(Task(task.problem, cache=task.cache), by_chords=True)
     answer = upper.accepted().answer
-    if answer is None or answer.load_factor <= zero_limit(problem) or not problem.dead.any():
+    if answer is None or answer.load_factor <= problem.load_factor_scale.zero or not problem.dead.any():
         return None
     driven, solver = in_units_of_load(replace(problem, live=problem.dead)), find_solver("cvxpy", None)
     nearly, purpose = problem.by_friction.conic, "mechanism without work"
@@ -196,7 +199,9 @@ def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, shar
         """
         load_factors = {name: values[name] for name in names if values.get(name) is not None}
         sizes = {name: _size(value, at, share) for name, value in load_factors.items()}
-        return {name: load_factors[name] / size if size > ZERO else nan for name, size in sizes.items()}
+        return {
+            name: load_factors[name] / size if size > _LEAST_SIZE else nan for name, size in sizes.items()
+        }
 
     reasons = []
     for entry in solution.reasons:

@@ -9,11 +9,11 @@ import numpy as np
 
 from masonry_opt.errors import LongAnalysisWarning
 from masonry_opt.methods.task import Method, Task
+from masonry_opt.problem.load_factor_scale import EQUALITY_TOLERANCE
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE
 
 #: If a Coulomb method finds no load factor, :func:`run_method` searches for a collapse without work of the
 #: live load. On scenes with more joints than this number, the search is omitted.

@@ -12,6 +12,7 @@ from masonry_opt.errors import counted
 from masonry_opt.problem.arguments import per_joint, vector
 from masonry_opt.problem.faces import CHORDS, chord_rates
 from masonry_opt.problem.laws import Chords, Cone, Forms, Law, Parabola, Sides
+from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.parts import ProblemParts
 from masonry_opt.problem.rank import has_independent_columns
@@ -144,6 +145,11 @@ class Problem(ProblemParts):
         scaled by this number, which brings velocities near 1.
         """
         return self.layout.norm(self.by_block(self.live))
+
+    @cached_property
+    def load_factor_scale(self) -> LoadFactorScale:
+        """Return the scale on which load factors of this problem are equal, lower or zero."""
+        return LoadFactorScale.of_loads(float(self.force_sizes(self.dead).sum()), self.live_norm)
 
     @property
     def live_displacement(self) -> float:

@@ -11,7 +11,6 @@ from masonry_opt.reporting.sentences import message, numeral, sentences
 from masonry_opt.solution.acceptance import LIMITS, Kind
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.reasons import Code, Status
-from masonry_opt.solution.thresholds import load_ratio, same, zero_limit
 
 LOWEST = "lowest found"  #: Name of the load factor of an exact state, if no state with a lower λ is known.
 #: Name of the load factor of an exact state, if it is proven that no state has a lower λ.
@@ -161,7 +160,7 @@ def factor_text(result: Outcome, load_factor: float) -> str:
 
 def is_rounding_error(result: Outcome, load_factor: float) -> bool:
     """Return True if the magnitude of a load factor is at most that of a rounding error."""
-    return abs(load_factor) <= zero_limit(result.assembly.problem)
+    return abs(load_factor) <= result.assembly.problem.load_factor_scale.zero
 
 
 def own_name(result: Outcome) -> str:
@@ -413,7 +412,7 @@ def _carries_less_after_collapse(result: Outcome) -> bool:
     at_end, largest = result.load_factor, result.incremental
     if at_end is None or largest is None:
         return False
-    return not same(at_end, largest, load_ratio(result.assembly.problem))
+    return not result.assembly.problem.load_factor_scale.equal(at_end, largest)
 
 
 def load_history_ends_lower(result: Outcome) -> bool:
@@ -421,7 +420,8 @@ def load_history_ends_lower(result: Outcome) -> bool:
     end = result.incremental if result.end is None else result.end
     if end is None or result.load_factor is None or result.kind is Kind.INCREMENTAL:
         return False
-    return end < result.load_factor and not same(end, result.load_factor, load_ratio(result.assembly.problem))
+    scale = result.assembly.problem.load_factor_scale
+    return end < result.load_factor and not scale.equal(end, result.load_factor)
 
 
 def _falls_by_itself(result: Outcome) -> bool:
@@ -429,4 +429,4 @@ def _falls_by_itself(result: Outcome) -> bool:
 
     With the joint forces of that state, the scene falls without live load.
     """
-    return result.solution.below_zero <= zero_limit(result.assembly.problem)
+    return result.solution.below_zero <= result.assembly.problem.load_factor_scale.zero

@@ -8,6 +8,7 @@ import numpy as np
 from masonry_opt.errors import counted, printable, shortened
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
+from masonry_opt.problem.load_factor_scale import RELATIVE_ROUNDING
 from masonry_opt.reporting.linear_laws import BY_CHORDS, PARABOLA_REMARK
 from masonry_opt.reporting.load_factors import (
     AFTER_INCREMENTAL,
@@ -33,7 +34,6 @@ from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.motion import joint_motion, moving_blocks
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.reasons import Code, Status
-from masonry_opt.solution.thresholds import ZERO, zero_limit
 
 #: Codes of reasons that describe the analysis instead of the scene. The line that states why there is no load
 #: factor omits reasons with these codes if the result also has other reasons.
@@ -174,7 +174,11 @@ def _self_stress(result: Outcome) -> str:
     if result.kind is not Kind.EXACT or result.load_factor is None or result.incremental is None:
         return ""
     has_settled = result.assembly.at_rest is not None or result.assembly.problem.settled is not None
-    if known_least(result) or result.load_factor < -zero_limit(result.assembly.problem) or has_settled:
+    if (
+        known_least(result)
+        or result.load_factor < -result.assembly.problem.load_factor_scale.zero
+        or has_settled
+    ):
         return ""
     if is_rounding_error(result, result.incremental):
         return ""
@@ -202,10 +206,11 @@ def _ties(result: Outcome) -> str:
     if result.ties["force"].isna().all():
         return ""
     phrases = []
+    rounding = RELATIVE_ROUNDING * result.assembly.problem.force_unit
     for tie in result.ties.sort_values("yields", ascending=False, kind="stable").to_dict("records"):
         predicate = "yields at" if tie["yields"] else "carries"
         # A force of the size of rounding errors is printed as zero.
-        carried = 0.0 if abs(tie["force"]) <= ZERO else tie["force"]
+        carried = 0.0 if abs(tie["force"]) <= rounding else tie["force"]
         force = "" if np.isnan(carried) else f" {predicate} {numeral(carried, '.5g')}"
         phrases.append(f"{tie['kind']} '{tie['name']}'{force}")
     return "; ".join(shortened(phrases, _MOST_TIES))

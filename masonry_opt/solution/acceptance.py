@@ -39,10 +39,10 @@ class Limits:
     yield_: float  #: largest accepted violation of a yield condition, ``Certificate.yield_``
     flow: float  #: largest accepted departure from the flow rule, ``Certificate.flow``
     #: Largest accepted residual of complementarity, ``Certificate.complementarity``, divided by the larger of
-    #: |λ| and ``SMALLEST``.
+    #: |λ| and ``SMALLEST`` (:mod:`~masonry_opt.problem.load_factor_scale`).
     complementarity: float
     #: Largest accepted work of the unbalanced forces, divided by the work of the live load and by the larger
-    #: of |λ| and ``SMALLEST``.
+    #: of |λ| and ``SMALLEST`` (:mod:`~masonry_opt.problem.load_factor_scale`).
     work: float
     block: float  #: largest accepted unbalanced force on a block, relative to the block's largest force
     #: Largest accepted violation of a joint's yield conditions under the exact friction law, relative to a
@@ -129,21 +129,3 @@ ROUNDING = 1e-11
 #: Largest accepted error of the margin of stability under dead load. The unit is the work of a median block
 #: weight over a unit of length.
 MARGIN_ENERGY = 1e-4
-
-#: Smallest value of |λ| by which differences and residuals are divided. A smaller |λ| is replaced by this
-#: value.
-SMALLEST = 1e-2
-
-
-def over_load_factor(energy: float, load_factor: float, ratio: float = 1.0) -> float:
-    """Divide an energy by |λ|, or by ``SMALLEST`` times ``ratio`` if |λ| is smaller.
-
-    The energy is relative to the work of the live load at λ = 1. ``ratio`` is the
-    :func:`~masonry_opt.solution.thresholds.load_ratio` of the problem.
-    """
-    return energy / max(abs(load_factor), SMALLEST * ratio)
-
-
-def times_load_factor(residual: float, load_factor: float, ratio: float = 1.0) -> float:
-    """Multiply a residual by |λ|, or by ``SMALLEST`` times ``ratio`` if |λ| is smaller."""
-    return residual * max(abs(load_factor), SMALLEST * ratio)

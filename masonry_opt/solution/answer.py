@@ -15,8 +15,7 @@ import scipy.sparse as sp
 from masonry_opt.brief import brief
 from masonry_opt.problem.laws import BY_FACES, Forms
 from masonry_opt.problem.problem import Problem
-from masonry_opt.solution.acceptance import LIMITS, SMALLEST, Kind, over_load_factor
-from masonry_opt.solution.thresholds import load_ratio
+from masonry_opt.solution.acceptance import LIMITS, Kind
 
 #: Smallest force by which residuals of a block are divided, as a fraction of the live load at collapse.
 #: Smaller forces on a block are replaced by this value.
@@ -95,7 +94,7 @@ def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.nd
         limited = abs(problem.matrices.of_limited @ sp.diags_array(problem.of_forces(q)))
         from_limited = problem.forces(limited.max(axis=1).toarray()).max(axis=1)
         carried = np.maximum(carried, from_limited)
-    smallest = _SMALLEST_FORCE * max(abs(load_factor), SMALLEST * load_ratio(problem)) * problem.live_norm
+    smallest = _SMALLEST_FORCE * problem.load_factor_scale.divisor(load_factor) * problem.live_norm
     return np.maximum(np.maximum(loads, carried), smallest)
 
 
@@ -201,13 +200,13 @@ def certified(
     live_work = float(problem.live @ d)
     unbalanced_work = float(np.abs(unbalanced * d).sum())
     acting = largest_acting(problem, load_factor, q)
-    ratio = load_ratio(problem)
+    divisor = problem.load_factor_scale.divisor(load_factor)
     residuals = {
         **certificate.as_dict(),
-        "complementarity": over_load_factor(certificate.complementarity, load_factor, ratio),
+        "complementarity": certificate.complementarity / divisor,
         # The work of the live load may be zero if all entries of the live load are below the tolerance of the
         # solver. The residual is then infinite.
-        "work": over_load_factor(unbalanced_work / live_work, load_factor, ratio) if live_work > 0 else inf,
+        "work": unbalanced_work / live_work / divisor if live_work > 0 else inf,
         "block": float(unbalanced_shares(problem, unbalanced, acting).max()),
         "joint": float(violation_shares(problem, problem.slacks(q), acting).max(initial=0.0)),
     }

@@ -17,7 +17,6 @@ from masonry_opt.solution.thresholds import (
     NEGLIGIBLE_SHARE,
     SEPARATES,
     SLIDES,
-    zero_limit,
 )
 
 #: A block counts as free of load if its net load is at most this fraction of the sum of its dead load and its
@@ -183,7 +182,7 @@ def weightless(problem: Problem, load_factor: float, d: np.ndarray) -> bool:
     cancels the weight at some negative load factor. Then the block can move regardless of its joints, so the
     mechanism is not a collapse.
     """
-    if load_factor >= -zero_limit(problem):
+    if load_factor >= -problem.load_factor_scale.zero:
         return False
     speeds = np.abs(problem.by_block(d)).max(axis=1)
     dead, live = problem.by_block(problem.dead), load_factor * problem.by_block(problem.live)

@@ -19,7 +19,6 @@ from masonry_opt.solution.reasons import Code, Reason, Status, size_of
 from masonry_opt.solution.sense import warnings_of
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.stability import Stability
-from masonry_opt.solution.thresholds import is_lower, load_ratio, zero_limit
 from masonry_opt.solvers.registry import MATRICES
 
 if TYPE_CHECKING:
@@ -427,9 +426,10 @@ class Outcome:
         own = self.load_factor if self.exact else None
         history = self.at_incremental
         at_end = None if history is None or not history.exact else history.load_factor
-        if at_end is None or at_end <= zero_limit(self.assembly.problem):
+        scale = self.assembly.problem.load_factor_scale
+        if at_end is None or at_end <= scale.zero:
             return own
-        return at_end if own is None or is_lower(at_end, own, load_ratio(self.assembly.problem)) else own
+        return at_end if own is None or scale.is_lower(at_end, own) else own
 
     @cached_property
     def exact(self) -> bool:

@@ -1,10 +1,8 @@
 """Thresholds above which motions and differences are reported in messages, plots and tables.
 
-The limits that decide if an answer is accepted are in :mod:`~masonry_opt.solution.acceptance`.
+The limits that decide if an answer is accepted are in :mod:`~masonry_opt.solution.acceptance`. The
+tolerances for comparing load factors are in :mod:`~masonry_opt.problem.load_factor_scale`.
 """
-
-from masonry_opt.problem.problem import Problem
-from masonry_opt.solution.acceptance import SMALLEST
 
 #: A block counts as at rest if its fastest corner is slower than this fraction of the largest speed in the
 #: scene. The loop computes 1.0e-3 for a block at rest (``closed_forms/pulled_stone``). A hand calculation
@@ -45,18 +43,6 @@ NEGLIGIBLE_SHARE = 1e-6
 #: the largest normal force.
 LISTED_JOINT_SHARE = 1e-2
 
-#: Relative difference below which two load factors count as equal. On the case files, methods differ by up to
-#: 2e-8 for one state, and different states differ by at least 8e-4.
-EQUALITY_TOLERANCE = 1e-6
-
-#: Relative size of rounding errors in load factors, resultants and margins. A load factor counts as lower
-#: than another only if the relative difference is larger. The value is the residual limit of exact states.
-RELATIVE_ROUNDING = 1e-8
-
-#: Magnitude below which a load factor counts as zero, if the live load does not exceed the dead load. For
-#: larger live loads see :func:`zero_limit`.
-ZERO = 1e-6
-
 #: If the lowest, the incremental and the associative load factor agree after fewer starts, a message says
 #: that a collapse state with a lower load factor may exist.
 FEW_STARTS = 8
@@ -68,36 +54,3 @@ LEAST_OPPOSING_WORK = 1e-2
 #: Smallest change of the load factor in a narrow interval of a varied parameter that counts as a jump,
 #: relative to the largest load factor.
 JUMP = 1e-3
-
-
-def zero_limit(problem: Problem) -> float:
-    """Return the magnitude below which a load factor of a problem counts as zero.
-
-    The limit is ``ZERO``, or less if the live load exceeds the dead load: load factors are then small too.
-    """
-    return ZERO * load_ratio(problem)
-
-
-def load_ratio(problem: Problem) -> float:
-    """Return the ratio of the dead load to the live load if it is less than 1; otherwise return 1.
-
-    All thresholds of load factors are multiplied by this ratio.
-    """
-    dead = float(problem.force_sizes(problem.dead).sum())
-    return min(1.0, dead / problem.live_norm) if dead and problem.live_norm else 1.0
-
-
-def same(one: float, other: float, ratio: float = 1.0) -> bool:
-    """Return True if two load factors are equal up to the relative difference ``EQUALITY_TOLERANCE``.
-
-    ``ratio`` is the :func:`load_ratio` of their problem.
-    """
-    return abs(one - other) <= EQUALITY_TOLERANCE * max(abs(one), abs(other), SMALLEST * ratio)
-
-
-def is_lower(load_factor: float, than: float, ratio: float = 1.0) -> bool:
-    """Return True if a load factor is lower than another by more than rounding.
-
-    ``ratio`` is the :func:`load_ratio` of their problem.
-    """
-    return load_factor < than - RELATIVE_ROUNDING * max(abs(than), SMALLEST * ratio)

@@ -15,6 +15,7 @@ from scenes import values_of
 
 import masonry_opt as mo
 from masonry_opt.methods.exact.search import StateRecord, lower_of
+from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.reporting.load_factors import certainty, load_factor_lines
 from masonry_opt.solution.reasons import Code
 
@@ -63,9 +64,10 @@ def test_a_state_without_load_gives_way_to_one_above_and_is_told():
 
     The values 1.4e-9 and 0.099 stand for a block in space that turns about the edge on which it rests.
     """
+    scale = LoadFactorScale()
     none, above = (SimpleNamespace(load_factor=found, exact=False) for found in (1.4e-9, 0.099))
-    assert lower_of(none, above) is lower_of(above, none) is above
-    met = StateRecord()
+    assert lower_of(none, above, scale) is lower_of(above, none, scale) is above
+    met = StateRecord(scale)
     for state in (above, none):
         met.count(state)
         met.lowest = min(met.lowest, state.load_factor)

@@ -22,6 +22,7 @@ from masonry_opt.methods.exact.search import Search
 from masonry_opt.methods.incremental.analysis import analysis_of
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.solution.reasons import Code
 
 FOLDER = Path(__file__).parent / "low_states"
@@ -171,9 +172,9 @@ def test_a_proof_for_another_load_factor_is_not_attached():
     assert own is not None
     assert other is not None
     unproven = replace(solution, proof=None, bound=None, reasons=())
-    assert with_proof(unproven, own, 1.0).has(Code.PROVEN)
-    assert with_proof(unproven, other, 1.0) == unproven
-    assert with_proof(unproven, None, 1.0) == unproven
+    assert with_proof(unproven, own, LoadFactorScale()).has(Code.PROVEN)
+    assert with_proof(unproven, other, LoadFactorScale()) == unproven
+    assert with_proof(unproven, None, LoadFactorScale()) == unproven
 
 
 @pytest.mark.slow

@@ -11,6 +11,7 @@ from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.methods.exact.search import Search, StateRecord
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.reasons import Code
 
@@ -67,7 +68,7 @@ def test_a_search_stopped_at_any_time_has_a_whole_answer():
 def test_every_kind_of_candidate_suits_joints_of_every_kind(joints):
     """In the first 24 candidates of a search, each kind of candidate leads to at least one exact state."""
     problem = assemble(small_wall(3, 2, **{"friction": 0.5} | joints)).problem
-    search = Search(Refiner(problem, Effort()), IncrementalAnalysis(problem), StateRecord())
+    search = Search(Refiner(problem, Effort()), IncrementalAnalysis(problem), StateRecord(LoadFactorScale()))
     tried = list(islice(search.endless(None, 0), 24))
     assert {origin for origin, state in tried if state} == {origin for origin, _ in tried}
     assert max(state.answer.certificate.worst for _, state in tried if state) < EXACT

@@ -5,8 +5,8 @@ from typing import Any
 from atlas.entry import Expectation
 
 from masonry_opt.errors import CaseError
+from masonry_opt.problem.load_factor_scale import ZERO
 from masonry_opt.solution.reasons import Code, Reason, Status, reason
-from masonry_opt.solution.thresholds import ZERO
 
 #: Relative tolerance of the loop, which stops at a change of λ of 1e-5 and depends on the small cohesion.
 LOOP = 2e-5

@@ -25,6 +25,7 @@ VALUE = {
     "status": "optimal",
     "kind": "associative",
     "load_factor": 0.25,
+    "load_factor_unit": 1.0,
     "wall": 0.5,
     "scene_seconds": 0.1,
     "blocks": 2,

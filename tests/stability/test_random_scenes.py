@@ -15,7 +15,7 @@ from mappings import SAME, mapped, same
 from scenes import solved
 
 import masonry_opt as mo
-from masonry_opt.solution.acceptance import LIMITS, SMALLEST, Kind
+from masonry_opt.solution.acceptance import LIMITS, Kind
 from masonry_opt.solution.reasons import Code, Status
 
 #: Relative tolerance of two programs solved to 1e-9. Random scenes have thin cells and light blocks, which
@@ -130,7 +130,9 @@ def test_the_default_is_exact_and_below_associative(kind, seed):
     if result.kind in (Kind.EXACT, Kind.NEARLY_COMPLEMENTARY):
         left = result.certificate
         assert max(left.equilibrium, left.yield_, left.flow) <= 1e-8
-        assert left.complementarity <= 1e-6 * max(abs(result.load_factor), SMALLEST)
+        assert left.complementarity <= 1e-6 * result.assembly.problem.load_factor_scale.divisor(
+            result.load_factor
+        )
         if result.solution.kind is Kind.EXACT:
             assert left.complementarity <= 1e-8
         other = solved(SAME[CHANGED[seed]](scene))

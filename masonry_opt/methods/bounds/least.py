@@ -8,11 +8,10 @@ from masonry_opt.methods.bounds.conflicts import Undecided
 from masonry_opt.methods.bounds.search import ConflictSearch, ConflictSearchTimeout
 from masonry_opt.methods.bounds.settings import SETTINGS, ProofSettings
 from masonry_opt.methods.task import Task
+from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.problem.problem import Problem
-from masonry_opt.solution.acceptance import SMALLEST
 from masonry_opt.solution.answer import Answer
 from masonry_opt.solution.proof import Proof
-from masonry_opt.solution.thresholds import is_lower, load_ratio, zero_limit
 
 
 def refusal(problem: Problem) -> str:
@@ -44,8 +43,8 @@ class LeastProof:
         self.best: Answer | None = known
         self.proof: Proof | None = None
         self._task, self._settings = task, settings
-        self._load_ratio = load_ratio(task.problem)
-        self._start = _start(known, upper, settings, self._load_ratio)
+        self._scale = task.problem.load_factor_scale
+        self._start = _start(known, upper, settings, self._scale)
         self.why = refusal(task.problem) or _without_range(task.problem, self._start)
         self._search: ConflictSearch | None = None
 
@@ -61,7 +60,7 @@ class LeastProof:
 
     def lower_to(self, state: Answer) -> None:
         """Store an exact state in ``best`` if its load factor is lower than that of the stored state."""
-        if self.best is None or is_lower(state.load_factor, self.best.load_factor, self._load_ratio):
+        if self.best is None or self._scale.is_lower(state.load_factor, self.best.load_factor):
             self.best = state
 
     def run(self, seconds: float, programs: int) -> bool:
@@ -98,21 +97,23 @@ class LeastProof:
         self.proof = search.proof()
 
 
-def _start(known: Answer | None, upper: float | None, settings: ProofSettings, ratio: float) -> float | None:
+def _start(
+    known: Answer | None, upper: float | None, settings: ProofSettings, scale: LoadFactorScale
+) -> float | None:
     """Return the upper end of the range of load factors to search, or None if no bound is known."""
     if known is not None:
         return known.load_factor
     if upper is None:
         return None
     # Add a small margin to the upper bound, so that a state with exactly this load factor is found too.
-    return upper + 2 * settings.gap * max(upper, SMALLEST * ratio)
+    return upper + 2 * settings.gap * scale.divisor(upper)
 
 
 def _without_range(problem: Problem, start: float | None) -> str:
     """Return the reason why the range of load factors cannot be searched, or "" if it can be searched."""
     if start is None:
         return "the search has no upper limit: neither an exact state nor an upper bound of λ is known"
-    if start <= zero_limit(problem):
+    if start <= problem.load_factor_scale.zero:
         return (
             "the upper limit of the search is zero or less, and a proof cannot cover load factors below zero"
         )

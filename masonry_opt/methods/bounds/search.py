@@ -30,11 +30,10 @@ from masonry_opt.methods.bounds.settings import ProofSettings
 from masonry_opt.methods.exact.refiner import Refiner, refiner_of
 from masonry_opt.methods.incremental.analysis import analysis_of, is_meaningful
 from masonry_opt.methods.task import Task
+from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.problem.problem import in_units_of_load
-from masonry_opt.solution.acceptance import SMALLEST
 from masonry_opt.solution.answer import Answer, certified
 from masonry_opt.solution.proof import Conflict, EnergyBound, Proof, StaticConflict
-from masonry_opt.solution.thresholds import ZERO, is_lower, load_ratio
 
 
 class ConflictSearchTimeout(Exception):
@@ -52,14 +51,14 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._task, self._problem, self._settings = task, task.problem, settings
         self._ends = inf  #: time at which the search stops; a stopped search can be continued
         self._scaled = in_units_of_load(task.problem)
-        self._load_ratio = load_ratio(task.problem)
+        self._scale = task.problem.load_factor_scale
         self._effort, self._solved_before = task.effort, task.effort.lp_solves
         self._effort.uses("cadical", "clauses")
         self._statics = Statics(self._scaled, self._effort, settings)
         self.known = known  #: lowest load factor of all known exact states
         self.best: Answer | None = None  #: exact state with the lowest λ that this search has found
         #: Load factor up to which the proof excludes states.
-        self.highest = bound_below(known, settings, self._load_ratio)
+        self.highest = bound_below(known, settings, self._scale)
         self.conflicts: list[Conflict] = []
         self.energy_bounds: list[EnergyBound] = []
         self.senses = senses_of(task.problem)
@@ -120,7 +119,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         if load_factor >= self.known:
             return
         self.known = load_factor
-        self.highest = bound_below(load_factor, self._settings, self._load_ratio)
+        self.highest = bound_below(load_factor, self._settings, self._scale)
         if self.highest <= 0:
             raise Undecided("a collapse state at λ = 0 exists, and a proof cannot cover λ below zero")
         for theory in (self._statics, self._kinematics):
@@ -326,9 +325,9 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return certified(self._problem, self._scaled.load_factor * load_factor, self._scaled.force * q, d)
 
     def _is_lower(self, one: Answer) -> bool:
-        if one.load_factor < -ZERO * self._load_ratio:
+        if one.load_factor < -self._scale.zero:
             return False
-        return is_lower(one.load_factor, self.known, self._load_ratio) and one.exact
+        return self._scale.is_lower(one.load_factor, self.known) and one.exact
 
     def _energy(self) -> np.ndarray:
         """Return a lower bound of the energy that each yield condition dissipates per unit rate.
@@ -365,6 +364,6 @@ def _refutes(theory: Theory, conditions: np.ndarray) -> Refutation | None:
         return None
 
 
-def bound_below(load_factor: float, settings: ProofSettings, ratio: float) -> float:
+def bound_below(load_factor: float, settings: ProofSettings, scale: LoadFactorScale) -> float:
     """Return the λ up to which a proof must exclude collapse states, slightly below the lowest known λ."""
-    return load_factor - settings.gap * max(abs(load_factor), SMALLEST * ratio)
+    return load_factor - settings.gap * scale.divisor(load_factor)

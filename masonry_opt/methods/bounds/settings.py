@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from masonry_opt.methods.settings import Settings, zero_or_more
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.load_history import LoadHistory
-from masonry_opt.solution.thresholds import zero_limit
 
 
 @dataclass(frozen=True)
@@ -134,7 +133,7 @@ class ProofBudget(Settings):
         if history is None:
             return None
         end = self.load_range * history.steps[-1].load_factor
-        return end if end > zero_limit(problem) else None
+        return end if end > problem.load_factor_scale.zero else None
 
 
 #: Budget with its defaults.

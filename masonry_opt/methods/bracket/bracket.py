@@ -24,7 +24,6 @@ from masonry_opt.solution.answer import FinalState
 from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.stopped import without_answer
-from masonry_opt.solution.thresholds import load_ratio
 from masonry_opt.solvers.registry import MATRICES, find_solver
 
 #: On scenes with more joints than this number, the bounds of the least λ seldom become equal. On such scenes,
@@ -128,14 +127,14 @@ def _raised(task: Task, solution: Solution, rising: Rising, began: float, ends: 
     the forces of the relaxations.
     """
     problem, refiner = task.problem, refiner_of(task)
-    ratio = load_ratio(problem)
+    scale = problem.load_factor_scale
     for step, size, forces in rising.programs(ends, began):
         task.progress(step)
         solution = replace(solution, size=size)
         for q in forces if problem.joints <= _MANY_JOINTS else []:
             state = refiner.state_near(q) if time.perf_counter() < ends else None
             answer = state.answer if state else None
-            if answer is None or lower_of(solution.answer, answer, ratio) is not answer:
+            if answer is None or lower_of(solution.answer, answer, scale) is not answer:
                 continue
             if is_meaningful(analysis_of(task), answer.load_factor, answer.d):
                 rising.best = min(rising.best, answer.load_factor)

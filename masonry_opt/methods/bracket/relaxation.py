@@ -21,8 +21,7 @@ from masonry_opt.models.pyomo_products import Pairs, PyomoProducts
 from masonry_opt.problem.edges import EdgeFactors
 from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.solution.acceptance import BEYOND_LIMITS, PROVEN_GAP, SMALLEST
-from masonry_opt.solution.thresholds import load_ratio
+from masonry_opt.solution.acceptance import BEYOND_LIMITS, PROVEN_GAP
 from masonry_opt.solvers.highs import HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 
@@ -453,4 +452,4 @@ def sum_of_rates(problem: Problem, d: np.ndarray) -> float:
 
 def closed(problem: Problem, bound: float, load_factor: float) -> bool:
     """Return True if the relative gap between a lower bound and a load factor is at most ``PROVEN_GAP``."""
-    return load_factor - bound <= PROVEN_GAP * max(abs(load_factor), SMALLEST * load_ratio(problem))
+    return load_factor - bound <= PROVEN_GAP * problem.load_factor_scale.divisor(load_factor)

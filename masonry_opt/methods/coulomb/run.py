@@ -15,6 +15,7 @@ from masonry_opt.methods.exact.search import Search, StateRecord, lower_of
 from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis, analysis_of, is_meaningful
 from masonry_opt.methods.task import Task
+from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.answer import Answer
 from masonry_opt.solution.load_history import LoadHistory
@@ -22,7 +23,6 @@ from masonry_opt.solution.only_state import is_only_load_factor
 from masonry_opt.solution.proof import Proof
 from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import load_ratio, same
 
 if TYPE_CHECKING:
     from masonry_opt.methods.exact.alternation import Alternation
@@ -118,17 +118,17 @@ class CoulombRun:
         assert answer is not None
         solution = replace(self.known, found=answer, status=status, reasons=())
         solution = self.states.met.recorded_in(solution)
-        return with_proof(solution, self.proof, self.states.met.load_ratio)
+        return with_proof(solution, self.proof, self.states.met.scale)
 
 
-def with_proof(solution: Solution, proof: Proof | None, ratio: float) -> Solution:
+def with_proof(solution: Solution, proof: Proof | None, scale: LoadFactorScale) -> Solution:
     """Add to a solution the proof that no state has a lower load factor than its answer.
 
     The solution is returned unchanged if there is no proof, or if the proof is for another load factor.
     """
     if proof is None or solution.load_factor is None:
         return solution
-    if not same(proof.load_factor, solution.load_factor, ratio):
+    if not scale.equal(proof.load_factor, solution.load_factor):
         return solution
     solution = replace(solution, bound=proof.bound, bound_derived=True, proof=proof)
     values = {"bound": proof.bound, "load_factor": solution.load_factor, "rates": None, "forces": False}
@@ -147,7 +147,7 @@ class LowestState:
     ) -> None:
         self._task, self._problem, self._effort = task, task.problem, task.effort
         self._analysis, self._settings = analysis, settings
-        self.met = StateRecord(load_ratio(task.problem))
+        self.met = StateRecord(task.problem.load_factor_scale)
         simplex = self._problem.joints <= settings.simplex_up_to and not self._problem.layout.round
         refiner = refiner_of(task, settings, descends=seeks_lower) if simplex else None
         self._search = Search(refiner, analysis, self.met, settings) if refiner else None
@@ -180,8 +180,8 @@ class LowestState:
         would then collapse without live load.
         """
         self.met.lowest = min(self.met.lowest, state.load_factor)
-        if state.load_factor > self.met.zero_limit:
-            self._lowest = lower_of(self._lowest, exact_state_of(self._problem, state), self.met.load_ratio)
+        if state.load_factor > self.met.scale.zero:
+            self._lowest = lower_of(self._lowest, exact_state_of(self._problem, state), self.met.scale)
             self.met.add(state.load_factor)
             self._report()
 
@@ -232,7 +232,7 @@ class LowestState:
 
     def _keep(self, state: ExactState | None) -> None:
         if state is not None and self._counts(state, state.below):
-            self._lowest = lower_of(self._lowest, state, self.met.load_ratio)
+            self._lowest = lower_of(self._lowest, state, self.met.scale)
             self._report()
 
     def _exact_or_lower(self, other: Answer | None) -> Answer | None:
@@ -242,7 +242,7 @@ class LowestState:
         """
         one = self._lowest_without_simplex
         exact = [answer for answer in (one, other) if answer and answer.exact]
-        return exact[0] if len(exact) == 1 else lower_of(one, other, self.met.load_ratio)
+        return exact[0] if len(exact) == 1 else lower_of(one, other, self.met.scale)
 
     def _report(self) -> None:
         """Report the load factor of the present answer, if any, to the user."""
@@ -257,7 +257,7 @@ class LowestState:
         if not is_meaningful(self._analysis, state.load_factor, state.d):
             return False
         self.met.lowest = min(self.met.lowest, state.load_factor, below)
-        return self._problem.settled is None or state.load_factor >= -self.met.zero_limit
+        return self._problem.settled is None or state.load_factor >= -self.met.scale.zero
 
 
 def _forces_of_steps(history: LoadHistory | None, shares: Iterable[float]) -> list[np.ndarray]:

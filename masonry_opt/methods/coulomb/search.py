@@ -29,7 +29,6 @@ from masonry_opt.solution.proof import Proof
 from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.stopped import with_answer
-from masonry_opt.solution.thresholds import load_ratio
 
 if TYPE_CHECKING:
     from masonry_opt.methods.bounds.least import LeastProof
@@ -155,7 +154,9 @@ class _Lowest:
         self.stop: KeyboardInterrupt | None = None  #: user interrupt or time limit that ended the search
         self.missed = Code.NOT_FOUND  #: reason why no state was found
         self.history: list[LowerState] = []
-        self.met = StateRecord(load_ratio(task.problem))  #: load factors of the states found from all starts
+        self.met = StateRecord(
+            task.problem.load_factor_scale
+        )  #: load factors of the states found from all starts
         self._attempt: LeastProof | None = None
 
     @property
@@ -200,7 +201,7 @@ class _Lowest:
         self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
         # A start may lead to the state with the lowest λ again, and return the object that is already stored.
         # This does not count as a lower λ.
-        return state is not self.state and lower_of(self.state, state, self.met.load_ratio) is state
+        return state is not self.state and lower_of(self.state, state, self.met.scale) is state
 
     def _keep(self, origin: str, state: ExactState) -> None:
         """Keep a state as the state with the lowest λ, and add it to the history."""
@@ -231,7 +232,7 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder,
     # If the answer of ``first`` is exact, keep it for comparison, because the search may end at a higher load
     # factor.
     exact_answer = first.answer if has_same_law and first.kind is Kind.EXACT else None
-    answer = lower_of(best.answer, exact_answer, lowest.met.load_ratio) or best.answer
+    answer = lower_of(best.answer, exact_answer, lowest.met.scale) or best.answer
     is_first_answer = answer is exact_answer
     if is_first_answer:
         lowest.met.count(exact_answer)
@@ -247,5 +248,5 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder,
         solution = with_answer(solution, lowest.stop, task.effort)
     stationary = None if is_first_answer else lowest.stationary
     matters = first.flow_rule_matters
-    solution = with_proof(solution, lowest.proof or first.proof, lowest.met.load_ratio)
+    solution = with_proof(solution, lowest.proof or first.proof, lowest.met.scale)
     return replace(solution, flow_rule_matters=matters, stationary=stationary, size=finder.size)

@@ -18,7 +18,6 @@ from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.answer import Existence
 from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import is_lower, load_ratio, zero_limit
 from masonry_opt.solvers.registry import find_solver
 
 if TYPE_CHECKING:
@@ -254,7 +253,7 @@ def _with_carried_load(run: CoulombRun, ended: Solution, incremental: Solution) 
     if history is None or ended.load_factor is None or not incremental.has(Code.UNDECIDED):
         return ended
     carried = history.steps[-1].load_factor
-    if not is_lower(ended.load_factor, carried, load_ratio(run.problem)):
+    if not run.problem.load_factor_scale.is_lower(ended.load_factor, carried):
         return ended
     return ended.telling_first(reason(Code.CARRIES_MORE, carried=carried))
 
@@ -267,7 +266,7 @@ def _end_without_loop(run: CoulombRun) -> Solution | None:
     if grows and found is not None and found.existence is Existence.UNBOUNDED:
         return replace(run.known, status=Status.JAMMED, reasons=tuple(grows))
     lowest = run.states.met.lowest
-    if lowest < -zero_limit(run.problem):
+    if lowest < -run.problem.load_factor_scale.zero:
         ended = run.known.ended(Status.BELOW_ZERO, Code.BELOW_ZERO, load_factor=lowest)
         return replace(ended, below_zero=lowest)
     if run.analysis.preload_forces is None:

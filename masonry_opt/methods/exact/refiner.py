@@ -27,7 +27,6 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.answer import Answer, certified
 from masonry_opt.solution.motion import weightless
-from masonry_opt.solution.thresholds import ZERO, is_lower, load_ratio
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import LpSize, Verdict
 
@@ -122,7 +121,7 @@ class StateFinder(ABC):
 
     def __init__(self, problem: Problem, effort: Effort) -> None:
         self.problem, self.effort = problem, effort
-        self._load_ratio = load_ratio(problem)
+        self._scale = problem.load_factor_scale
         self.deadline = inf  #: value of ``time.perf_counter`` at which the search must end
         #: Number of programs that the solver left undecided since λ last decreased; None if they are not
         #: counted. If any are undecided, a state with a lower λ may have been missed.
@@ -230,7 +229,7 @@ class Refiner(StateFinder):
         state = first
         while self._descends or not state.exact:
             lower = self._lower(state)
-            if lower is None or lower.load_factor <= ZERO * self._load_ratio < state.load_factor:
+            if lower is None or lower.load_factor <= self._scale.zero < state.load_factor:
                 return self._last_of_descent(state, lower)
             state = lower
         return state
@@ -286,7 +285,7 @@ class Refiner(StateFinder):
 
     def _is_lower(self, one: ExactState, other: ExactState) -> bool:
         """Return True if the load factor of the first state is lower by more than rounding."""
-        return is_lower(one.load_factor, other.load_factor, self._load_ratio)
+        return self._scale.is_lower(one.load_factor, other.load_factor)
 
     def _weightless(self, state: ExactState) -> bool:
         """Return True if λ is negative and no moving block carries a net load at this λ."""

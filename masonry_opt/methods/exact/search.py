@@ -15,11 +15,11 @@ from masonry_opt.methods.exact.refiner import ExactState, Refiner, StateFinder
 from masonry_opt.methods.exact.self_stress import self_stress
 from masonry_opt.methods.exact.settings import SEARCH, SearchSettings
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
+from masonry_opt.problem.load_factor_scale import EQUALITY_TOLERANCE, LoadFactorScale
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.answer import Answer
 from masonry_opt.solution.reasons import Code, Reason, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE, ZERO, is_lower, same
 
 #: Kind of a start, and the exact state found from this start, or None if no state was found.
 Candidate = tuple[str, ExactState | None]
@@ -28,9 +28,8 @@ Candidate = tuple[str, ExactState | None]
 class StateRecord:
     """Record of a search: the number of its starts, and the load factors of the exact states found."""
 
-    def __init__(self, ratio: float = 1.0) -> None:
-        self.load_ratio = ratio  #: factor by which thresholds of load factors are multiplied
-        self.zero_limit = ZERO * ratio  #: magnitude below which a load factor counts as zero
+    def __init__(self, scale: LoadFactorScale) -> None:
+        self.scale = scale  #: scale on which load factors are compared
         self.load_factors: list[float] = []  #: distinct load factors of exact states, in order of discovery
         self.candidates = 0  #: number of starts, including those without an exact state
         #: Lowest load factor of all states whose mechanism counts as a collapse. The answer of the search may
@@ -45,18 +44,18 @@ class StateRecord:
 
     def add(self, load_factor: float) -> None:
         """Record a load factor, unless an equal load factor is already recorded."""
-        if not any(same(load_factor, known, self.load_ratio) for known in self.load_factors):
+        if not any(self.scale.equal(load_factor, known) for known in self.load_factors):
             self.load_factors.append(load_factor)
 
     @property
     def _above_zero(self) -> list[float]:
         """Positive load factors of the states, or all load factors if none is positive."""
-        return [value for value in self.load_factors if value > self.zero_limit] or self.load_factors
+        return [value for value in self.load_factors if value > self.scale.zero] or self.load_factors
 
     @property
     def _has_state_below(self) -> bool:
         """True if the lowest λ found is zero or negative and lower than all reported load factors."""
-        return self.lowest <= self.zero_limit and self.lowest < min(self._above_zero) - self.zero_limit
+        return self.lowest <= self.scale.zero and self.lowest < min(self._above_zero) - self.scale.zero
 
     @property
     def reasons(self) -> list[Reason]:
@@ -126,7 +125,7 @@ class Search:
         in_vain = 0
         for _, state in self.endless(lowest, 0):
             yield state
-            before, lowest = lowest, lower_of(lowest, state, self.met.load_ratio)
+            before, lowest = lowest, lower_of(lowest, state, self.met.scale)
             in_vain = 0 if lowest is not before else in_vain + 1
             if in_vain >= starts:
                 return
@@ -141,7 +140,7 @@ class Search:
         """
         for q in forces:
             state = self.start(q)
-            lowest = lower_of(lowest, state, self.met.load_ratio)
+            lowest = lower_of(lowest, state, self.met.scale)
             yield state
         if self.problem.joints > self._settings.most_contacts:
             if lowest is not None:
@@ -179,12 +178,12 @@ class Search:
             while self.problem.layout.round and best is not None and best is not repeated:
                 repeated = best
                 state = self.start(best.q)
-                best = lower_of(best, state, self.met.load_ratio)
+                best = lower_of(best, state, self.met.scale)
                 yield _LOWEST, state
             rng = np.random.default_rng((seed, number))
-            best = lower_of(best, self.known, self.met.load_ratio)
+            best = lower_of(best, self.known, self.met.scale)
             state = self.start(functions[kind](self, best, rng))
-            best = lower_of(best, state, self.met.load_ratio)
+            best = lower_of(best, state, self.met.scale)
             yield kind, state
 
     def random_forces(
@@ -197,7 +196,7 @@ class Search:
         does not yield may permit a state with a lower λ.
         """
         known = self._largest_load_factor
-        if best is not None and best.load_factor > self.met.zero_limit:
+        if best is not None and best.load_factor > self.met.scale.zero:
             known = best.load_factor
         if known is None:
             return None
@@ -262,24 +261,21 @@ class Search:
 _L = TypeVar("_L", ExactState, Answer)
 
 
-def lower_of(one: _L | None, other: _L | None, ratio: float = 1.0) -> _L | None:
+def lower_of(one: _L | None, other: _L | None, scale: LoadFactorScale) -> _L | None:
     """Return the state with the lower load factor; a state that is None is ignored.
 
     - If the load factors are equal, a state that is exact is preferred to a state that is not. If neither or
       both are exact, the first state is returned.
     - A state with a positive load factor is preferred to a state with a load factor of zero or less, in which
       the scene would move without live load.
-
-    ``ratio`` is the :func:`~masonry_opt.solution.thresholds.load_ratio` of their problem.
     """
     if one is None or other is None:
         return one or other
-    if one.exact != other.exact and same(one.load_factor, other.load_factor, ratio):
+    if one.exact != other.exact and scale.equal(one.load_factor, other.load_factor):
         return one if one.exact else other
-    zero = ZERO * ratio
-    if (one.load_factor <= zero) != (other.load_factor <= zero):
+    if (one.load_factor <= scale.zero) != (other.load_factor <= scale.zero):
         return other if one.load_factor < other.load_factor else one
-    return other if is_lower(other.load_factor, one.load_factor, ratio) else one
+    return other if scale.is_lower(other.load_factor, one.load_factor) else one
 
 
 #: Kind of start of a search: the forces of the state with the lowest λ found so far.

@@ -34,11 +34,11 @@ from masonry_opt.methods.incremental.equilibrium import (
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.incremental.stiffness import StiffnessMatrix
 from masonry_opt.methods.task import Task
+from masonry_opt.problem.load_factor_scale import EQUALITY_TOLERANCE
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.answer import Answer
 from masonry_opt.solution.load_history import LoadHistory, LoadStep
 from masonry_opt.solution.motion import weightless
-from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE
 
 
 class End(StrEnum):

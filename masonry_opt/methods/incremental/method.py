@@ -29,12 +29,12 @@ from masonry_opt.methods.incremental.analysis import (
 from masonry_opt.methods.incremental.collapse_state import find_collapse_state
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.task import Options, Task
+from masonry_opt.problem.load_factor_scale import EQUALITY_TOLERANCE
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.answer import Answer, FinalState, certified
 from masonry_opt.solution.load_history import LoadStep
 from masonry_opt.solution.reasons import Code, Reason, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE
 
 
 class IncrementalOptions(Options):

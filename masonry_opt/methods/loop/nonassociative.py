@@ -107,6 +107,7 @@ REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
 class _Ran:
     """Finished run of the loop of linear programs, with its parameters and its solution."""
 
+    problem: Problem  #: problem that the run solved
     attempt: Attempt  #: parameters and solver of the run
     solution: Solution
 
@@ -120,7 +121,8 @@ class _Ran:
             return Shortfall.INEXACT
         if not solution.flow_rule_matters:
             return None if parameters.tolerance is None else Shortfall.ROUGH
-        return Shortfall.INEXACT if parameters.finish and not belong_together(solution.answer) else None
+        belongs = belong_together(self.problem, solution.answer)
+        return Shortfall.INEXACT if parameters.finish and not belongs else None
 
 
 def nonassociative(task: Task) -> Solution:
@@ -159,7 +161,7 @@ def nonassociative(task: Task) -> Solution:
             word = solution.reasons[0].values["word"]
             status, why = no_optimum(original, word, attempt.solver, task.effort)
             solution = replace(solution, status=status, reasons=(why,))
-        runs.append(_Ran(attempt, solution))
+        runs.append(_Ran(problem, attempt, solution))
         attempt = _next(runs, remaining, options)
     solution = _gathered(runs, options, reason(Code.LEAST_BORNE_OUT, load_factor=least))
     return replace(solution, size=driver.size())

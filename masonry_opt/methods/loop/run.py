@@ -12,12 +12,12 @@ from masonry_opt.methods.exact.alternation import ExactPrograms
 from masonry_opt.methods.loop.options import Attempt
 from masonry_opt.methods.loop.steps import SubProblem, corrected, sub_problems
 from masonry_opt.models.cvxpy_exact import CvxpyAtYield
+from masonry_opt.problem.load_factor_scale import EQUALITY_TOLERANCE
 from masonry_opt.problem.problem import Problem, ShearLimits, State, in_units_of_live_load, in_units_of_load
-from masonry_opt.solution.acceptance import LIMITS, MOST_ENERGY, SMALLEST, Kind
+from masonry_opt.solution.acceptance import LIMITS, MOST_ENERGY, Kind
 from masonry_opt.solution.answer import Answer, FinalState, certified
 from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE
 from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Solver, in_cvxpy
@@ -352,13 +352,13 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
     return _belonging(problem, scaled.load_factor * load_factor, scaled.force * q, d)
 
 
-def belong_together(answer: Answer) -> bool:
+def belong_together(problem: Problem, answer: Answer) -> bool:
     """Return True if the forces and the mechanism of an answer form one collapse state.
 
     For this, the energy z·p must not exceed ``MOST_ENERGY``, relative to λ, and the violation of the flow
     rule must be within the limit for answers of the loop.
     """
-    largest_energy = MOST_ENERGY * max(abs(answer.load_factor), SMALLEST)
+    largest_energy = MOST_ENERGY * problem.load_factor_scale.divisor(answer.load_factor)
     certificate = answer.certificate
     return certificate.complementarity <= largest_energy and certificate.flow <= LIMITS[Kind.LOOP].flow
 
@@ -366,4 +366,4 @@ def belong_together(answer: Answer) -> bool:
 def _belonging(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> Answer | None:
     """Return an answer from forces and velocities if they form one collapse state, otherwise None."""
     answer = certified(problem.by_cone, load_factor, q, d)
-    return answer if belong_together(answer) else None
+    return answer if belong_together(problem, answer) else None

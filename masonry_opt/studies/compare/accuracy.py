@@ -7,7 +7,7 @@ point that satisfies all inequalities strictly. In space the inequalities are co
 of slip velocities.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,8 +17,9 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from masonry_opt.effort import Effort
 from masonry_opt.problem.faces import selection
+from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.problem.problem import Problem, in_units_of_load
-from masonry_opt.solution.acceptance import FEASIBILITY_TOLERANCE, SMALLEST
+from masonry_opt.solution.acceptance import FEASIBILITY_TOLERANCE
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 
@@ -60,6 +61,7 @@ class CertifiedBounds:
 
     lower: float = -np.inf
     upper: float = np.inf
+    unit: float = 1.0  #: unit of the problem's :class:`LoadFactorScale`
 
     @property
     def middle(self) -> float:
@@ -68,8 +70,10 @@ class CertifiedBounds:
 
     @property
     def width(self) -> float:
-        """Relative width (upper − lower) / max(|middle|, SMALLEST); infinite if a bound is infinite."""
-        return (self.upper - self.lower) / max(abs(self.middle), SMALLEST) if self.finite else np.inf
+        """Width upper − lower, relative to the load factor; infinite if a bound is infinite."""
+        if not self.finite:
+            return np.inf
+        return (self.upper - self.lower) / LoadFactorScale(self.unit).divisor(self.middle)
 
     @property
     def finite(self) -> bool:
@@ -196,7 +200,7 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
         falling_mechanism,  # imported here, because importing modelling languages takes seconds
     )
 
-    scaled = in_units_of_load(problem)
+    unit, scaled = problem.load_factor_scale.unit, in_units_of_load(problem)
     problem = scaled.problem.by_cone
     conic = problem.by_friction.conic
     small = problem.joints < _LARGE_SCENE_JOINTS
@@ -205,7 +209,7 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
     statics = _statics(problem, conic)
     kinematics = statics.dual(problem.live_norm)
     static_interior, kinematic_interior = statics.interior(), kinematics.interior()
-    bounds = CertifiedBounds()
+    bounds = CertifiedBounds(unit=unit)
     # HiGHS, the last entry of _SOURCES, is used only for small linear programs.
     for source in _SOURCES if small and not conic else _SOURCES[:-1]:
         driver = Driver(problem, "static", find_solver(*source), Effort(), of_load=True)
@@ -216,7 +220,8 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
         static_point, kinematic_point = np.append(state.q, state.load_factor), np.concatenate([state.d, p])
         lower = scaled.load_factor * statics.inside(static_point, static_interior)
         upper = scaled.load_factor * kinematics.inside(kinematic_point, kinematic_interior)
-        bounds = CertifiedBounds(float(np.fmax(bounds.lower, lower)), float(np.fmin(bounds.upper, upper)))
+        lower, upper = float(np.fmax(bounds.lower, lower)), float(np.fmin(bounds.upper, upper))
+        bounds = replace(bounds, lower=lower, upper=upper)
         if bounds.width <= LARGEST_BOUND_WIDTH:
             break
     if small and not bounds.finite and _statics(problem, conic=False).unlimited():

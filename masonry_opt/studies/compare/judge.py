@@ -13,11 +13,11 @@ from masonry_opt.brief import brief
 from masonry_opt.errors import CaseError, counted, printable
 from masonry_opt.files import image_source
 from masonry_opt.methods.registry import METHODS
+from masonry_opt.problem.load_factor_scale import EQUALITY_TOLERANCE, LoadFactorScale
 from masonry_opt.reporting.names import warning_lines
-from masonry_opt.solution.acceptance import LARGEST_BOUND_EXCESS, LIMITS, SMALLEST, Kind, over_load_factor
+from masonry_opt.solution.acceptance import LARGEST_BOUND_EXCESS, LIMITS, Kind
 from masonry_opt.solution.answer import Existence
 from masonry_opt.solution.reasons import Status
-from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE, is_lower
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.runs import (
     CERTIFICATE_RESIDUALS,
@@ -155,7 +155,9 @@ def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown])
     best = dict(known)
     for row in exact:
         scene, load_factor = row["scene"], row["load_factor"]
-        if scene in searched and (scene not in best or is_lower(load_factor, best[scene].load_factor)):
+        if scene in searched and (
+            scene not in best or _scale(row).is_lower(load_factor, best[scene].load_factor)
+        ):
             best[scene] = BestKnown(load_factor, row["method"])
     return best
 
@@ -216,9 +218,9 @@ def judge(row: dict[str, Any], bounds: CertifiedBounds | None, best: BestKnown |
     verdict, reason = _verdict(row, bounds, _known_claims(question, bounds))
     load_factor, error, below = row["load_factor"], None, False
     if load_factor is not None and question == ASSOCIATIVE and bounds.finite:
-        error = max(abs(_relative(load_factor, bounds.middle)), bounds.width / 2, 1e-16)
+        error = max(abs(_relative(row, bounds.middle)), bounds.width / 2, 1e-16)
     elif load_factor is not None and question == COULOMB and best is not None:
-        gap = _relative(load_factor, best.load_factor)
+        gap = _relative(row, best.load_factor)
         error, below = max(abs(gap), GAP_FLOOR), gap < -GAP_FLOOR
     return dict(zip(JUDGED, (question, verdict, reason, error, below), strict=True))
 
@@ -244,7 +246,7 @@ def _verdict(row: dict[str, Any], bounds: CertifiedBounds, known: Mapping[str, b
         ]
         return WRONG, ", ".join(large) or "no certificate"
     if bounds.finite:
-        margin = LARGEST_BOUND_EXCESS * max(abs(bounds.middle), SMALLEST)
+        margin = LARGEST_BOUND_EXCESS * _scale(row).divisor(bounds.middle)
         if load_factor > bounds.upper + margin:
             return WRONG, "λ above its certified bound"
         # The lower bound is valid only for the associative λ, the maximum of eq. (9). Coulomb states, and
@@ -270,13 +272,19 @@ def residuals_over_limit(row: Mapping[Any, Any], kind: Kind | None = None) -> di
     residuals = {name: row[name] for name in CERTIFICATE_RESIDUALS}
     energy = residuals["complementarity"]
     if energy is not None:
-        residuals["complementarity"] = over_load_factor(energy, row["load_factor"])
+        residuals["complementarity"] = energy / _scale(row).divisor(row["load_factor"])
     return LIMITS[kind or Kind(row["kind"])].failing(residuals)
 
 
-def _relative(load_factor: float, reference: float) -> float:
-    """Return the relative difference of a load factor from a reference value."""
-    return (load_factor - reference) / max(abs(reference), SMALLEST)
+def _relative(row: Mapping[Any, Any], reference: float) -> float:
+    """Return the relative difference of a run's load factor from a reference value."""
+    difference: float = row["load_factor"] - reference
+    return difference / _scale(row).divisor(reference)
+
+
+def _scale(row: Mapping[Any, Any]) -> LoadFactorScale:
+    """Return the scale on which the load factor of a finished run is compared."""
+    return LoadFactorScale(row["load_factor_unit"])
 
 
 def summary(

@@ -33,13 +33,14 @@ KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance",
 CERTIFICATE_RESIDUALS = ("equilibrium", "yield", "flow", "complementarity")  #: Residuals of a certificate.
 #: Columns of text; "" if unknown.
 _TEXT_COLUMNS = ("ended", "status", "kind", "existence", "crushing", "friction_law", "message")
-#: Columns of results.csv: λ and its certificate, times in seconds, memory in MB, numbers of solves and
-#: iterations, sizes of the scene and its program, and the time and memory limits of the run. The column
-#: ``wall`` is the duration of the solve, or of the process if the run did not finish.
+#: Columns of results.csv: λ, the unit of its :class:`LoadFactorScale`, and its certificate, times in seconds,
+#: memory in MB, numbers of solves and iterations, sizes of the scene and its program, and the time and memory
+#: limits of the run. The column ``wall`` is the duration of the solve, or of the process if the run did not
+#: finish.
 COMPARISON_COLUMNS = (
     *KEY,
     *_TEXT_COLUMNS,
-    *("load_factor", "bound", *CERTIFICATE_RESIDUALS),
+    *("load_factor", "load_factor_unit", "bound", *CERTIFICATE_RESIDUALS),
     *("wall", *(f"{part}_seconds" for part in PARTS)),
     *("peak_memory", "lp_solves", "nlp_solves", "iterations", "blocks", "joints"),
     *("rows", "columns", "nonzeros", "time_limit", "memory_limit"),
@@ -215,6 +216,7 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
     values = result.as_dict()
     values |= {f"{part}_seconds": seconds for part, seconds in values["seconds"].items()}
     values |= values["size"] | (values["certificate"] or {}) | {"wall": wall}
+    values["load_factor_unit"] = result.assembly.problem.load_factor_scale.unit
     values["existence"] = (values["infeasibility"] or {}).get("existence", "")
     return {name: values[name] for name in COMPARISON_COLUMNS if name in values}
 

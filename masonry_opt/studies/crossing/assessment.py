@@ -6,10 +6,10 @@ from enum import StrEnum
 from typing import NamedTuple
 
 from masonry_opt.errors import OptionError
+from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.reporting.load_factors import known_least
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result
-from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.crossing.load_factors import CrossingLoadFactors
 
 #: Words for the unit in the text on the loads at collapse. A report replaces these words if the user names
@@ -80,7 +80,8 @@ def assessed(answer: CrossingLoadFactors, required: float) -> Assessment:
 
 def _is_below(load_factor: float, required: float) -> bool:
     """Return True if a load factor is less than the required one by more than a rounding error."""
-    return load_factor < required and not same(load_factor, required)
+    scale = LoadFactorScale.of_load_factors((required,))
+    return load_factor < required and not scale.equal(load_factor, required)
 
 
 def _last_of_least(named: dict[str, float]) -> tuple[str, float]:

@@ -7,10 +7,10 @@ from typing import Any
 
 import pandas as pd
 
+from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.reporting.load_factors import LEAST, LEAST_AT_POSITION, LEAST_SO_FAR, own_name
 from masonry_opt.result import Result
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.crossing.search import Passage, PassageTrials
 from masonry_opt.studies.run_columns import columns, framed
 from masonry_opt.studies.writing import records
@@ -162,7 +162,8 @@ class CrossingLoadFactors:
             return bound
         # If only a rounding error makes λ at the worst position less than the bound, λ itself is returned as
         # the bound.
-        return least if same(bound, least) else None
+        is_rounding = LoadFactorScale.of_load_factors((bound, least)).equal(bound, least)
+        return least if is_rounding else None
 
     @property
     def undecided(self) -> int:

@@ -19,6 +19,7 @@ from masonry_opt.deadline import SAME_TIME, check_time
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.fill import Road
+from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.problem.problem import Problem, ShearLimits, in_units_of_load
 from masonry_opt.scene.loads import Load
 from masonry_opt.scene.road import Axles, TravelDirection
@@ -27,7 +28,6 @@ from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.answer import certified
 from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import same
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import Verdict
 
@@ -368,9 +368,12 @@ def _is_between(required: float | None, inverse: float, greatest: float) -> bool
     The lower bound is 1/``inverse``; the least λ found is 1/``greatest``. Differences within rounding errors
     do not count.
     """
-    if required is None or not inverse * required > 1 or same(1 / inverse, required):
+    if required is None:
         return False
-    return greatest * required <= 1 or same(1 / greatest, required)
+    scale = LoadFactorScale.of_load_factors((required,))
+    if not inverse * required > 1 or scale.equal(1 / inverse, required):
+        return False
+    return greatest * required <= 1 or scale.equal(1 / greatest, required)
 
 
 def _needed(solved: PassageTrials, start: float, end: float) -> float:

@@ -17,13 +17,13 @@ from masonry_opt.analysis import prepare
 from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError, TimeLimitError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.load_factor_scale import RELATIVE_ROUNDING
 from masonry_opt.reporting.names import warning_lines
 from masonry_opt.result import distinct_warnings
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.answer import Certificate
 from masonry_opt.solution.reasons import Status
-from masonry_opt.solution.thresholds import RELATIVE_ROUNDING
 from masonry_opt.studies.many.jumps import jump_between
 from masonry_opt.studies.many.scene_answer import SceneAnswer, solve_or_cross
 from masonry_opt.studies.many.standing import standing

@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.errors import counted, listed, remainder
+from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.reporting.load_factors import search_advice
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.solution.reasons import Status
-from masonry_opt.solution.thresholds import same
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
 #: Last parts of the names of parameters that limit forces, such as ``joints.friction``. A larger limit
@@ -109,7 +109,12 @@ def _largest_fall(
         return None
     largest = int(np.nanargmax(falls.to_numpy()))
     first, second = before.iloc[largest], after.iloc[largest]
-    if second["load_factor"] >= first["load_factor"] or same(first["load_factor"], second["load_factor"]):
+    scale, higher, lower = (
+        LoadFactorScale.of_load_factors(known["load_factor"]),
+        first["load_factor"],
+        second["load_factor"],
+    )
+    if lower >= higher or scale.equal(lower, higher):
         return None
     fixed = {other: float(first[other]) for other in others}
     where = f"{name} = {numeral(first[name], 'g')}"

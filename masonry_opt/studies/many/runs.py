@@ -18,12 +18,12 @@ from masonry_opt.analysis import Session
 from masonry_opt.errors import CaseError, NoRunSolvedError, OptionError, counted
 from masonry_opt.files import refuse_outputs, write_folder
 from masonry_opt.methods.registry import HowToSolve
+from masonry_opt.problem.load_factor_scale import EQUALITY_TOLERANCE, LoadFactorScale
 from masonry_opt.reporting.load_factors import LOWEST
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solution.acceptance import SMALLEST, Kind
+from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.studies.many.parameters import is_of_joints
 from masonry_opt.studies.many.run_warnings import (
@@ -349,4 +349,5 @@ def at_least(frame: pd.DataFrame) -> pd.Series:
     """Return a mask of the runs whose λ equals the least λ within ``EQUALITY_TOLERANCE``, shape (runs,)."""
     values = frame["load_factor"]
     least = values.min()
-    return values <= least + EQUALITY_TOLERANCE * max(abs(least), SMALLEST)
+    scale = LoadFactorScale.of_load_factors(values)
+    return values <= least + EQUALITY_TOLERANCE * scale.divisor(least)

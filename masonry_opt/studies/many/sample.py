@@ -14,13 +14,13 @@ from masonry_opt.analysis import prepare
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.problem.arguments import numbers
+from masonry_opt.problem.load_factor_scale import EQUALITY_TOLERANCE
 from masonry_opt.reporting.load_factors import meaning, search_advice
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.mistakes import instead_of
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.reasons import Status
-from masonry_opt.solution.thresholds import EQUALITY_TOLERANCE
 from masonry_opt.studies.many.draws import Draws
 from masonry_opt.studies.many.run_warnings import is_limit, warnings_by_status
 from masonry_opt.studies.many.runs import (

@@ -16,13 +16,13 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
+from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solution.acceptance import LIMITS, SMALLEST, Kind
+from masonry_opt.solution.acceptance import LIMITS, Kind
 from masonry_opt.solution.answer import Answer, certified
 from masonry_opt.solution.reasons import Status
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import same
 
 #: Exact states of scenes with more joints (in space: contact points) than this number are not recorded for
 #: other runs, because each state needs more than 150 kB in the journal and in memory.
@@ -95,10 +95,11 @@ def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterato
     for runs in groups.values():
         states = [_found_state(rows[index], index) for index in runs if rows[index].get("forces")]
         states.sort(key=lambda state: (state.load_factor, state.run))
+        scale = LoadFactorScale.of_load_factors(state.load_factor for state in states)
         last: Assembly | None = None
         screen: Screen | None = None
         for index in runs:
-            lower = [state for state in states if _improves(state, rows[index])]
+            lower = [state for state in states if _improves(state, rows[index], scale)]
             if not lower:
                 continue
             scene = make(index)
@@ -158,19 +159,19 @@ class Screen:
         slack -= self.s[rows][:, problem.sliding]
         wasted = self.slip[rows][:, problem.sliding] * slack / np.maximum(problem.friction, 1.0)
         load_factors = np.array([state.load_factor for state in states])
-        energy = wasted.sum(axis=1) / np.maximum(np.abs(load_factors), SMALLEST)
+        energy = wasted.sum(axis=1) / np.maximum(np.abs(load_factors), problem.load_factor_scale.divisor(0.0))
         within = (slack >= -MARGIN * most.yield_).all(axis=1) & (energy <= MARGIN * most.complementarity)
         within &= (self.limited[rows] <= problem.highest + MARGIN * most.yield_).all(axis=1)
         within &= (self.limited[rows] >= problem.lowest - MARGIN * most.yield_).all(axis=1)
         return [state for state, passes in zip(states, within, strict=True) if passes]
 
 
-def _improves(state: FoundState, row: Row) -> bool:
+def _improves(state: FoundState, row: Row, scale: LoadFactorScale) -> bool:
     """Return True if a state improves the answer of a run: its λ is lower, or the run has no answer."""
     load_factor = row["load_factor"]
     if load_factor is None:
         return True
-    return state.load_factor < load_factor and not same(state.load_factor, load_factor)
+    return state.load_factor < load_factor and not scale.equal(state.load_factor, load_factor)
 
 
 def _certified_by(problem: Problem, state: FoundState) -> Answer | None:

@@ -11,16 +11,16 @@ from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
+from masonry_opt.problem.load_factor_scale import RELATIVE_ROUNDING
 from masonry_opt.problem.problem import Problem
 from masonry_opt.reporting.sentences import message
 from masonry_opt.result import Result, make_result
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solution.acceptance import MARGIN_ENERGY, Kind, times_load_factor
+from masonry_opt.solution.acceptance import MARGIN_ENERGY, Kind
 from masonry_opt.solution.answer import Certificate, FinalState
 from masonry_opt.solution.motion import moving_names
 from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
-from masonry_opt.solution.thresholds import RELATIVE_ROUNDING, load_ratio
 from masonry_opt.solvers.registry import Solver, find_solver
 from masonry_opt.stability.dead_load import unit_pressure, with_pressure_removed
 
@@ -94,7 +94,8 @@ def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None
     # The complementarity error is an energy divided by λ. Here λ is the margin, which may be zero, so the
     # energy itself is compared with its limit.
     energy = failing.pop("complementarity", 0.0)
-    gap = inf if energy is None else times_load_factor(energy, solution.load_factor, load_ratio(pressed))
+    divisor = pressed.load_factor_scale.divisor(solution.load_factor)
+    gap = inf if energy is None else energy * divisor
     return solution if not failing and gap <= MARGIN_ENERGY else None
 
 

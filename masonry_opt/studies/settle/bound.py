@@ -25,7 +25,6 @@ from masonry_opt.reporting.names import some
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result
 from masonry_opt.solution.motion import moving_names
-from masonry_opt.solution.thresholds import ZERO
 from masonry_opt.studies.settle.openings import after_movement, joint_openings, largest_movement
 from masonry_opt.studies.writing import records
 
@@ -107,7 +106,7 @@ class Bound:
         The wrong side is above the reaction at rest for the least reaction, and below for the greatest.
         """
         load_factor = self.result.solution.below_zero
-        return self._reaction(load_factor) if load_factor < -ZERO else None
+        return self._reaction(load_factor) if load_factor < -self._zero else None
 
     @property
     def reaction_at_end(self) -> float | None:
@@ -199,12 +198,17 @@ class Bound:
             f"have a reaction closer to the reaction at rest{search_remark(result, 'them')}"
         )
 
+    @property
+    def _zero(self) -> float:
+        """Magnitude below which a load factor counts as zero."""
+        return self.result.assembly.problem.load_factor_scale.zero
+
     def _reaction(self, load_factor: float | None) -> float | None:
         """Return the reaction at a load factor; a value of the size of rounding errors becomes zero."""
         if load_factor is None:
             return None
         reaction = self.start + self.per_load_factor * load_factor
-        return reaction if abs(reaction) > ZERO * abs(self.per_load_factor) else 0.0
+        return reaction if abs(reaction) > self._zero * abs(self.per_load_factor) else 0.0
 
 
 def bound_as_dict(end: Bound) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result
 from masonry_opt.solution.frames import unsigned
 from masonry_opt.solution.motion import fastest, joint_motion
-from masonry_opt.solution.thresholds import ZERO
+from masonry_opt.solution.thresholds import NEGLIGIBLE_SHARE
 
 #: A movement is rejected if it rotates a block by more than this angle, in radians. Openings are calculated
 #: for small rotations, with a relative error about as large as the rotation.
@@ -42,7 +42,7 @@ def joint_openings(result: Result) -> pd.DataFrame:
     if solution.d is None or solution.load_factor is None:
         return pd.DataFrame(columns=columns)
     movement = movement_of_supports(result)
-    rates, rounding = problem.motion(solution.d), ZERO * fastest(assembly, solution.d)
+    rates, rounding = problem.motion(solution.d), NEGLIGIBLE_SHARE * fastest(assembly, solution.d)
     gap = np.empty(len(joints.joint))  # opening rate of each contact point
     gap[assembly.pressed] = problem.at_points(rates)
     slip = np.hypot.reduce(np.abs(problem.shears(rates)), axis=0)

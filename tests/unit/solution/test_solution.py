@@ -3,6 +3,7 @@
 from math import inf
 
 from masonry_opt.methods.exact.search import StateRecord
+from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.solution.acceptance import Kind
 from masonry_opt.solution.reasons import LOAD_FACTORS, Code, Status
 from masonry_opt.solution.solution import Solution
@@ -10,7 +11,7 @@ from masonry_opt.solution.solution import Solution
 
 def found(*load_factors, lowest=inf):
     """Return a record of states with these load factors, from twice as many starts."""
-    met = StateRecord()
+    met = StateRecord(LoadFactorScale())
     met.load_factors = list(load_factors)
     met.candidates = 2 * len(load_factors)
     met.lowest = min(lowest, *load_factors)
@@ -26,7 +27,7 @@ def test_starts_and_states_are_fields_with_the_values_of_their_reasons():
 
 
 def test_without_a_state_nothing_is_recorded():
-    solution = StateRecord().recorded_in(Solution(Status.SOLVER_FAILED, Kind.EXACT))
+    solution = StateRecord(LoadFactorScale()).recorded_in(Solution(Status.SOLVER_FAILED, Kind.EXACT))
     assert (solution.starts, solution.exact_states, solution.reasons) == (None, None, ())
 
 

@@ -1,0 +1,66 @@
+"""Compare load factors with each other and with zero, on the scale of the load factors of a problem."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import isfinite
+
+#: Relative difference below which two load factors count as equal. On the case files, methods differ by up to
+#: 2e-8 for one state, and different states differ by at least 8e-4.
+EQUALITY_TOLERANCE = 1e-6
+
+#: Relative size of rounding errors in load factors, resultants and margins. A load factor counts as lower
+#: than another only if the relative difference is larger. The value is the residual limit of exact states.
+RELATIVE_ROUNDING = 1e-8
+
+#: Magnitude below which a load factor counts as zero, divided by the unit of the scale.
+ZERO = 1e-6
+
+#: Smallest value of |λ| by which differences and residuals are divided, divided by the unit of the scale. A
+#: smaller |λ| is replaced by this value.
+SMALLEST = 1e-2
+
+
+@dataclass(frozen=True)
+class LoadFactorScale:
+    """Scale of a problem's load factors, which defines when load factors are equal, lower or zero.
+
+    Load factors are about one if the live load is as large as the dead load, and smaller if the live load is
+    larger. Absolute limits such as ``ZERO`` are therefore multiplied by the unit of the scale.
+    """
+
+    unit: float = 1.0  #: dead load divided by live load, but at most 1
+
+    @classmethod
+    def of_loads(cls, dead: float, live: float) -> "LoadFactorScale":
+        """Return the scale for the sums of the magnitudes of all dead and live loads.
+
+        The unit is one if one of the sums is zero.
+        """
+        return cls(min(1.0, dead / live) if dead and live else 1.0)
+
+    @classmethod
+    def of_load_factors(cls, load_factors: Iterable[float]) -> "LoadFactorScale":
+        """Return the scale whose unit is the largest finite |λ| of several problems, but at most 1.
+
+        The unit is one if no load factor is finite, or if all load factors are zero.
+        """
+        largest = max((abs(value) for value in load_factors if isfinite(value)), default=0.0)
+        return cls(min(1.0, largest) or 1.0)
+
+    @property
+    def zero(self) -> float:
+        """Magnitude below which a load factor counts as zero."""
+        return ZERO * self.unit
+
+    def divisor(self, load_factor: float) -> float:
+        """Return the larger of |λ| and ``SMALLEST`` units, by which differences and residuals are divided."""
+        return max(abs(load_factor), SMALLEST * self.unit)
+
+    def equal(self, first: float, second: float) -> bool:
+        """Return True if two load factors are equal up to the relative difference ``EQUALITY_TOLERANCE``."""
+        larger = max(abs(first), abs(second))
+        return abs(first - second) <= EQUALITY_TOLERANCE * self.divisor(larger)
+
+    def is_lower(self, load_factor: float, than: float) -> bool:
+        """Return True if a load factor is lower than another by more than ``RELATIVE_ROUNDING``."""
+        return load_factor < than - RELATIVE_ROUNDING * self.divisor(than)
