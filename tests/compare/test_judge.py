@@ -132,15 +132,16 @@ def test_what_bounds_say_of_a_scene_decides_what_is_right(known, method, claim, 
     assert judge(row, known, None)["verdict"] == verdict
 
 
-@pytest.mark.parametrize("scale", [1.0, 1e4])
-def test_complementarity_is_relative(scale):
+@pytest.mark.parametrize(("scale", "unit"), [(1.0, 1.0), (1e4, 1.0), (1e-6, 1e-6)])
+def test_complementarity_is_relative(scale, unit):
     """The residual of complementarity is divided by λ, so that the size of the live load has no effect.
 
-    With a live load 10⁴ times smaller, λ and the energy in units of the live load are 10⁴ times larger.
+    With a live load 10⁴ times smaller, λ and the energy in units of the live load are 10⁴ times larger. With
+    a live load 10⁶ times as large as the dead load, they are 10⁶ times smaller.
     """
     bounds = CertifiedBounds(0.5 * scale, 0.5 * scale)
     for left, over in ((2e-5, {}), (2e-4, {"complementarity": pytest.approx(4e-4)})):
-        row = line(load_factor=0.5 * scale, complementarity=left * scale)
+        row = line(load_factor=0.5 * scale, load_factor_unit=unit, complementarity=left * scale)
         assert judging.residuals_over_limit(row) == over
         assert judge(row, bounds, None)["verdict"] == (WRONG if over else CERTIFIED)
 
