@@ -50,6 +50,7 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
 from atlas.entries import ATLAS  # noqa: E402
+from atlas.held_scenes import held  # noqa: E402
 from atlas.large_scenes import rubble  # noqa: E402
 from atlas.random_scenes import KINDS, random_scene  # noqa: E402
 from atlas.random_scenes_in_space import KINDS as KINDS_IN_SPACE  # noqa: E402
@@ -221,6 +222,8 @@ def scenes(asked: argparse.Namespace) -> list[mo.Scene]:
 def _named_scenes(asked: argparse.Namespace) -> Iterator[mo.Scene]:
     seeds = range(asked.first, asked.first + asked.random)
     yield from (random_scene(kind, seed) for kind in KINDS for seed in seeds)
+    held_seeds = range(asked.first, asked.first + asked.held)
+    yield from (held(kind, seed) for kind in KINDS for seed in held_seeds)
     for number in asked.walls:
         wall = mo.load(ROOT / "cases" / "ferris_tinloi" / f"wall_{number}.toml")
         for share in (0.6, 0.85, 1.2):
@@ -383,6 +386,7 @@ if __name__ == "__main__":
     )
     parser.add_argument("--list", action="version", version="\n".join(ABLATIONS), help="the names there are")
     parser.add_argument("--random", type=int, default=10, help="random scenes of each of the four kinds")
+    parser.add_argument("--held", type=int, default=0, help="plane scenes of each kind with ties and props")
     parser.add_argument("--first", type=int, default=FIRST_SEED, help="the first seed")
     parser.add_argument("--space", type=int, default=0, help="the same of the four kinds in space")
     parser.add_argument("--first-in-space", type=int, default=FIRST_SEED_IN_SPACE, help="the first seed")

@@ -1,6 +1,9 @@
 """The static and the kinematic program agree, in CVXPY and in Pyomo, and so do duals and unknowns."""
 
+from dataclasses import replace
+
 import pytest
+from mappings import mapped
 from scenes import ALL_CASES, CASES, CHECKED, KINDS_OF_JOINTS, small_wall, solved
 
 import masonry_opt as mo
@@ -37,6 +40,19 @@ def test_every_case(path):
 def test_terms_that_not_every_scene_has(name):
     report = mo.check(KINDS_OF_JOINTS[name])
     assert report.passed, report.table.to_string()
+
+
+def test_differences_are_relative_to_load_factors_of_any_size():
+    """With a live load multiplied by 10⁶, the same relative error of λ fails the check."""
+    scaled = mo.check(mapped(small_wall(), live=1e6))
+    assert scaled.passed
+    assert scaled.table["load_factor"].to_numpy() * 1e6 == pytest.approx(
+        mo.solve(small_wall(), "static").load_factor
+    )
+    assert scaled.table["difference"].max() < 1e-8
+    load_factor = float(scaled.table["load_factor"].median())
+    assert replace(scaled, cones=(load_factor, load_factor * (1 + 1e-9))).passed
+    assert not replace(scaled, cones=(load_factor, load_factor * (1 + 1e-6))).passed
 
 
 def test_a_disagreement_does_not_pass():
