@@ -108,7 +108,7 @@ class DeadLoadCheck:
         )
         found = FinalState(q=forces, forms=problem.forms)
         carried = reason(Code.CARRIED, unique=unique, elastic=elastic)
-        return Solution(Status.STABLE, Kind.ASSOCIATIVE, reasons=(carried,), found=found, stability=stability)
+        return Solution(Status.STABLE, Kind.ASSOCIATIVE, reasons=(carried,), state=found, stability=stability)
 
     def _decide_by_program(self, effort: Effort) -> tuple[Solution | None, np.ndarray | None]:
         """Decide by optimisation programs if a scene is stable under its dead load.
@@ -134,7 +134,7 @@ class DeadLoadCheck:
             falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))
             remedies = diagnosis.what_would_hold(assembly, falling, solver, Effort())
         found = FinalState(d=falling, forms=problem.by_cone.forms)
-        return replace(solution, found=found, reasons=(falls, *remedies)), None
+        return replace(solution, state=found, reasons=(falls, *remedies)), None
 
     def _fall_from_rest(self, effort: Effort) -> Solution | None:
         """Check if a scene is stable only because self-stress (forces without any load) wedges its blocks.

@@ -85,7 +85,7 @@ def without_work(task: Task, run: Callable[[Task], Solution], before: Solution |
     if solution is None or solution.answer is None:
         return None
     answer = replace(solution.answer, q=solution.answer.q + scene.lowest_forces)
-    solution = replace(solution, found=answer)
+    solution = replace(solution, state=answer)
     if solution.kind is not Kind.INCREMENTAL:
         return solution
     if before is None:
@@ -214,4 +214,4 @@ def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, shar
         value = of_scene(vars(solution), ("below_zero",))["below_zero"]
         below_zero = value if isfinite(value) else inf
     solution = replace(solution, below_zero=below_zero, followed_to_end=False, peak=None)
-    return replace(solution, status=Status.CONVERGED, reasons=tuple(reasons), found=found)
+    return replace(solution, status=Status.CONVERGED, reasons=tuple(reasons), state=found)

@@ -60,7 +60,7 @@ def limit_columns(assembly: Assembly, solution: Solution) -> Columns:
     friction[problem.sliding] = problem.friction
     cohesion[problem.sliding] = problem.cohesion * problem.force_unit
     crushing[problem.crushing] = problem.crushing_force * problem.force_unit
-    slope[problem.sliding] = problem.dilatancy if solution.found.slope is None else solution.found.slope
+    slope[problem.sliding] = problem.dilatancy if solution.state.slope is None else solution.state.slope
     limits = {"friction": friction, "cohesion_force": cohesion, "flow_slope": slope}
     if assembly.scene.dimension == 2:
         limits["crushing_force"] = crushing

@@ -69,7 +69,7 @@ class TaskEnd:
     peak: float = 0.0  #: largest resident memory of the task's process so far, in MB (10⁶ bytes)
 
     @property
-    def found(self) -> Any:
+    def result(self) -> Any:
         """Value that the task returned.
 
         Raises RuntimeError if the task raised an error other than a MasonryError. Raises MasonryError if the

@@ -116,7 +116,7 @@ class CoulombRun:
         """Return the state with the lowest λ as a solution, with the numbers of starts and of states."""
         answer = self.states.answer
         assert answer is not None
-        solution = replace(self.known, found=answer, status=status, reasons=())
+        solution = replace(self.known, state=answer, status=status, reasons=())
         solution = self.states.met.recorded_in(solution)
         return with_proof(solution, self.proof, self.states.met.load_ratio)
 

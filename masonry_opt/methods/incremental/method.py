@@ -87,7 +87,7 @@ def _solution(analysis: IncrementalAnalysis, result: IncrementalResult) -> Solut
         if falling is None:
             return solution.ended(Status.SOLVER_FAILED, Code.UNDECIDED, **_undecided(result))
         found = FinalState(q=falling.q, d=falling.d, slope=falling.slope, forms=falling.forms)
-        return replace(solution, found=found).withdrawn(Status.UNSTABLE, Code.WEDGED, blocks=[])
+        return replace(solution, state=found).withdrawn(Status.UNSTABLE, Code.WEDGED, blocks=[])
     if result.history.steps:
         solution = replace(solution, history=result.history.steps)
     if result.end is End.UNBOUNDED:
@@ -101,15 +101,15 @@ def _at_collapse(analysis: IncrementalAnalysis, result: IncrementalResult, solut
     """Return the solution after a collapse: an exact state, or a range of the load factor."""
     values: dict[str, Any] = {"steps": len(result.history.steps), "jumps": result.history.jumps}
     if result.state is not None:
-        ended = replace(solution, found=result.state).ended(Status.CONVERGED, Code.COLLAPSE, **values)
+        ended = replace(solution, state=result.state).ended(Status.CONVERGED, Code.COLLAPSE, **values)
         return replace(ended, followed_to_end=True)
     values |= {"carried": result.carried, "not_carried": result.not_carried}
     lower = result.state_in_motion
     if lower is not None and is_meaningful(analysis, lower.load_factor, lower.d):
-        ended = replace(solution, found=lower).ended(Status.CONVERGED, Code.RANGE, **values)
+        ended = replace(solution, state=lower).ended(Status.CONVERGED, Code.RANGE, **values)
         return replace(ended, followed_to_end=True, peak=result.carried)
     found = _last_state(analysis, result)
-    return replace(solution, found=found).ended(Status.CONVERGED, Code.RANGE, **values)
+    return replace(solution, state=found).ended(Status.CONVERGED, Code.RANGE, **values)
 
 
 def _last_state(analysis: IncrementalAnalysis, result: IncrementalResult) -> Answer:

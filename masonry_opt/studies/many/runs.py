@@ -249,7 +249,7 @@ def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:
 
     ``found_at`` is a text that describes the other run, such as "tie.strength = 40".
     """
-    solution = Solution(Status.CONVERGED, Kind.EXACT, found=shared.answer)
+    solution = Solution(Status.CONVERGED, Kind.EXACT, state=shared.answer)
     entries = {"load_factor": shared.answer.load_factor, "status": str(solution.status), "reason": ""}
     entries |= {"any_load": False, "exact": True, "which": LOWEST, "state_from": f"state found at {found_at}"}
     entries["message"] = f"another run found this state ({found_at}); it is certified for the present run"

@@ -67,7 +67,7 @@ def standing(scene: Scene, last: Assembly | None = None) -> DeadLoadMargin:
             if stands
             else FinalState(d=answer.d, slope=answer.slope)
         )
-    solution = replace(solution, status=Status.STABLE, found=found)
+    solution = replace(solution, status=Status.STABLE, state=found)
     if found.d is not None:
         solution = solution.ended(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, found.d))
     # The result is for the dead load alone, so the live load, the tilt and the reference load factors are
