@@ -250,8 +250,8 @@ def _relaxed(task: Task, start: State | None) -> Solution:
     ending = ending.ended(Status.HOMOTOPY, Code.RELAXATION_STOPPED, word=failed.word, epsilon=failed.epsilon)
     if last is not None:
         return replace(ending, state=FinalState(q=last.q, d=last.d, slope=problem.dilatancy))
-    found = FinalState() if start is None else FinalState(q=start.q, d=start.d)
-    return replace(ending, state=found).telling(reason(Code.NOTHING_SOLVED))
+    state = FinalState() if start is None else FinalState(q=start.q, d=start.d)
+    return replace(ending, state=state).telling(reason(Code.NOTHING_SOLVED))
 
 
 def _epsilons(epsilon: float, smallest: float) -> Iterator[float]:

@@ -160,10 +160,10 @@ class HowToSolve:
         """
         method = self.chosen
         known = list(method.options.model_fields) if method.options else []
-        given = dict(self.options)
+        options = dict(self.options)
         if self._has_own_limit and self.time_limit is not None:
-            given[_TIME_LIMIT] = float(self.time_limit)
-        for option in given:
+            options[_TIME_LIMIT] = float(self.time_limit)
+        for option in options:
             if option == "expected":
                 raise OptionError("option 'expected' is now called 'incremental'")
             if option not in known:
@@ -172,7 +172,7 @@ class HowToSolve:
                 )
         try:
             # If an option is a result of an analysis, pass only the ``solution`` of the result to the method.
-            values = {name: getattr(value, "solution", value) for name, value in given.items()}
+            values = {name: getattr(value, "solution", value) for name, value in options.items()}
             return method.options(**values) if method.options else None
         except ValidationError as error:
             # Report only the first error of each option. An option that permits several types has one error
@@ -210,7 +210,7 @@ class HowToSolve:
         """
         for method in (self.chosen, *METHODS.values()):
             for name, settings in method.settings.items():
-                if option in (each.name for each in fields(settings)):
+                if option in (setting.name for setting in fields(settings)):
                     other = "" if method is self.chosen else f"use method '{method.name}' and "
                     return f"; {other}pass {name}=mo.{settings.__name__}({option}=...) in Python"
         return ""

@@ -85,8 +85,8 @@ def global_search(task: Task) -> Solution:
     best = min(load_factor for load_factor in upper_bounds if load_factor is not None)
     if a_little_above(best) <= 0:
         return start  # No load factor λ ≥ 0 exists.
-    found = start.state if exact else FinalState()
-    solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, (), found, bound=min(best, 0.0), solver=task.solver)
+    state = start.state if exact else FinalState()
+    solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, (), state, bound=min(best, 0.0), solver=task.solver)
     solution = replace(solution, associative=upper.load_factor, flow_rule_matters=start.flow_rule_matters)
     rising = Rising(problem, best, options.rate_bound or assumed_rates(problem, solution.d), task.effort)
     if best > 0:

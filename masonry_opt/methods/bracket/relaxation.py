@@ -185,14 +185,14 @@ def _force_limits(
             values[number] = max(values[number], -least + of_other_columns)
             short[number] = max(short[number], float(shortfall[columns].sum()) * share)
     assumed = _TIMES_LOADS * float(np.abs(problem.dead).sum() + highest * problem.live_norm)
-    found = np.isfinite(values)
-    bounds = _with_shortfall(np.where(found, values, assumed), np.where(found, short, 0.0))
+    solved = np.isfinite(values)
+    bounds = _with_shortfall(np.where(solved, values, assumed), np.where(solved, short, 0.0))
     proven = np.isfinite(bounds)
     bounds = np.where(proven, bounds, assumed)
     normal, shear = bounds[:c], np.zeros(c)
     shear[problem.sliding] = 2 * ShearLimits.true(problem).at(normal[problem.sliding])
     shear[cannot_slide] = bounds[c:]
-    return normal, np.stack([normal, normal, shear], axis=1).ravel(), bool((found & proven).all())
+    return normal, np.stack([normal, normal, shear], axis=1).ravel(), bool((solved & proven).all())
 
 
 def _with_shortfall(values: np.ndarray, short: np.ndarray) -> np.ndarray:
@@ -358,8 +358,8 @@ def _solved(
     trials = (("highs-ipm", scaled), ("highs-ipm", boxed), ("highs-hipo", boxed))
     point, multipliers = np.zeros(len(lp.cost)), np.zeros(len(lp.row_lower))
     for name, program in trials[2 * (len(lp.row_lower) > _FEW_ROWS) :]:
-        left = ends - time.perf_counter()
-        if left < LEAST_TIME and multipliers.any():
+        time_left = ends - time.perf_counter()
+        if time_left < LEAST_TIME and multipliers.any():
             break
         options: dict[str, Any] = {"kkt_tolerance": coarse} if name == "highs-hipo" else {}
         options |= {
@@ -373,9 +373,9 @@ def _solved(
         session = HighsSession(program, effort, "products", solver, **options)
         if name == "highs-hipo":
             session.stop_if_iterations_restart()
-        verdict, last = session.run(max(left, LEAST_TIME)), (session.point(), session.multipliers())
+        verdict, last = session.run(max(time_left, LEAST_TIME)), (session.point(), session.multipliers())
         effort.lp_solves += 1
-        if all(len(each) and np.isfinite(each).all() for each in last):
+        if all(len(values) and np.isfinite(values).all() for values in last):
             point, multipliers = last
             if verdict is Verdict.OPTIMAL:
                 break
@@ -421,8 +421,10 @@ class Rising:
                 highest, last = a_little_above(self.best), self.bound
                 if last > self.of.lowest:
                     self.of = tightened(self.of, self._problem, last, highest, self._effort)
-                before, left = products, ends - time.perf_counter()
-                proven, forces, size = relaxed(self._problem, highest, self.of, selected, left, self._effort)
+                before, time_left = products, ends - time.perf_counter()
+                proven, forces, size = relaxed(
+                    self._problem, highest, self.of, selected, time_left, self._effort
+                )
                 self.bound, seconds = max(last, min(proven, self.best)), time.perf_counter() - began
                 step = BoundStep(proven, self.of.lowest, self.best, *radii, products, seconds)
                 self.history.append(step)

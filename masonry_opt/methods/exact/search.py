@@ -262,7 +262,7 @@ class Search:
 _L = TypeVar("_L", ExactState, Answer)
 
 
-def lower_of(one: _L | None, other: _L | None, ratio: float = 1.0) -> _L | None:
+def lower_of(first: _L | None, second: _L | None, ratio: float = 1.0) -> _L | None:
     """Return the state with the lower load factor; a state that is None is ignored.
 
     - If the load factors are equal, a state that is exact is preferred to a state that is not. If neither or
@@ -272,14 +272,14 @@ def lower_of(one: _L | None, other: _L | None, ratio: float = 1.0) -> _L | None:
 
     ``ratio`` is the :func:`~masonry_opt.solution.thresholds.load_ratio` of their problem.
     """
-    if one is None or other is None:
-        return one or other
-    if one.exact != other.exact and same(one.load_factor, other.load_factor, ratio):
-        return one if one.exact else other
+    if first is None or second is None:
+        return first or second
+    if first.exact != second.exact and same(first.load_factor, second.load_factor, ratio):
+        return first if first.exact else second
     zero = ZERO * ratio
-    if (one.load_factor <= zero) != (other.load_factor <= zero):
-        return other if one.load_factor < other.load_factor else one
-    return other if is_lower(other.load_factor, one.load_factor, ratio) else one
+    if (first.load_factor <= zero) != (second.load_factor <= zero):
+        return second if first.load_factor < second.load_factor else first
+    return second if is_lower(second.load_factor, first.load_factor, ratio) else first
 
 
 #: Kind of start of a search: the forces of the state with the lowest λ found so far.
