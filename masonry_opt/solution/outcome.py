@@ -475,8 +475,8 @@ class Outcome:
         cone. The value is "" in the plane, if friction is unlimited, and if there are neither forces nor
         velocities.
         """
-        found = self.solution.state
-        is_empty = found.q is None and found.d is None
+        state = self.solution.state
+        is_empty = state.q is None and state.d is None
         return "" if is_empty or not len(self._law.sliding) else self._law.by_friction.word
 
     @property

@@ -99,7 +99,7 @@ def guide_columns(assembly: Assembly, solution: Solution) -> Columns | None:
     problem = assembly.problem
     guides = [force.role is Role.SUPPORT for force in assembly.limited]
     actions = [force.actions for force in assembly.limited if force.role is Role.SUPPORT]
-    guided = {action.block for each in actions for action in each}
+    guided = {action.block for group in actions for action in group}
     if not guided:
         return None
     q = np.full(problem.B.shape[1], np.nan) if solution.q is None else solution.q

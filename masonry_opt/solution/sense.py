@@ -146,10 +146,14 @@ def _joints(assembly: Assembly) -> Iterator[Reason]:
     """
     scene, defaults = assembly.scene, assembly.scene.joints
     for code, names, unusual in _UNUSUAL:
-        given = [each for each in scene.exceptions if any(getattr(each, name) is not None for name in names)]
-        own = [each for each in given if unusual(each.over(defaults))]
-        pairs = [list(each.between) for each in own]
-        for joint, named in (defaults, []), *((each.over(defaults), pairs) for each in own[:1]):
+        candidates = [
+            exception
+            for exception in scene.exceptions
+            if any(getattr(exception, name) is not None for name in names)
+        ]
+        own = [exception for exception in candidates if unusual(exception.over(defaults))]
+        pairs = [list(exception.between) for exception in own]
+        for joint, named in (defaults, []), *((exception.over(defaults), pairs) for exception in own[:1]):
             if unusual(joint):
                 yield reason(code, **{name: getattr(joint, name) for name in names}, pairs=named)
 
@@ -311,8 +315,8 @@ def _acting_outside(assembly: Assembly) -> Iterator[Reason]:
     for load in ("live", "dead"):
         points = [(index, getattr(block, f"{load}_at")) for index, block in enumerate(blocks)]
         placed = [(index, at) for index, at in points if at is not None and at != blocks[index].weight_at]
-        own = [each for each in assembly.scene.loads if each.at and getattr(each, load) is not None]
-        placed += [(index_of[each.block], each.at) for each in own]
+        own = [force for force in assembly.scene.loads if force.at and getattr(force, load) is not None]
+        placed += [(index_of[force.block], force.at) for force in own]
         if not placed:
             continue
         index = np.array([index for index, _ in placed])

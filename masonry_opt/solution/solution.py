@@ -142,11 +142,11 @@ class Solution:
 
     def has(self, code: Code) -> bool:
         """Return True if one of the reasons has the given code."""
-        return any(each.code is code for each in self.reasons)
+        return any(entry.code is code for entry in self.reasons)
 
     def values_of(self, code: Code) -> dict[str, Any]:
         """Return the values of the reason with the given code; empty if no reason has the code."""
-        return next((each.values for each in self.reasons if each.code is code), {})
+        return next((entry.values for entry in self.reasons if entry.code is code), {})
 
     @property
     def proven_none(self) -> bool:
@@ -206,8 +206,8 @@ class Solution:
 
         The forces and velocities remain available.
         """
-        found = self.state
-        without_load_factor = FinalState(q=found.q, d=found.d, slope=found.slope, forms=found.forms)
+        state = self.state
+        without_load_factor = FinalState(q=state.q, d=state.d, slope=state.slope, forms=state.forms)
         ended = self.ended(status, code, load_factor=self.load_factor, **values)
         return replace(ended, state=without_load_factor)
 

@@ -87,12 +87,12 @@ def load_ratio(problem: Problem) -> float:
     return min(1.0, dead / problem.live_norm) if dead and problem.live_norm else 1.0
 
 
-def same(one: float, other: float, ratio: float = 1.0) -> bool:
+def same(first: float, second: float, ratio: float = 1.0) -> bool:
     """Return True if two load factors are equal up to the relative difference ``EQUALITY_TOLERANCE``.
 
     ``ratio`` is the :func:`load_ratio` of their problem.
     """
-    return abs(one - other) <= EQUALITY_TOLERANCE * max(abs(one), abs(other), SMALLEST * ratio)
+    return abs(first - second) <= EQUALITY_TOLERANCE * max(abs(first), abs(second), SMALLEST * ratio)
 
 
 def is_lower(load_factor: float, than: float, ratio: float = 1.0) -> bool:
