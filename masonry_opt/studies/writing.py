@@ -109,8 +109,8 @@ class Journal:
 
     def add(self, key: str, row: Mapping[str, Any]) -> None:
         """Append the row of a run to the file, and wait until the row is on disk."""
-        kept = "; the finished runs are kept: repeat the command to continue"
-        with writing(self.path, kept), self.path.open("ab") as stream:
+        note = "; the finished runs are kept: repeat the command to continue"
+        with writing(self.path, note), self.path.open("ab") as stream:
             stream.write(_line({"key": key, "row": row}))
             stream.flush()
             os.fsync(stream.fileno())

@@ -64,7 +64,9 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
 
     def _unusual_axles(self) -> Iterator[dict[str, Any]]:
         """Generate warnings about axles if their loads and the weights seem to be in different units."""
-        groups = {passage.axles.name: passage.axles for passage in (each.passage for each in self.passages)}
+        groups = {
+            passage.axles.name: passage.axles for passage in (trials.passage for trials in self.passages)
+        }
         if groups:
             yield from unusual_axles(self.passages[0].passage.assembly, groups.values())
 

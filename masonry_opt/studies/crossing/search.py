@@ -201,8 +201,8 @@ def moving_load(problem: Problem, effort: Effort) -> SolveLive:
             q = scaled.force * program.values(statics.q)
             d = program.duals(statics.equilibrium)
             load_factor = scaled.force * float(program.values(statics.load_factor)[0]) / loaded.live_norm
-            found = certified(loaded, load_factor, q, d * loaded.live_norm / (live @ d), problem.friction)
-            return replace(solution, state=found).accepted()
+            answer = certified(loaded, load_factor, q, d * loaded.live_norm / (live @ d), problem.friction)
+            return replace(solution, state=answer).accepted()
         if verdict in (Verdict.UNBOUNDED, Verdict.INFEASIBLE_OR_UNBOUNDED):
             # The scene is stable, so λ = 0 is feasible. A program without an optimum is therefore unbounded.
             return solution.ended(Status.UNLIMITED, Code.NO_MECHANISM)

@@ -203,11 +203,11 @@ def _changed(holder: Any, path: _Path, value: float) -> Any:
     if not path:
         # A number that is an integer in the scene stays an integer.
         return int(value) if isinstance(holder, int) and float(value).is_integer() else float(value)
-    first, rest = path[0], path[1:]
+    first, remainder = path[0], path[1:]
     if isinstance(first, int):
         entries = [*holder]
-        entries[first] = _changed(entries[first], rest, value)
+        entries[first] = _changed(entries[first], remainder, value)
         return type(holder)(entries)
     if isinstance(holder, dict):
-        return holder | {first: _changed(holder[first], rest, value)}
-    return holder.replace(**{first: _changed(getattr(holder, first), rest, value)})
+        return holder | {first: _changed(holder[first], remainder, value)}
+    return holder.replace(**{first: _changed(getattr(holder, first), remainder, value)})

@@ -135,14 +135,14 @@ def report(
         If the file cannot be written.
     """
     refuse_report(path, units, force)
-    parts = [_part(one) for one in (answer if isinstance(answer, list | tuple) else [answer])]
+    parts = [_part(item) for item in (answer if isinstance(answer, list | tuple) else [answer])]
     varied = {key for part in parts for key in part.varied}  # keys in which the scenes may differ
     scenes = [part.assembly.scene for part in parts]
     contents = [scene.model_dump(exclude=varied) for scene in scenes]
     if not scenes or any(content != contents[0] for content in contents):
         called = ", ".join(dict.fromkeys(scene.called for scene in scenes))
-        found = f"{called}, of different content" if scenes else "none"
-        raise OptionError(f"a report needs answers about one scene (found {found})")
+        actual = f"{called}, of different content" if scenes else "none"
+        raise OptionError(f"a report needs answers about one scene (found {actual})")
     write_whole(path, _page(_with_distinct_headings(parts), _units(units)))
 
 
@@ -365,7 +365,7 @@ def _page(parts: Sequence[ReportPart], units: dict[str, str]) -> str:
         solved={result.load_case for result in results.values()} | crossed,
         counts=counts(assembly),
         size=" × ".join(numeral(side, ".5g") for side in (high - low).tolist()),
-        given=_tables_of_inputs(scene, axles),
+        inputs=_tables_of_inputs(scene, axles),
         drawing=_drawing(assembly, units["length"]),
         case=_case_text(scene),
     )
