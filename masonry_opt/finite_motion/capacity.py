@@ -358,12 +358,12 @@ class Capacity:
         share = self._share_of_weight() if quake is None else None
         if share is not None:
             needed = "the check needs a horizontal live load on each block, equal to the block's weight"
-            found = (
+            mismatch = (
                 "the live load is not horizontal, or differs from the weight of the loaded blocks "
                 f"(live load / weight = {rounded(share)})"
             )
             ways = "specify 'live_per_weight = [1, 0]' or a horizontal [earthquake]"
-            raise OptionError(f"{case}: {needed}: {found}: {ways}")
+            raise OptionError(f"{case}: {needed}: {mismatch}: {ways}")
         values: dict[str, Any] = {"code": code, "behaviour_factor": behaviour_factor}
         values |= {"confidence_factor": confidence_factor, "gravity": gravity}
         values |= {"ultimate": ultimate, "secant": secant}

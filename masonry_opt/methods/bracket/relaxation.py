@@ -294,7 +294,7 @@ def relaxed(
     # of both factors.
     column, (i, k) = np.concatenate(list(lp.columns.values())), np.array(list(model.product)).T
     of_statics, velocities = np.append(of.forces, [highest, 1.0])[i], model.factors.velocities
-    fastest = np.full(model.factors.unit + 1, _LARGEST_RATE)
+    fastest = np.full(model.factors.kinematic_unit + 1, _LARGEST_RATE)
     fastest[-1] = 1.0
     # The limit of angular velocities is half the limit of velocities, because joints are about 2 units of
     # length long.
@@ -305,7 +305,7 @@ def relaxed(
     # The multipliers are not exactly feasible. Reduce the bound by each infeasibility times the largest
     # possible value of the product variable to which it belongs.
     value, short = lp.least(multipliers)
-    shortfall = np.bincount(k, of_statics * short[column], model.factors.unit + 1)
+    shortfall = np.bincount(k, of_statics * short[column], model.factors.kinematic_unit + 1)
     bound = max(of.lowest, value - shortfall[-1] - of.rates * _largest_per_rate(model, shortfall[:-1]))
     return bound, _forces(model, point[column]), lp.size
 
@@ -332,11 +332,11 @@ def _forces(model: PyomoProducts, of_products: np.ndarray) -> list[np.ndarray]:
     arrays may belong to different states, and the first array is between them.
     """
     factors, (i, k) = model.factors, np.array(list(model.product)).T
-    one, unit = factors.one, factors.unit
-    products = np.full((one + 1, unit + 1), np.nan)
+    static_unit, kinematic_unit = factors.static_unit, factors.kinematic_unit
+    products = np.full((static_unit + 1, kinematic_unit + 1), np.nan)
     products[tuple(np.array(list(factors.at_rest)).T)] = 0.0
     products[i, k] = of_products
-    motion, alone = products[one, :unit], products[factors.forces, unit]
+    motion, alone = products[static_unit, :kinematic_unit], products[factors.forces, kinematic_unit]
     moving = np.flatnonzero(np.abs(motion) > _NEGLIGIBLE_MOTION)
     divided = products[: len(alone), moving] / motion[moving]
     return [factors.joint_forces(y) for y in (alone, *np.where(np.isnan(divided.T), alone, divided.T))]
