@@ -47,8 +47,8 @@ FORMER_OPTIONS = {"--expected": "--incremental", "--no-expected": "--no-incremen
 class _Commands(TyperGroup):
     """Group of commands that loads the module of a command only when the command is called."""
 
-    def __init__(self, **given: Any) -> None:
-        super().__init__(**given)
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
         self.commands = {name: TyperCommand(name, help=does) for name, does in COMMANDS.items()}
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:

@@ -104,7 +104,7 @@ def sweep(arguments: CommandArguments, case: Path, out: Path, load_case: str | N
             f"{'--vary' if vary else '--sample'} names a parameter twice: name each parameter only once"
         )
     run: Any = mo.sweep if vary else mo.sample
-    options = arguments.rest(run)
+    options = arguments.keywords_for(run)
     scene = as_scene(case, load_case)
     errors = Console(stderr=True)
     columns = (TextColumn("sweep"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())

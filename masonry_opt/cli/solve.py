@@ -67,7 +67,7 @@ def solve(
         from masonry_opt.drawing.page import refuse_saving
 
         refuse_saving(scene, plot, **{"kind": "mechanism"} | drawing)
-    options = arguments.rest(solve_scene)
+    options = arguments.keywords_for(solve_scene)
     if drawing.get("kind") == "curve" and not options.get("curve"):
         raise OptionError("--plot-kind curve needs --method incremental and --option curve=true")
     function = mo.solve_cases if scene.load_cases and load_case is None else solve_scene
