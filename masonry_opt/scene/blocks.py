@@ -189,10 +189,10 @@ class Record(BaseModel, metaclass=_RecordType):
             holders = [
                 name for name, keys in within.items() if not keys.isdisjoint({key, EXCLUSIVE_KEYS.get(key)})
             ]
-            given = changes.get(holders[0], {}) if len(holders) == 1 else None
+            nested_changes = changes.get(holders[0], {}) if len(holders) == 1 else None
             in_record = isinstance(getattr(self, holders[0]), Record) if holders else False
-            if in_record and isinstance(given, Mapping) and key not in given:
-                changes[holders[0]] = {**given, key: changes.pop(key)}
+            if in_record and isinstance(nested_changes, Mapping) and key not in nested_changes:
+                changes[holders[0]] = {**nested_changes, key: changes.pop(key)}
             elif holders:
                 owners = " and ".join(holders)
                 raise CaseError(

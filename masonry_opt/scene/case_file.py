@@ -134,8 +134,9 @@ class CaseFile(SceneKeys):
             # import here, because few case files contain a mesh
             from masonry_opt.scene.drawings.mesh_files import read_mesh
 
-            given = self.mesh.model_dump(exclude={"file", "live_per_weight"}) | {"tolerance": self.tolerance}
-            read = read_mesh(self.mesh.file, friction=0.0, live=self.mesh.live_per_weight, **given)
+            options = self.mesh.model_dump(exclude={"file", "live_per_weight"})
+            options["tolerance"] = self.tolerance
+            read = read_mesh(self.mesh.file, friction=0.0, live=self.mesh.live_per_weight, **options)
             blocks += read.blocks
             keys["tolerance"] = read.tolerance
         return Scene.model_validate(keys | {"blocks": blocks})

@@ -124,10 +124,10 @@ def _rings(block: Block, shapes: Geometry, index: int) -> list[list[Point]]:
     pieces = whole if shapes.convex[index] else convex_pieces(polygon, shapes.tolerance)
     # Take corners from the scene, because its coordinates have no rounding errors. Compute only corners at
     # which two outlines cross, which the scene does not specify.
-    given = np.array([point for ring in [*block.rings, *block.holes] for point in ring], dtype=float)
-    given_at = dict(zip(map(tuple, given - origin), map(tuple, given.tolist()), strict=True))
+    corners = np.array([point for ring in [*block.rings, *block.holes] for point in ring], dtype=float)
+    corner_at = dict(zip(map(tuple, corners - origin), map(tuple, corners.tolist()), strict=True))
     return [
-        [given_at.get(tuple(corner)) or tuple((corner + origin).tolist()) for corner in piece]
+        [corner_at.get(tuple(corner)) or tuple((corner + origin).tolist()) for corner in piece]
         for piece in pieces
     ]
 

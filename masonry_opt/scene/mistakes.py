@@ -118,7 +118,7 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
 def keyword_arguments(function: Callable[..., object]) -> tuple[str, ...]:
     """Return the names of all arguments that a function accepts by name, without its ``**options``."""
     parameters = inspect.signature(function).parameters.values()
-    return tuple(each.name for each in parameters if each.kind is not each.VAR_KEYWORD)
+    return tuple(parameter.name for parameter in parameters if parameter.kind is not parameter.VAR_KEYWORD)
 
 
 def suggests_arguments(function: Callable[P, R]) -> Callable[P, R]:

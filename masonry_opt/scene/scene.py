@@ -224,17 +224,17 @@ class Scene(SceneKeys):
         # Do not validate the copy, because an earthquake together with other live loads would raise an error.
         return BaseModel.model_copy(without_reference, update={"earthquake": quake})
 
-    def factor(self, kind: Kind, given: str, group: str | None = None) -> float:
+    def factor(self, kind: Kind, source: str, group: str | None = None) -> float:
         """Return the factor of a load group in the dead load or in the live load.
 
-        ``kind`` selects the dead or the live load. ``given`` is the kind of load in the scene: "weight",
+        ``kind`` selects the dead or the live load. ``source`` is the kind of load in the scene: "weight",
         "fill", "dead" or "live". ``group`` is the name of the load's own group, or None.
         """
         if kind == "live" and self.shaken_by is not None:
             return 0.0
         if self._load_case is not None:
-            return self._load_case.factor(kind, group or given)
-        return float((kind == "live") == (given == "live"))
+            return self._load_case.factor(kind, group or source)
+        return float((kind == "live") == (source == "live"))
 
     @property
     def factor_of_axles(self) -> float:

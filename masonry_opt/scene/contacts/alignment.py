@@ -356,11 +356,11 @@ def _square_pairs(groups: list[Group], planes: ContactPlanes) -> list[list[int]]
     for number, group in enumerate(groups):
         of_plane[group.members] = number
     by_joint = planes.by_joint
-    _, one, other = combine(by_joint.first, by_joint.count, by_joint.first, by_joint.count)
-    one, other = of_plane[by_joint.item[one]], of_plane[by_joint.item[other]]
-    both = (one >= 0) & (other >= 0) & (one != other)
+    _, first, second = combine(by_joint.first, by_joint.count, by_joint.first, by_joint.count)
+    first, second = of_plane[by_joint.item[first]], of_plane[by_joint.item[second]]
+    both = (first >= 0) & (second >= 0) & (first != second)
     pairs: list[list[int]] = [[] for _ in groups]
-    for code in np.unique(one[both] * len(groups) + other[both]).tolist():
+    for code in np.unique(first[both] * len(groups) + second[both]).tolist():
         i, j = divmod(code, len(groups))
         if abs(groups[i].direction @ groups[j].direction) <= groups[i].accuracy + groups[j].accuracy:
             pairs[i].append(j)
@@ -473,7 +473,7 @@ def _off_axis(vector: list[float], other: list[float]) -> float:
     The result is the smaller of the two deviations.
     """
     along = sum(map(mul, vector, other))
-    across = hypot(*(one - along * two for one, two in zip(vector, other, strict=True)))
+    across = hypot(*(a - along * b for a, b in zip(vector, other, strict=True)))
     return min(abs(along), across)
 
 

@@ -348,15 +348,15 @@ def joint_properties(
     }
     index = {block.name: number for number, block in enumerate(scene.blocks)}
     for exception in scene.exceptions:
-        one, other = sorted(index[name] for name in exception.between)
-        of_both = (first == one) & (second == other)
+        block, neighbour = sorted(index[name] for name in exception.between)
+        of_both = (first == block) & (second == neighbour)
         if not of_both.any():
-            both_fixed = scene.blocks[one].fixed and scene.blocks[other].fixed
+            both_fixed = scene.blocks[block].fixed and scene.blocks[neighbour].fixed
             why = "are both fixed" if both_fixed else "do not touch"
             where = f"joint between {list(exception.between)}"
             remedy = "Remove the entry for this joint, or correct the names of the blocks"
-            if (one, other) in gaps:
-                width = rounded_up(gaps[one, other], 2)
+            if (block, neighbour) in gaps:
+                width = rounded_up(gaps[block, neighbour], 2)
                 remedy = f"The gap between the blocks is up to {width} wide: {closes_gaps.advice}"
             raise CaseError(
                 f"{scene.origin}: {where}: the blocks {why}, "

@@ -99,7 +99,7 @@ class Bridge:
                 f"lower 'tolerance', because its present value prevents {many} that would connect "
                 f"{self._connections(scene)}"
             )
-        one, other = (repr(scene.blocks[index].name) for index in self.widest)
+        first, second = (repr(scene.blocks[index].name) for index in self.widest)
         advice = self.closing.advice
         if self.lowers_tolerance:
             advice = advice.replace("set", "lower", 1)
@@ -114,7 +114,7 @@ class Bridge:
             advice += " and remove 'tolerance'"
         return (
             f"{advice}, which makes {counted(self.joints, 'joint')} "
-            f"across gaps of up to {rounded(self.gap)} (the widest gap is between {one} and {other}) "
+            f"across gaps of up to {rounded(self.gap)} (the widest gap is between {first} and {second}) "
             f"and connects {self._connections(scene)}{survey}"
         )
 
