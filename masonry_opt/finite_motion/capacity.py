@@ -249,7 +249,12 @@ class Capacity:
 
         The columns are the names of the blocks (``first``, ``second``), ``state`` ("closed", "hinged" or
         "separated"), the displaced position of the hinge (``x``, ``y``, in space ``z``; NaN without a hinge)
-        and the opening ``angle`` (rad). Raises OptionError if ``table`` has no row ``row``.
+        and the opening ``angle`` (rad).
+
+        Raises
+        ------
+        OptionError
+            If ``table`` has no row ``row``.
         """
         assembly, step = self.result.assembly, self._step(row)
         joints, dimension = assembly.joints, assembly.scene.dimension
@@ -397,8 +402,12 @@ class Capacity:
     def plot(self, row: int | None = None) -> "Picture":
         """Return a matplotlib figure of the curve; if ``row`` is specified, a figure of the displaced blocks.
 
-        The blocks are drawn in the state of row ``row`` of ``table``. Raises OptionError if the table has no
-        such row.
+        The blocks are drawn in the state of row ``row`` of ``table``.
+
+        Raises
+        ------
+        OptionError
+            If ``table`` has no row ``row``.
         """
         if row is None:
             mover = "the live load" if self.control is self.live else "the control point"
@@ -418,8 +427,12 @@ class Capacity:
     def save(self, path: str | Path, row: int | None = None, force: bool = False) -> None:
         """Save the plot of :meth:`plot` to a file (.png, .svg or .pdf).
 
-        The file is written completely or not at all. Raises OptionError if the name has another ending, or if
-        the file exists and must not be replaced (see ``force``).
+        The file is written completely or not at all.
+
+        Raises
+        ------
+        OptionError
+            If the name has another ending, or if the file exists and must not be replaced (see ``force``).
         """
         self.plot(row).save(path, force)
 

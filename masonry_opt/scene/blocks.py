@@ -143,7 +143,10 @@ class Record(BaseModel, metaclass=_RecordType):
         replaces the whole old value. A key that only one nested record has can be given without a mapping. A
         new value removes the value that it excludes: ``unit_weight`` removes ``weight``.
 
-        Raises CaseError if a value is not valid.
+        Raises
+        ------
+        CaseError
+            If a value is not valid.
         """
         return type(self)(**self._with(changes))
 

@@ -153,8 +153,10 @@ def load(path: str | Path) -> Scene:
     The scene contains the blocks that the generators of the file build. Its attribute ``case`` has the
     original content of the file.
 
-    Raises CaseError if the file cannot be read or does not describe a scene. The message names file, key and
-    block.
+    Raises
+    ------
+    CaseError
+        If the file cannot be read or does not describe a scene. The message names file, key and block.
     """
     path = as_path(path, "a case file")
     case = read_tables(path)
@@ -188,11 +190,15 @@ def as_scene(scene: Scene | str | Path, load_case: str | None = None) -> Scene:
 def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None:
     """Write a scene as a case file: TOML, or JSON if the file name ends in ``.json``.
 
-    If the file cannot be written completely, it is not changed.
+    If the file cannot be written completely, it is not changed. Files of this package are recognised by a
+    mark in them.
 
-    Raises CaseError if the argument is not a scene, if the name has another ending or if the file cannot be
-    written. Raises OptionError if a file exists that was not written by this package, unless ``force`` is
-    True. Files of this package are recognised by a mark in them.
+    Raises
+    ------
+    CaseError
+        If the argument is not a scene, if the name has another ending, or if the file cannot be written.
+    OptionError
+        If a file exists that was not written by this package, unless ``force`` is True.
     """
     if not isinstance(scene, Scene | CaseFile):
         raise CaseError(f"only a Scene can be saved (found {type(scene).__name__})")

@@ -32,15 +32,19 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
     are left out, because they refer to the scene in the plane. Blocks with notches, parts or holes become
     solids of several convex parts.
 
-    Raises CaseError if a block's polygon is wrong. Raises OptionError if the thickness is not a positive
-    number, if the scene is already in space, or if it has keys that exist only in the plane: edge loads,
-    ``strength``, ``dilatancy_stress``.
-
     Parameters
     ----------
     scene: A scene in the plane, or the path of its case file.
     thickness: Thickness of the solids. The default is the thickness of the scene, with which unit weights and
         cohesion do not change.
+
+    Raises
+    ------
+    CaseError
+        If a block's polygon is wrong.
+    OptionError
+        If the thickness is not a positive number, if the scene is already in space, or if it has keys that
+        exist only in the plane: edge loads, ``strength``, ``dilatancy_stress``.
     """
     scene = as_scene(scene)
     depth = scene.thickness if thickness is None else thickness

@@ -208,8 +208,12 @@ def box(
 ) -> Solid:
     """Return a rectangular block with edges parallel to the axes, given by an interval on each axis.
 
-    ``keys`` are the other parameters of :class:`Solid`, such as weight, loads and ``fixed``. Raises CaseError
-    if a value is not valid.
+    ``keys`` are the other parameters of :class:`Solid`, such as weight, loads and ``fixed``.
+
+    Raises
+    ------
+    CaseError
+        If a value is not valid.
     """
     return Solid(name=name, box=(x, y, z), **keys)
 

@@ -199,7 +199,13 @@ class StudyAnswer(ABC):
         """Table that a notebook displays between the printed text and the picture of the answer."""
 
     def plot(self) -> Any:
-        """Return a picture of the answer. Raises OptionError if the study has no picture."""
+        """Return a picture of the answer.
+
+        Raises
+        ------
+        OptionError
+            If the study has no picture.
+        """
         raise OptionError("there is nothing to draw")
 
     def __str__(self) -> str:
