@@ -63,10 +63,10 @@ class Passage:
     The position of the group is the abscissa of its first axle.
     """
 
-    axles: Axles
-    direction: TravelDirection
-    assembly: Assembly
-    road: Road
+    axles: Axles  #: group of axles
+    direction: TravelDirection  #: direction in which the axles travel, "left" or "right"
+    assembly: Assembly  #: problem of the scene without the loads of the axles
+    road: Road  #: road over which the axles travel
 
     @property
     def case(self) -> str | None:
@@ -222,7 +222,7 @@ class PassageTrials:
     If a search is interrupted, the answers that it has found so far are still available.
     """
 
-    passage: Passage
+    passage: Passage  #: group of axles, direction and load case
     #: function that solves the scene under a live load; None after the search
     solve: SolveLive | None = field(repr=False)
     #: function that is called with each solved position and its λ
@@ -274,7 +274,10 @@ class PassageTrials:
 
     @property
     def load_factors(self) -> np.ndarray:
-        """λ at the solved positions, shape (n,)."""
+        """λ at the solved positions, shape (n,).
+
+        The value is inf if the scene carries any load at a position, and NaN if the position is undecided.
+        """
         return np.array([self.at(position) for position in self.positions])
 
     @property
