@@ -56,11 +56,11 @@ class _Commands(TyperGroup):
 
         Raises OptionError, with the present name, if an option has a name of a former version.
         """
-        name, _, others = super().resolve_command(ctx, args)
-        for option in others:
+        name, _, remaining = super().resolve_command(ctx, args)
+        for option in remaining:
             if option in FORMER_OPTIONS:
                 raise OptionError(f"option '{option}' is now called '{FORMER_OPTIONS[option]}'")
-        return name, load(str(name)), others
+        return name, load(str(name)), remaining
 
 
 def load(name: str) -> Any:

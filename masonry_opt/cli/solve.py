@@ -115,8 +115,8 @@ def _refuse_drawing_options(
 def _refuse_mechanism(result: mo.Result, asked: bool) -> None:
     """Raise OptionError if the user asked for the mechanism of a stable scene, which has no mechanism."""
     if asked:
-        scene, other = f"{result.case}: the scene", "use --plot-kind thrust or utilisation to draw forces"
-        raise OptionError(f"{scene} is stable under its dead load and has no mechanism: {other}")
+        scene, remedy = f"{result.case}: the scene", "use --plot-kind thrust or utilisation to draw forces"
+        raise OptionError(f"{scene} is stable under its dead load and has no mechanism: {remedy}")
 
 
 def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, quiet: bool) -> Any:

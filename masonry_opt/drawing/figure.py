@@ -374,8 +374,8 @@ def curve_picture(result: Outcome) -> Picture:
     """Return a picture of the load–displacement curve. Raises OptionError if the result has no curve."""
     curve = result.curve
     if result.stability is not None:
-        other = "use kind 'thrust' or 'utilisation' to draw the forces under dead load"
-        raise OptionError(f"{result.case}: without a live load there is no curve to draw: {other}")
+        remedy = "use kind 'thrust' or 'utilisation' to draw the forces under dead load"
+        raise OptionError(f"{result.case}: without a live load there is no curve to draw: {remedy}")
     if curve is None or curve.empty:
         raise OptionError("there is no curve to draw: solve with method 'incremental' and option curve=True")
     along = (

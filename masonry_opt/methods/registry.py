@@ -197,8 +197,13 @@ class HowToSolve:
         near = did_you_mean(option, [*known, *self.arguments, *_PASSED_ARGUMENTS])
         if near:
             return near
-        others = [name for other in METHODS.values() if other.options for name in other.options.model_fields]
-        close = difflib.get_close_matches(option, others, n=1)
+        all_options = [
+            name
+            for candidate in METHODS.values()
+            if candidate.options
+            for name in candidate.options.model_fields
+        ]
+        close = difflib.get_close_matches(option, all_options, n=1)
         if close:
             return f"; did you mean '{close[0]}'? It is an option of {', '.join(_homes(close[0]))}"
         return f"; its options: {', '.join(known) or 'none'}"
@@ -211,8 +216,8 @@ class HowToSolve:
         for method in (self.chosen, *METHODS.values()):
             for name, settings in method.settings.items():
                 if option in (setting.name for setting in fields(settings)):
-                    other = "" if method is self.chosen else f"use method '{method.name}' and "
-                    return f"; {other}pass {name}=mo.{settings.__name__}({option}=...) in Python"
+                    prefix = "" if method is self.chosen else f"use method '{method.name}' and "
+                    return f"; {prefix}pass {name}=mo.{settings.__name__}({option}=...) in Python"
         return ""
 
     @cached_property
@@ -233,7 +238,7 @@ class HowToSolve:
         if model in MODELS and model not in method.solvers:
             raise OptionError(
                 f"method '{method.name}' supports the models {', '.join(method.solvers)} (found '{model}'); "
-                f"methods that support this model: {_names(lambda other: model in other.solvers)}"
+                f"methods that support this model: {_names(lambda candidate: model in candidate.solvers)}"
             )
         allowed = method.solvers.get(model, ())
         name = self.solver.lower() if self.solver else (allowed[0] if allowed else None)
@@ -246,7 +251,7 @@ class HowToSolve:
         if self.tolerance is not None and method.own_tolerances:
             raise OptionError(
                 f"method '{method.name}' chooses its own tolerances: omit 'tolerance', or use a method that "
-                f"supports a tolerance: {_names(lambda other: not other.own_tolerances)}"
+                f"supports a tolerance: {_names(lambda candidate: not candidate.own_tolerances)}"
             )
         return find_solver(model, name, SOLVER_TOLERANCE if self.tolerance is None else self.tolerance)
 
@@ -284,8 +289,8 @@ def _takers(name: str | None) -> str:
     if known:
         takers = _names(lambda method: method.solved_by(known[0]))
         return f"; methods that support this solver with model '{known[0].language}': {takers}"
-    others = _names(lambda method: not method.own_tolerances)
-    return f"; methods that support all solvers of linear programs: {others}"
+    methods = _names(lambda method: not method.own_tolerances)
+    return f"; methods that support all solvers of linear programs: {methods}"
 
 
 def _names(is_listed: Callable[[Method], bool]) -> str:

@@ -167,9 +167,9 @@ class Record(BaseModel, metaclass=_RecordType):
         names = {field.alias: name for name, field in fields.items()}
         values = {name: getattr(self, name) for name in self.model_fields_set}
         for name, change in self._nested({names.get(key, key): changes[key] for key in changes}).items():
-            other = EXCLUSIVE_KEYS.get(name, "")
-            if change is not None and other not in changes:
-                values.pop(other, None)
+            excluded_key = EXCLUSIVE_KEYS.get(name, "")
+            if change is not None and excluded_key not in changes:
+                values.pop(excluded_key, None)
             values[name] = self._changed(name, change)
         return {(name in fields and fields[name].alias) or name: value for name, value in values.items()}
 

@@ -289,17 +289,19 @@ def _far_away(assembly: Assembly) -> list[Reason]:
     # For each group, compute the bounding box of all other groups: the least bounds of all groups, or the
     # second least if the group itself has the least.
     least, second = np.sort(lowest, axis=0)[:2]
-    others = np.where(lowest == least, second, least)
-    size, size_of_rest = (np.hypot.reduce(-box[:, axes:] - box[:, :axes], axis=1) for box in (lowest, others))
-    apart = np.maximum(lowest[:, :axes] + others[:, axes:], others[:, :axes] + lowest[:, axes:])
+    other_boxes = np.where(lowest == least, second, least)
+    size, other_sizes = (
+        np.hypot.reduce(-box[:, axes:] - box[:, :axes], axis=1) for box in (lowest, other_boxes)
+    )
+    apart = np.maximum(lowest[:, :axes] + other_boxes[:, axes:], other_boxes[:, :axes] + lowest[:, axes:])
     distance = np.hypot.reduce(np.maximum(0.0, apart), axis=1)
-    far = distance > _FAR_DISTANCE_RATIO * np.maximum(size, size_of_rest)
+    far = distance > _FAR_DISTANCE_RATIO * np.maximum(size, other_sizes)
     # The largest group counts as the structure itself, so the warning does not name it.
     far[np.bincount(group).argmax()] = False
     if not far.any():
         return []
     nearest = np.flatnonzero(far)[distance[far].argmin()]
-    values = {"distance": float(distance[nearest]), "size": float(size_of_rest[nearest])}
+    values = {"distance": float(distance[nearest]), "size": float(other_sizes[nearest])}
     return [reason(Code.FAR_AWAY, blocks=assembly.names(np.flatnonzero(far[group])), **values)]
 
 
@@ -375,13 +377,13 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
     compared = heavy if len(heavy) else np.array(zones)
     if not len(compared):
         return
-    other = lower_median(compared)
+    median = lower_median(compared)
     for number, fill in enumerate(fills, start=1):
         for zone, backing in zip(fill.zones, (False, True), strict=False):
-            ratio = zone.unit_weight / other
+            ratio = zone.unit_weight / median
             is_extreme = not 1 / _OTHER_UNITS <= ratio <= _OTHER_UNITS
-            if is_extreme or in_other_unit(np.array(zone.unit_weight), other):
-                values = {"unit_weight": zone.unit_weight, "beside": kind, "other": other}
+            if is_extreme or in_other_unit(np.array(zone.unit_weight), median):
+                values = {"unit_weight": zone.unit_weight, "beside": kind, "other": median}
                 yield reason(Code.FILL_WEIGHT_DIFFERS, fill=number, backing=backing, **values)
 
 
@@ -434,17 +436,17 @@ def _differing(
     code: Code,
     ratio: np.ndarray,
     most: tuple[float, float],
-    others: np.ndarray,
+    included: np.ndarray,
     **values: object,
 ) -> list[Reason]:
     """Return a warning that names the blocks with extreme values of a ratio, the most extreme value first.
 
     A ratio is extreme if it exceeds ``most[0]``, or if its inverse exceeds ``most[1]``. Blocks for which
-    ``others`` is True are named too.
+    ``included`` is True are named too.
     """
     above, below = most
     deviation = np.abs(np.log(ratio))
     order = np.argsort(-deviation, kind="stable")
-    differ = order[((ratio > above) | (ratio < 1 / below) | others)[order]]
+    differ = order[((ratio > above) | (ratio < 1 / below) | included)[order]]
     names = assembly.names(assembly.movable[differ])
     return [reason(code, blocks=names, ratio=float(ratio[differ[0]]), **values)] if names else []

@@ -303,8 +303,8 @@ def frame_table(
 def notebook_html(words: str, frame: pd.DataFrame, source: str = "") -> str:
     """Return HTML for a notebook: a text, the first rows of a table, and the picture at a URL."""
     rows = in_words(frame.head(_SHOWN_ROWS)).to_html(index=False, border=0) if len(frame) else ""
-    others = remainder(len(frame), _SHOWN_ROWS, "row")
-    below = f"<div>{others}</div>\n" if others else ""
+    more_rows = remainder(len(frame), _SHOWN_ROWS, "row")
+    below = f"<div>{more_rows}</div>\n" if more_rows else ""
     drawn = f'<img alt="" style="max-width:100%" src="{source}">' if source else ""
     return f'<pre style="white-space:pre-wrap">{escape(words, quote=False)}</pre>\n{rows}\n{below}{drawn}'
 

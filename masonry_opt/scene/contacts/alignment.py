@@ -285,12 +285,12 @@ class _Links:
                 if block in visited:
                     continue
                 visited.add(block)
-                for other in self._candidates(block, direction, accuracy):
-                    if other in seen:
+                for candidate in self._candidates(block, direction, accuracy):
+                    if candidate in seen:
                         continue
-                    seen.add(other)
-                    if _off_axis(self._normals[other], axis) <= accuracy + self._accuracies[other]:
-                        joints.append(other)
+                    seen.add(candidate)
+                    if _off_axis(self._normals[candidate], axis) <= accuracy + self._accuracies[candidate]:
+                        joints.append(candidate)
                 if len(joints) > self._most:
                     return None
         return np.array(sorted(joints))
@@ -325,13 +325,13 @@ def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: Cont
         unknown = np.flatnonzero(~has_partner & ~crowded[block])
         for chunk in chunks(of_block.count[block[unknown]]):
             plane = unknown[chunk]
-            number, other = of_block.where(block[plane])
+            number, partner = of_block.where(block[plane])
             plane = plane[number]
-            sine = _off_axes(drawn.normal[other], planes.direction[plane])
+            sine = _off_axes(drawn.normal[partner], planes.direction[plane])
             # Accept three times the usual angle, because both planes may be nearly parallel to a third plane
             # with a direction between theirs.
-            near = sine <= 3 * (planes.accuracy[plane] + drawn.accuracy[other])
-            has_partner[plane[near & (other != planes.joint[plane])]] = True
+            near = sine <= 3 * (planes.accuracy[plane] + drawn.accuracy[partner])
+            has_partner[plane[near & (partner != planes.joint[plane])]] = True
     return has_partner
 
 

@@ -121,10 +121,10 @@ class Bridge:
     def _connections(self, scene: Scene) -> str:
         """Return a text that counts the blocks connected to supports, and names an unconnected block."""
         connected = f"{counted(self.blocks, 'block')} to supports"
-        others = len(self.remaining) - 1
-        if others < 0:
+        omitted = len(self.remaining) - 1
+        if omitted < 0:
             return connected
-        more = f" and {counted(others, 'other block')}" if others else ""
+        more = f" and {counted(omitted, 'other block')}" if omitted else ""
         return f"{connected}, but not {scene.blocks[self.remaining[0]].name!r}{more}"
 
 

@@ -106,8 +106,8 @@ class Surfaces:
         if len(wrong):
             start, end = (place(self.points[vertex[wrong[0]]]) for vertex in (tail, tip))
             more = uses[edge[wrong[0]]] - 1
-            others = f"{more} other faces have" if more else "no other face has"
-            why = f"{{}} has an edge from {start} to {end} that {others}: each edge must belong to two faces"
+            owners = f"{more} other faces have" if more else "no other face has"
+            why = f"{{}} has an edge from {start} to {end} that {owners}: each edge must belong to two faces"
             self.refuse(int(self.face[wrong[0]]), why)
         # Each edge is a side of two faces. Find the corner of each of the two faces at which this side
         # begins.

@@ -195,17 +195,17 @@ class Shapes(Extents):
         lower_bound = lengths(np.maximum(np.maximum(low - high[block], low[block] - high), 0))
         lower_bound[block] = np.inf
         nearest, gap = block, np.inf
-        for other in np.argsort(lower_bound).tolist():
-            if lower_bound[other] >= gap:
+        for candidate in np.argsort(lower_bound).tolist():
+            if lower_bound[candidate] >= gap:
                 break
             # The distance between two convex parts equals the distance between the origin and the convex hull
             # of all differences of their corners.
             distance = min(
                 _distance_from_hull((first[:, None] - second[None]).reshape(-1, 3))
-                for first, second in product(self._parts_of(block), self._parts_of(other))
+                for first, second in product(self._parts_of(block), self._parts_of(candidate))
             )
             if distance < gap:
-                nearest, gap = other, distance
+                nearest, gap = candidate, distance
         return nearest, gap
 
     def _parts_of(self, block: int) -> list[np.ndarray]:

@@ -127,7 +127,9 @@ class Passage:
             group = f"axles '{self.axles.name}'"
             live = {name: factor for name, factor in case.live.items() if name != "axles"}
             case = case.replace(live=live | {group: scene.factor_of_axles})
-            fields["load_cases"] = [case if other.name == case.name else other for other in scene.load_cases]
+            fields["load_cases"] = [
+                case if listed.name == case.name else listed for listed in scene.load_cases
+            ]
         forces = self._on_blocks(position)
         for block in np.flatnonzero(forces[:, 1]):
             _, down, moment = forces[block]

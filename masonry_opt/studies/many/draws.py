@@ -101,8 +101,8 @@ def parse(text: str) -> tuple[str, tuple[str, Any, Any]]:
         lognormals = (
             "NAME=lognormal:MEAN:DEVIATION (DEVIATION is a number, or a share of the mean such as 15%)"
         )
-        others = "NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST"
-        raise OptionError(f"'{text}': write it as {lognormals}, {others}")
+        other_forms = "NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST"
+        raise OptionError(f"'{text}': write it as {lognormals}, {other_forms}")
     return name.strip(), tuple(parts)  # type: ignore[return-value]
 
 

@@ -310,8 +310,10 @@ def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
     For successive runs that differ only in joint properties, a worker builds its programs only once.
     """
     first: dict[tuple[float, ...], int] = {}
-    others = [tuple(value for name, value in point.items() if not is_of_joints(name)) for point in points]
-    return sorted(range(len(points)), key=lambda index: first.setdefault(others[index], index))
+    not_of_joints = [
+        tuple(value for name, value in point.items() if not is_of_joints(name)) for point in points
+    ]
+    return sorted(range(len(points)), key=lambda index: first.setdefault(not_of_joints[index], index))
 
 
 def row(values: Mapping[str, float], end: TaskEnd) -> dict[str, Any]:

@@ -89,7 +89,7 @@ class ReportPart:
     #: Results that are printed in full, by name.
     printed_in_full: Mapping[str, Result] = field(default_factory=dict)
     #: Further results, by name.
-    others: Mapping[str, Result] = field(default_factory=dict)
+    further_results: Mapping[str, Result] = field(default_factory=dict)
     #: Facts about the answer: the text of each fact, by its label.
     facts: Mapping[str, str] = field(default_factory=dict)
     #: Pictures of the answer, by caption.
@@ -254,7 +254,7 @@ def _(answer: Cases) -> ReportPart:
         says=f"{named_factor(drawn)}: {governs} ({counted(len(answer.results), kind)})",
         assembly=drawn.assembly,
         printed_in_full={answer.governing or next(iter(answer.results)): drawn},
-        others=answer.results,
+        further_results=answer.results,
         pictures={f"λ by {kind}": answer.plot()},
         tables={f"Every {kind} ({len(rows)})": frame_table(rows, load_case="load case", sure="certainty")},
         left_out=dict.fromkeys(answer.left_out, "axles move in this load case: use 'crossing'"),
@@ -276,7 +276,7 @@ def _(answer: Settlement) -> ReportPart:
         says="; ".join(reactions) or facts["reaction"],
         assembly=answer.assembly,
         printed_in_full={"collapse mechanism": answer.fallen} if answer.fallen else {},
-        others=results,
+        further_results=results,
         facts=facts,
         pictures=answer.pictures() if answer.ends else {},
         tables=answer.page_tables(),
@@ -333,7 +333,7 @@ def _page(parts: Sequence[ReportPart], units: dict[str, str]) -> str:
     results: dict[str, Result] = {}
     factors: dict[str, Result] = {}  # results with a load factor
     for part in parts:
-        for name, result in {**part.printed_in_full, **part.others}.items():
+        for name, result in {**part.printed_in_full, **part.further_results}.items():
             full_name = f"{part.heading}: {name}" if len(parts) > 1 else name
             results[full_name] = result
             if part.pushed and result.load_factor is not None:
