@@ -170,7 +170,7 @@ class Session:
             return solution
         # Without a load factor, the forces and velocities with which the method ended are not a collapse
         # state. Remove them from the solution.
-        return replace(solution, found=FinalState(forms=solution.found.forms))
+        return replace(solution, state=FinalState(forms=solution.state.forms))
 
     def _solve_incremental(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution | None:
         """Compute the incremental load factor, and return the solution of method "incremental".
@@ -271,7 +271,7 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     # factor, contacts slip but then lock.
     incremental = replace(
         incremental,
-        found=FinalState(),
+        state=FinalState(),
         status=solution.status,
         reasons=solution.reasons,
         followed_to_end=False,

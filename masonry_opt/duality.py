@@ -192,7 +192,9 @@ def check(scene: Scene | str | Path) -> DualityReport:
     cones = None
     by_cone = problem.by_cone
     if by_cone.by_friction.conic:
-        static, kinematic = (solve_with(by_cone, each, "cvxpy") for each in ("static", "kinematic"))
+        static, kinematic = (
+            solve_with(by_cone, formulation, "cvxpy") for formulation in ("static", "kinematic")
+        )
         cones = static.load_factor, kinematic.load_factor
     return DualityReport(
         table,

@@ -135,9 +135,9 @@ class Effort:
 
         Both counters share one list of solvers.
         """
-        other = Effort()
-        other.solvers = self.solvers
-        return other
+        counter = Effort()
+        counter.solvers = self.solvers
+        return counter
 
     @contextmanager
     def measure(self, part: str) -> Iterator[None]:

@@ -55,10 +55,10 @@ def remainder(count: int, most: int, noun: str = "") -> str:
 
     The text is empty if there are at most ``most`` items. ``noun`` names an item in the singular.
     """
-    others = count - most
-    if others <= 0:
+    omitted = count - most
+    if omitted <= 0:
         return ""
-    return f"and {counted(others, f'more {noun}')}" if noun else f"and {others} more"
+    return f"and {counted(omitted, f'more {noun}')}" if noun else f"and {omitted} more"
 
 
 def shortened(items: Sequence[str], most: int, noun: str = "") -> list[str]:

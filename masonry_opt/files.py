@@ -76,15 +76,15 @@ def picture_metadata(kind: str) -> dict[str, str | None]:
 
 
 @contextlib.contextmanager
-def writing(path: Path, kept: str = "") -> Iterator[None]:
+def writing(path: Path, note: str = "") -> Iterator[None]:
     """Convert an OSError in the ``with`` block to an OutputError.
 
-    ``kept`` is added to the message; it says which results remain.
+    ``note`` is added to the message; it says which results remain.
     """
     try:
         yield
     except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error.strerror}{kept}") from None
+        raise OutputError(f"{path}: cannot be written: {error.strerror}{note}") from None
 
 
 def write_whole(path: str | Path, content: str | bytes) -> None:

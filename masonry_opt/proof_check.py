@@ -109,12 +109,12 @@ def _faults_of_form(problem: Problem, proof: Proof) -> list[str]:
         return [f"the proof has {proof.conditions} yield conditions, but the scene has {problem.faces}"]
     arrays = [(np.asarray(proof.senses, dtype=float).ravel(), 2 * len(proof.senses))]
     indices = [proof.senses.ravel()]
-    for one in (*proof.conflicts, *proof.energy_bounds):
-        if isinstance(one, KinematicConflict):
-            arrays.append((np.append(one.q, [one.load_factor, one.weight]), width + 2))
+    for item in (*proof.conflicts, *proof.energy_bounds):
+        if isinstance(item, KinematicConflict):
+            arrays.append((np.append(item.q, [item.load_factor, item.weight]), width + 2))
         else:
-            arrays += [(one.d, height), (one.p, problem.faces)]
-        indices.append(np.atleast_1d(one.condition if isinstance(one, EnergyBound) else one.conditions))
+            arrays += [(item.d, height), (item.p, problem.faces)]
+        indices.append(np.atleast_1d(item.condition if isinstance(item, EnergyBound) else item.conditions))
     if any(array.shape != (size,) or not np.isfinite(array).all() for array, size in arrays):
         return ["some multipliers of the proof are missing, or are not finite numbers"]
     every = np.concatenate(indices)
@@ -160,7 +160,9 @@ class _Checker:
         """Return the pairs of yield conditions that are not the two sliding directions of one joint."""
         sliders = self._sliders
         pairs = self._proof.senses.tolist()
-        return [[one, other] for one, other in pairs if not (one < sliders and other == one + sliders)]
+        return [
+            [first, second] for first, second in pairs if not (first < sliders and second == first + sliders)
+        ]
 
     def _faults_of_energy(self) -> list[str]:
         """Check the energy bounds and return their faults.
@@ -297,8 +299,8 @@ def _exact(values: np.ndarray | list[float]) -> list[Fraction]:
     return [Fraction(value) for value in np.asarray(values, dtype=float).tolist()]
 
 
-def _dot(one: list[Fraction], other: list[Fraction]) -> Fraction:
-    return sum((a * b for a, b in zip(one, other, strict=True) if a and b), Fraction(0))
+def _dot(first: list[Fraction], second: list[Fraction]) -> Fraction:
+    return sum((a * b for a, b in zip(first, second, strict=True) if a and b), Fraction(0))
 
 
 def _is_satisfiable(proof: Proof) -> bool:

@@ -91,6 +91,6 @@ def prove_least(scene: Scene | str | Path, seconds: float = 60.0) -> LeastLoadFa
     upper = BUDGET.range_end(result.assembly.problem, result.associative, result.solution.load_history)
     if known is None and upper is None:
         return LeastLoadFactor(None, None, result.message)
-    found = prove_least_state(Task(result.assembly.problem), known, seconds, upper)
-    load_factor = None if found.best is None else found.best.load_factor
-    return LeastLoadFactor(load_factor, found.proof, found.why)
+    outcome = prove_least_state(Task(result.assembly.problem), known, seconds, upper)
+    load_factor = None if outcome.best is None else outcome.best.load_factor
+    return LeastLoadFactor(load_factor, outcome.proof, outcome.why)

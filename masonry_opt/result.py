@@ -125,9 +125,13 @@ class Result(Outcome):
         return summary(self, technical=True)
 
     def required(self) -> float:
-        """Return the load factor of the result, and raise NoLoadFactorError if there is none.
+        """Return the load factor of the result.
 
-        The message of the error has the case, the status, the reasons and the warnings.
+        Raises
+        ------
+        NoLoadFactorError
+            If the result has no load factor. The message has the case, the status, the reasons and the
+            warnings.
         """
         if self.stability is not None:
             raise NoLoadFactorError(

@@ -106,9 +106,9 @@ class DeadLoadCheck:
             geometric_margin=margin,
             worst_joint=worst_joint(self.assembly, forces),
         )
-        found = FinalState(q=forces, forms=problem.forms)
+        state = FinalState(q=forces, forms=problem.forms)
         carried = reason(Code.CARRIED, unique=unique, elastic=elastic)
-        return Solution(Status.STABLE, Kind.ASSOCIATIVE, reasons=(carried,), found=found, stability=stability)
+        return Solution(Status.STABLE, Kind.ASSOCIATIVE, reasons=(carried,), state=state, stability=stability)
 
     def _decide_by_program(self, effort: Effort) -> tuple[Solution | None, np.ndarray | None]:
         """Decide by optimisation programs if a scene is stable under its dead load.
@@ -133,8 +133,8 @@ class DeadLoadCheck:
             falling = diagnosis.as_it_falls(assembly, falling, Effort())
             falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))
             remedies = diagnosis.what_would_hold(assembly, falling, solver, Effort())
-        found = FinalState(d=falling, forms=problem.by_cone.forms)
-        return replace(solution, found=found, reasons=(falls, *remedies)), None
+        state = FinalState(d=falling, forms=problem.by_cone.forms)
+        return replace(solution, state=state, reasons=(falls, *remedies)), None
 
     def _fall_from_rest(self, effort: Effort) -> Solution | None:
         """Check if a scene is stable only because self-stress (forces without any load) wedges its blocks.

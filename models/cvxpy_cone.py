@@ -50,8 +50,8 @@ class ConeStatics(CvxpyStatics):
         table = problem.table
         normal, *shears = (self.q[columns] for columns in problem.columns_of_sliding)
         limit = self._limits.cohesion + cp.multiply(self._limits.slope, normal)
-        others = table.R @ self.q + problem.face_constant[table.rest] >= 0
-        return [others, cp.SOC(limit, cp.vstack(shears), axis=0)]
+        linear_conditions = table.R @ self.q + problem.face_constant[table.non_sliding] >= 0
+        return [linear_conditions, cp.SOC(limit, cp.vstack(shears), axis=0)]
 
     def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
         """Return the rates p of the yield conditions, shape (faces,), for block velocities d.
@@ -136,7 +136,7 @@ class ConeForces:
         problem = self._problem
         senses = problem.layout.senses
         slips = -senses.T @ p[problem.table.slides].reshape(len(senses), -1)
-        cost = problem.table.R.T @ p[problem.table.rest]
+        cost = problem.table.R.T @ p[problem.table.non_sliding]
         normal, *shears = problem.columns_of_sliding
         cost[normal] += problem.friction * np.hypot(*slips)
         for columns, slip in zip(shears, slips, strict=True):

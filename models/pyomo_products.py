@@ -56,20 +56,20 @@ class PyomoProducts:
         model = self.program = pyo.ConcreteModel()
         #: Pyomo variable of each product, by the indices of the static factor and of the kinematic factor.
         self.product: dict[tuple[int, int], Any] = {}
-        one, unit = factors.one, factors.unit
-        self._declare("force", [(i, unit) for i in factors.forces])
-        self._declare("load_factor", [(factors.load_factor, unit)])
-        self._declare("rate", [(one, k) for k in factors.rates])
-        self._declare("velocity", [(one, e) for e in factors.velocities])
+        static_unit, kinematic_unit = factors.static_unit, factors.kinematic_unit
+        self._declare("force", [(i, kinematic_unit) for i in factors.forces])
+        self._declare("load_factor", [(factors.load_factor, kinematic_unit)])
+        self._declare("rate", [(static_unit, k) for k in factors.rates])
+        self._declare("velocity", [(static_unit, e) for e in factors.velocities])
         self._declare("load_rate", [(factors.load_factor, k) for k in factors.rates])
         self._declare("load_velocity", [(factors.load_factor, e) for e in factors.velocities])
         near, moves = (np.argwhere(mask).tolist() for mask in selected)
         self._declare("force_rate", [(i, k) for a, j in near for i, k in factors.pairs(a, j)])
         pairs = (product(factors.forces_of(a), factors.velocities_of(b)) for a, b in moves)
         self._declare("force_velocity", list(chain.from_iterable(pairs)))
-        model.load_factor[factors.load_factor, unit].bounds = within
+        model.load_factor[factors.load_factor, kinematic_unit].bounds = within
         self._rows(within, largest)
-        model.objective = pyo.Objective(expr=model.load_factor[factors.load_factor, unit])
+        model.objective = pyo.Objective(expr=model.load_factor[factors.load_factor, kinematic_unit])
 
     def _declare(self, name: str, pairs: list[tuple[int, int]]) -> None:
         """Declare a variable for each product, with the lower bound 0 if neither factor can be negative."""
@@ -86,14 +86,14 @@ class PyomoProducts:
         """Declare the rows of the relaxation. Rows that contain a product without a variable are omitted."""
         model = self.program
         factors = self.factors
-        one = factors.one
-        force = {one: 1.0}
-        motion = {factors.unit: 1.0}
+        static_unit = factors.static_unit
+        force = {static_unit: 1.0}
+        motion = {factors.kinematic_unit: 1.0}
         all_forces = [{i: 1.0} for i in factors.forces]
         all_rates = [{k: 1.0} for k in factors.rates]
         all_velocities = [{e: 1.0} for e in factors.velocities]
         margins = [  # margin n̂ − n of each joint whose normal force n has an upper bound n̂
-            {one: largest[j], **dict.fromkeys(factors.forces_of(j)[:2], -1.0)}
+            {static_unit: largest[j], **dict.fromkeys(factors.forces_of(j)[:2], -1.0)}
             for j in np.flatnonzero(np.isfinite(largest)).tolist()
         ]
         slacks = list(factors.other_slacks.values())
@@ -117,9 +117,9 @@ class PyomoProducts:
         model.kinematics = self._constraint(product(static_factors, motions))
         model.complementary = self._constraint(complementary)
         lowest, highest = within
-        load_factors = [{one: highest, factors.load_factor: -1.0}]
+        load_factors = [{static_unit: highest, factors.load_factor: -1.0}]
         if lowest > 0:  # if the lower bound of λ is 0, these rows follow from the bounds λ v ≥ 0
-            load_factors.append({factors.load_factor: 1.0, one: -lowest})
+            load_factors.append({factors.load_factor: 1.0, static_unit: -lowest})
         model.within = self._constraint(product([*slacks, *margins], [motion]), least=0.0)
         model.slack_rate = self._constraint(product([*slacks, *margins, *load_factors], all_rates), least=0.0)
         # Each row requires a product to be at least 0. Omit the row if the product is known to be zero, or
@@ -163,7 +163,7 @@ class PyomoProducts:
         Pairs with a product that has no variable and is not known to be zero are omitted.
         """
         at_rest = self.factors.at_rest
-        constants = (self.factors.one, self.factors.unit)
+        constants = (self.factors.static_unit, self.factors.kinematic_unit)
         for statics, motion in pairs:
             coefficients, variables, constant = [], [], 0.0
             for (i, a), (k, b) in product(statics.items(), motion.items()):

@@ -47,8 +47,8 @@ FORMER_OPTIONS = {"--expected": "--incremental", "--no-expected": "--no-incremen
 class _Commands(TyperGroup):
     """Group of commands that loads the module of a command only when the command is called."""
 
-    def __init__(self, **given: Any) -> None:
-        super().__init__(**given)
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
         self.commands = {name: TyperCommand(name, help=does) for name, does in COMMANDS.items()}
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
@@ -56,11 +56,11 @@ class _Commands(TyperGroup):
 
         Raises OptionError, with the present name, if an option has a name of a former version.
         """
-        name, _, others = super().resolve_command(ctx, args)
-        for option in others:
+        name, _, remaining = super().resolve_command(ctx, args)
+        for option in remaining:
             if option in FORMER_OPTIONS:
                 raise OptionError(f"option '{option}' is now called '{FORMER_OPTIONS[option]}'")
-        return name, load(str(name)), others
+        return name, load(str(name)), remaining
 
 
 def load(name: str) -> Any:

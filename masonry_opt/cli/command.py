@@ -129,8 +129,8 @@ class CommandArguments(dict[str, Any]):
         """Remove from the dictionary the arguments that a function accepts as parameters, and return them."""
         return {name: self.pop(name) for name in inspect.signature(function).parameters if name in self}
 
-    def rest(self, function: Function) -> dict[str, Any]:
-        """Return keyword arguments: the arguments left in the dictionary, and the options of the method.
+    def keywords_for(self, function: Function) -> dict[str, Any]:
+        """Return keyword arguments for a function: the remaining arguments, and the options of the method.
 
         The function passes the options of the method on to ``solve``. Raises OptionError if an option of the
         method does not have the form NAME=VALUE, or is a parameter of ``function`` or of ``solve``.

@@ -92,10 +92,10 @@ def sweep(arguments: CommandArguments, case: Path, out: Path, load_case: str | N
     if bool(vary) == bool(drawn):
         raise OptionError("give either --vary NAME=FROM:TO:COUNT, or --sample NAME=lognormal:MEAN:DEVIATION")
     of_sample = signature(mo.sample).parameters.keys() - signature(mo.sweep).parameters.keys()
-    others = [arguments.called[name] for name in arguments if name in of_sample]
-    if vary and others:
+    refused = [arguments.called[name] for name in arguments if name in of_sample]
+    if vary and refused:
         raise OptionError(
-            f"{', '.join(others)} cannot be used with --vary: use --sample instead of --vary, or omit "
+            f"{', '.join(refused)} cannot be used with --vary: use --sample instead of --vary, or omit "
             "every option that needs --sample"
         )
     values = dict(vary or drawn)
@@ -104,7 +104,7 @@ def sweep(arguments: CommandArguments, case: Path, out: Path, load_case: str | N
             f"{'--vary' if vary else '--sample'} names a parameter twice: name each parameter only once"
         )
     run: Any = mo.sweep if vary else mo.sample
-    options = arguments.rest(run)
+    options = arguments.keywords_for(run)
     scene = as_scene(case, load_case)
     errors = Console(stderr=True)
     columns = (TextColumn("sweep"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())

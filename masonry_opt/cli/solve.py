@@ -67,7 +67,7 @@ def solve(
         from masonry_opt.drawing.page import refuse_saving
 
         refuse_saving(scene, plot, **{"kind": "mechanism"} | drawing)
-    options = arguments.rest(solve_scene)
+    options = arguments.keywords_for(solve_scene)
     if drawing.get("kind") == "curve" and not options.get("curve"):
         raise OptionError("--plot-kind curve needs --method incremental and --option curve=true")
     function = mo.solve_cases if scene.load_cases and load_case is None else solve_scene
@@ -115,8 +115,8 @@ def _refuse_drawing_options(
 def _refuse_mechanism(result: mo.Result, asked: bool) -> None:
     """Raise OptionError if the user asked for the mechanism of a stable scene, which has no mechanism."""
     if asked:
-        scene, other = f"{result.case}: the scene", "use --plot-kind thrust or utilisation to draw forces"
-        raise OptionError(f"{scene} is stable under its dead load and has no mechanism: {other}")
+        scene, remedy = f"{result.case}: the scene", "use --plot-kind thrust or utilisation to draw forces"
+        raise OptionError(f"{scene} is stable under its dead load and has no mechanism: {remedy}")
 
 
 def _solved(function: Any, scene: mo.Scene, options: dict[str, Any], name: str, quiet: bool) -> Any:

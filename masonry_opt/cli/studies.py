@@ -99,7 +99,7 @@ def capacity(
     periods = None if spectrum is None else _spectrum(spectrum)
     with waiting("capacity") as work:
         steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
-        onset = mo.solve(case, incremental=False, **steps, **arguments.rest(mo.solve))
+        onset = mo.solve(case, incremental=False, **steps, **arguments.keywords_for(mo.solve))
         work.show("capacity: following the mechanism")
 
         def progress(number: int, load_factor: float) -> None:
@@ -146,7 +146,9 @@ def crossing(
             )
             work.show(f"crossing: first axle at {position:.4g}: λ = {value}")
 
-        answer = mo.crossing(case, progress=progress, phases=work.phase, **arguments.rest(mo.crossing))
+        answer = mo.crossing(
+            case, progress=progress, phases=work.phase, **arguments.keywords_for(mo.crossing)
+        )
     positions = "\n" + frame_text(answer.notebook_table, "positions") if table and answer.passages else ""
     if json:
         print_json(answer)
@@ -172,7 +174,7 @@ def directions(arguments: CommandArguments, case: Path, plot: Path | None = None
         refuse_picture(plot, **drawing)
     else:
         refuse_without(arguments, drawing, *PICTURE_NEEDS)
-    options = arguments.rest(mo.directions)
+    options = arguments.keywords_for(mo.directions)
     with waiting("directions") as work:
         answer = mo.directions(case, phases=work.phase, progress=work.step, **options)
     if json:
@@ -219,7 +221,7 @@ def least(
             does = "holds" if trial.holds else "fails"
             work.show(f"{name} = {trial.value:.9g}: {does} ({numeral(trial.number, '.9g')})")
 
-        options = arguments.rest(search)
+        options = arguments.keywords_for(search)
         if time_limit is not None:
             options["time_limit"] = time_limit
 
@@ -263,7 +265,7 @@ def settle(
     else:
         refuse_without(arguments, [*drawing, *(["greatest"] if greatest else [])], *PICTURE_NEEDS)
     with waiting("settle") as work:
-        answer = mo.settle(case, phases=work.phase, **arguments.rest(mo.settle))
+        answer = mo.settle(case, phases=work.phase, **arguments.keywords_for(mo.settle))
     if json:
         print_json(answer)
     else:
@@ -294,7 +296,7 @@ def report(
                 errors.print(f"report: {part} ...", markup=False, soft_wrap=True)
 
         try:
-            answers = _answers(as_scene(case, load_case), begins, work.show, arguments.rest(mo.solve))
+            answers = _answers(as_scene(case, load_case), begins, work.show, arguments.keywords_for(mo.solve))
             check_interrupt()  # no page is written after Ctrl-C, even if the solver returned an answer
         except KeyboardInterrupt:
             raise InterruptedByUserError("interrupted: no page was written") from None

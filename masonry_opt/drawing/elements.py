@@ -80,7 +80,7 @@ class Elements:
     @property
     def all_marks(self) -> list[Marks]:
         """Return the marks of all layers and of the loads."""
-        return [each for marks in (*self.layers.values(), self.loads) for each in marks]
+        return [mark_group for marks in (*self.layers.values(), self.loads) for mark_group in marks]
 
     def shown(self, kind: str) -> list[Marks]:
         """Return the marks that a kind of picture shows.
@@ -99,10 +99,10 @@ class Elements:
         shapes = self.assembly.geometry.polygons[movable]
         corners, block = shapely.get_coordinates(shapes, return_index=True)
         points = [moved(corners, share * self.motion[movable][block])]
-        for each in marks:
-            points += [each.moved(part).reshape(-1, 2) for part in (0.0, share)]
-            if each.text:
-                points.append(each.points[:, -1] + [_TEXT * size, _PADDING * size])
+        for mark_group in marks:
+            points += [mark_group.moved(part).reshape(-1, 2) for part in (0.0, share)]
+            if mark_group.text:
+                points.append(mark_group.points[:, -1] + [_TEXT * size, _PADDING * size])
         reach, pad = np.concatenate(points), _PADDING * size
         low = np.minimum(corners.min(axis=0) - _MARGIN_AT_REST * size, reach.min(axis=0) - pad)
         high = np.maximum(corners.max(axis=0) + _MARGIN_AT_REST * size, reach.max(axis=0) + pad)
@@ -118,19 +118,19 @@ def title_of(scene: Scene) -> str:
 def legend(marks: Iterable[Marks]) -> dict[str, list[Marks]]:
     """Group marks by the label of their legend entry."""
     entries: dict[str, list[Marks]] = {}
-    for each in marks:
-        if each.label:
-            entries.setdefault(each.label, []).append(each)
+    for mark_group in marks:
+        if mark_group.label:
+            entries.setdefault(mark_group.label, []).append(mark_group)
     return entries
 
 
 def scene_elements(assembly: Assembly) -> Elements:
     """Return the elements of a drawing of an unsolved scene: blocks, joints, loads, ties and props."""
-    still = _still(assembly)
-    arrows = list(forces.load_marks(assembly, still))
+    no_motion = _still(assembly)
+    arrows = list(forces.load_marks(assembly, no_motion))
     yields = np.zeros(len(assembly.scene.ties) + len(assembly.scene.props), dtype=bool)
-    layers = {"scene": [*_joints(assembly), *forces.strut_marks(assembly, still, yields)]}
-    return Elements(assembly, counts(assembly), "", still, arrows, layers)
+    layers = {"scene": [*_joints(assembly), *forces.strut_marks(assembly, no_motion, yields)]}
+    return Elements(assembly, counts(assembly), "", no_motion, arrows, layers)
 
 
 def result_elements(result: Outcome) -> Elements:

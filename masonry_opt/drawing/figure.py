@@ -102,10 +102,10 @@ _MARK_TEXT = "text of a mark"
 class Picture(Figure):
     """Matplotlib figure that a notebook can show, and that is not registered with pyplot."""
 
-    def savefig(self, fname: Any, **given: Any) -> None:
+    def savefig(self, fname: Any, **options: Any) -> None:
         """Write the figure to a file; by default the picture includes all elements outside the axes."""
         with boxes():
-            super().savefig(fname, **{"bbox_inches": "tight"} | given)
+            super().savefig(fname, **{"bbox_inches": "tight"} | options)
 
     def image(self, kind: str) -> bytes:
         """Return the figure as the content of a file in one of ``PICTURE_FORMATS``."""
@@ -251,13 +251,13 @@ def remove_overlapping_texts(figure: Figure, axes: Axes) -> None:
         return
     canvas: Any = FigureCanvasAgg(figure)  # matplotlib's renderer has no type annotations
     renderer = canvas.get_renderer()
-    kept = list[Any]()
+    extents = list[Any]()
     for text in texts:
         extent = text.get_window_extent(renderer).padded(_TEXT_GAP / 2)
-        if any(extent.overlaps(other) for other in kept):
+        if any(extent.overlaps(other) for other in extents):
             text.remove()
         else:
-            kept.append(extent)
+            extents.append(extent)
 
 
 def _line(marks: Marks) -> dict[str, Any]:
@@ -333,7 +333,7 @@ def refuse_file(
     if _ending(path) not in endings:
         kinds = "a picture or page" if "html" in endings else "a picture"
         raise OptionError(
-            f"{path}: the file name of {kinds} must end in {', '.join(f'.{each}' for each in endings)}"
+            f"{path}: the file name of {kinds} must end in {', '.join(f'.{ending}' for ending in endings)}"
         )
     refuse_unwritable(Path(path), force)
 
@@ -374,8 +374,8 @@ def curve_picture(result: Outcome) -> Picture:
     """Return a picture of the load–displacement curve. Raises OptionError if the result has no curve."""
     curve = result.curve
     if result.stability is not None:
-        other = "use kind 'thrust' or 'utilisation' to draw the forces under dead load"
-        raise OptionError(f"{result.case}: without a live load there is no curve to draw: {other}")
+        remedy = "use kind 'thrust' or 'utilisation' to draw the forces under dead load"
+        raise OptionError(f"{result.case}: without a live load there is no curve to draw: {remedy}")
     if curve is None or curve.empty:
         raise OptionError("there is no curve to draw: solve with method 'incremental' and option curve=True")
     along = (

@@ -107,7 +107,7 @@ def _side_by_side(arrows: np.ndarray, drawn: Counter[tuple[float, ...]], size: f
     run = arrows[:, 1] - arrows[:, 0]
     direction = run / np.linalg.norm(run, axis=1)[:, None]
     tails = arrows[:, 0] / size
-    keys = [(*each,) for each in (np.column_stack([tails, direction]).round(6) + 0.0).tolist()]
+    keys = [(*row,) for row in (np.column_stack([tails, direction]).round(6) + 0.0).tolist()]
     steps = np.array([drawn[key] for key in keys])
     drawn.update(set(keys))
     sideways = np.column_stack([direction[:, 1], -direction[:, 0]])
@@ -161,7 +161,7 @@ def _forces(assembly: Assembly, forces: Forces, motion: np.ndarray) -> tuple[np.
         longest = min(longest, _LARGEST_ARROW_LENGTH * median_side)
     arrow = longest * forces.force / sizes.max()
     behind = point - 0.02 * longest * forces.force / sizes[:, None]
-    away = np.array([assembly.geometry.away(*each) for each in zip(blocks, behind, strict=True)])
+    away = np.array([assembly.geometry.away(*pair) for pair in zip(blocks, behind, strict=True)])
     tail = point - np.where((away > assembly.geometry.tolerance)[:, None], arrow, 0.0)
     motions = np.zeros((len(point), motion.shape[1]))
     motions[:, :dimension] = moved(point, motion[blocks]) - point
@@ -236,7 +236,7 @@ def pressure_marks(result: Outcome) -> Iterable[Marks]:
         return
     most = force.max()
     if most > 0:
-        actions = [each.actions[0] for each in assembly.limited if each.role is Role.EARTH]
+        actions = [limited.actions[0] for limited in assembly.limited if limited.role is Role.EARTH]
         tip = np.array([action.point for action in actions])
         direction = np.array([action.force for action in actions])
         tail = tip - _PRESSURE * size_of(assembly) / most * force[:, None] * direction

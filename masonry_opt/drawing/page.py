@@ -145,7 +145,9 @@ def _plane(
     """Return the figure of a scene in the plane: an SVG picture whose elements the page can move."""
     canvas, joints = Canvas(elements, elements.all_marks), result.assembly.joints
     groups = {"loads": elements.loads} | {f"layer {name}": marks for name, marks in elements.layers.items()}
-    drawn = [group(name, (marks_svg(each, canvas) for each in marks)) for name, marks in groups.items()]
+    drawn = [
+        group(name, (marks_svg(mark_group, canvas) for mark_group in marks)) for name, marks in groups.items()
+    ]
     start, end = canvas.at(joints.start), canvas.at(joints.end)
     (x, y), (dx, dy) = start.T.tolist(), (end - start).T.tolist()
     picture = canvas.svg(f"picture of {elements.title}", [blocks_svg(elements, canvas), *drawn])
@@ -294,7 +296,7 @@ def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dic
     # Round lengths and scaled rotations to integers, to limit the size of pages of large scenes.
     scales = np.where(np.arange(motions.shape[-1]) < assembly.scene.dimension, 1, _ROTATION_FACTOR)
     whole = np.rint(motions * scales).astype(int).reshape(len(motions), -1)
-    marks = [[each.colour, each.width, each.dashes] for each in history_marks(result)]
+    marks = [[style.colour, style.width, style.dashes] for style in history_marks(result)]
     data = {"displacement": u, "load_factor": loads, "incremental": result.incremental}
     data |= {"blocks": assembly.movable.tolist(), "motions": whole.tolist(), "scales": (1 / scales).tolist()}
     return data | {"marks": marks, "joints": joints, "events": events}
@@ -371,7 +373,7 @@ def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any
         """Convert marks to a dictionary for the page's script, with their points, style and motion."""
         motion = None
         if marks.motion is not None:
-            motion = [table.setdefault(in_figure(each), len(table)) for each in marks.motion]
+            motion = [table.setdefault(in_figure(row), len(table)) for row in marks.motion]
         half = marks.width * (_RADIUS_THROUGH * _FIGURE_SIZE if marks.through else radius)
         placed = {"shape": marks.shape, "points": at(marks.points), "motion": motion}
         look = {"radius": round(half, 2), "colour": marks.colour, "dashes": marks.dashes}
@@ -401,6 +403,6 @@ def _figure(elements: Elements, view: ViewAngles, scale: float) -> dict[str, Any
         },
         "motions": [in_figure(motion) for motion in elements.motion],
         "outlines": {"points": at(lines), "of": joint.tolist()},
-        "layers": {name: [drawn_as(each) for each in marks] for name, marks in layers.items()},
+        "layers": {name: [drawn_as(mark_group) for mark_group in marks] for name, marks in layers.items()},
         "table": list(table),
     }

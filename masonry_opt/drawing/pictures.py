@@ -180,7 +180,10 @@ def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> N
         moved_rings = [
             [moved(ring, share * elements.motion[b]) + origin for ring in rings[b]] for b in blocks
         ]
-        return [Path.make_compound_path(*(Path(ring, closed=True) for ring in each)) for each in moved_rings]
+        return [
+            Path.make_compound_path(*(Path(ring, closed=True) for ring in block_rings))
+            for block_rings in moved_rings
+        ]
 
     axes.add_collection(PathCollection(paths(supports, share), **figure.SUPPORT_LOOK))
     if elements.movement and share:
@@ -188,8 +191,8 @@ def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> N
         axes.add_collection(PathCollection(at_rest, facecolor="none", edgecolor=AT_REST, linewidth=0.5))
     width = elements.outline_width
     axes.add_collection(PathCollection(paths(blocks, share), linewidth=width, **figure.BLOCK_LOOK))
-    for each in marks:
-        figure.draw_marks(axes, each, each.moved(share) + origin)
+    for mark_group in marks:
+        figure.draw_marks(axes, mark_group, mark_group.moved(share) + origin)
 
 
 def _draw_names(axes: Axes, elements: Elements, share: float) -> None:

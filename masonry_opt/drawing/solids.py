@@ -150,7 +150,7 @@ def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
     cut_faces = replace(cut_faces, polygon=shapely.intersection(cut_faces.polygon, inside))
     part, side = np.divmod(np.arange(6 * len(parts.block)), 6)
     part, side = (values[np.isin(parts.block[part], cut)] for values in (part, side))
-    hulls = [parts.points[parts.of_point == one] for one in part]
+    hulls = [parts.points[parts.of_point == index] for index in part]
     part_sections = [_section(hull, sides, at) for hull, at in zip(hulls, side, strict=True)]
     sections = shapely.intersection(part_sections, [_section(box, sides, at) for at in side])
     new_faces = OuterFaces(parts.block[part], sides.where(side), sections)
@@ -299,17 +299,22 @@ def raster(triangles: np.ndarray, box: np.ndarray, pixels: int) -> Raster:
     twice = ax * by - ay * bx
     low = np.floor(flat.min(axis=1)).astype(int).clip(0)
     high = (np.ceil(flat.max(axis=1)).astype(int) + 1).clip(None, depth.shape[::-1])
-    for each in np.flatnonzero((twice > 1e-9) & (low < high).all(axis=1)):
-        (x0, y0), (x1, y1) = low[each], high[each]
-        x, y = np.arange(x0, x1) - flat[each, 0, 0], (np.arange(y0, y1) - flat[each, 0, 1])[:, None]
-        one = (x * by[each] - y * bx[each]) / twice[each]
-        two = (y * ax[each] - x * ay[each]) / twice[each]
-        first, second, third = triangles[each, :, 2]
-        height = first + one * (second - first) + two * (third - first)
+    for triangle in np.flatnonzero((twice > 1e-9) & (low < high).all(axis=1)):
+        (x0, y0), (x1, y1) = low[triangle], high[triangle]
+        x, y = np.arange(x0, x1) - flat[triangle, 0, 0], (np.arange(y0, y1) - flat[triangle, 0, 1])[:, None]
+        second_share = (x * by[triangle] - y * bx[triangle]) / twice[triangle]
+        third_share = (y * ax[triangle] - x * ay[triangle]) / twice[triangle]
+        first, second, third = triangles[triangle, :, 2]
+        height = first + second_share * (second - first) + third_share * (third - first)
         window, slack = np.s_[y0:y1, x0:x1], -1e-6
-        nearer = (one >= slack) & (two >= slack) & (one + two <= 1 - slack) & (height > depth[window])
+        nearer = (
+            (second_share >= slack)
+            & (third_share >= slack)
+            & (second_share + third_share <= 1 - slack)
+            & (height > depth[window])
+        )
         depth[window][nearer] = height[nearer]
-        number[window][nearer] = each
+        number[window][nearer] = triangle
     return Raster(box[0].copy(), float(pixel), depth, number)
 
 
@@ -327,9 +332,9 @@ class Solids:
         self.turned = axes_of(view)
         self.surface = surface(elements)
         moved = self.surface.moved(share * elements.motion)
-        self.triangles, self.edges = (each @ self.turned.T for each in moved)
-        shown = [self.triangles, *(each.moved(share) @ self.turned.T for each in marks)]
-        flat = np.concatenate([each.reshape(-1, 3)[:, :2] for each in shown])
+        self.triangles, self.edges = (points @ self.turned.T for points in moved)
+        shown = [self.triangles, *(mark_group.moved(share) @ self.turned.T for mark_group in marks)]
+        flat = np.concatenate([points.reshape(-1, 3)[:, :2] for points in shown])
         low, high = flat.min(axis=0), flat.max(axis=0)
         side = float((high - low).max())
         self.box = np.array([low - _MARGIN_IN_SPACE * side, high + _MARGIN_IN_SPACE * side])
@@ -367,7 +372,7 @@ class Solids:
         movable = np.isin(self.surface.of_edge, self.elements.assembly.movable)
         if self.share and self.elements.movement:
             at_rest = self.surface.triangles, self.surface.edges[movable]
-            triangles, edges = (each @ self.turned.T for each in at_rest)
+            triangles, edges = (points @ self.turned.T for points in at_rest)
             self._lines(raster(triangles, self.box, _DEPTH_BUFFER_PIXELS).visible(edges), AT_REST, 0.5, 1.5)
         self._lines(self.surface.hatching @ self.turned.T, HATCH, 0.4, 2.0)
         width = self.elements.outline_width

@@ -139,9 +139,9 @@ def _hatching(shapes: np.ndarray, canvas: Canvas) -> str:
 def marks_svg(marks: Marks, canvas: Canvas) -> str:
     """Return marks of one kind as SVG. Marks with equal motions are combined into one path."""
     at = canvas.at(marks.points)
-    still = np.zeros((len(at), 3))
+    no_motion = np.zeros((len(at), 3))
     paths: dict[str, str] = {}
-    all_motions = still if marks.motion is None else marks.motion
+    all_motions = no_motion if marks.motion is None else marks.motion
     for points, motion in zip(at, all_motions, strict=True):
         moves = canvas.moves(motion)
         paths[moves] = paths.get(moves, "") + _mark(marks, points)
@@ -208,8 +208,8 @@ def legend_svg(marks: Iterable[Marks]) -> list[str]:
     samples = {"line": "M3 6h22", "arrow": "M4 6h14M18 2.5L25 6l-7 3.5z", "cross": "M11 3l6 6m0-6l-6 6"}
     for label, alike in legend(marks).items():
         paths = (
-            f'<path{_attributes(_stroke(each))} d="{samples.get(each.shape, _LEGEND_DOT)}"/>'
-            for each in alike
+            f'<path{_attributes(_stroke(mark_group))} d="{samples.get(mark_group.shape, _LEGEND_DOT)}"/>'
+            for mark_group in alike
         )
         entries.append(_entry("".join(paths), label))
     return entries

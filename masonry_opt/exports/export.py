@@ -127,8 +127,8 @@ def _clauses(path: Path, scene: Scene | Result | str | Path) -> str:
         # The import is local, because it imports HiGHS and a SAT solver.
         from masonry_opt.proving import prove_least
 
-        found = prove_least(assembly.scene)
-        proof, why = found.proof, found.why
+        answer = prove_least(assembly.scene)
+        proof, why = answer.proof, answer.why
     if proof is None:
         raise OptionError(f"{path}: the clauses cannot be written, because no proof was found: {why}")
     conditions = assembly.problem_names(legal=True).conditions

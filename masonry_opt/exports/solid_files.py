@@ -189,10 +189,10 @@ def _interfaces(assembly: Assembly, result: Result | None) -> list[dict[str, Any
     if result is not None and result.contacts is not None and result.contacts["n"].notna().all():
         force = result.contacts[["fx", "fy", "fz"]].to_numpy()
     interfaces = []
-    for joint, (normal, tangent, other) in enumerate(np.moveaxis(contacts.axes, 1, 0)):
+    for joint, (normal, tangent, second_tangent) in enumerate(np.moveaxis(contacts.axes, 1, 0)):
         of_joint = contacts.joint == joint
         points = (contacts.point[of_joint] + origin).tolist()
-        axes = np.stack([tangent, other, normal])
+        axes = np.stack([tangent, second_tangent, normal])
         frame = {"point": points[0], "xaxis": axes[0].tolist(), "yaxis": axes[1].tolist()}
         forces = None
         if force is not None:

@@ -249,7 +249,12 @@ class Capacity:
 
         The columns are the names of the blocks (``first``, ``second``), ``state`` ("closed", "hinged" or
         "separated"), the displaced position of the hinge (``x``, ``y``, in space ``z``; NaN without a hinge)
-        and the opening ``angle`` (rad). Raises OptionError if ``table`` has no row ``row``.
+        and the opening ``angle`` (rad).
+
+        Raises
+        ------
+        OptionError
+            If ``table`` has no row ``row``.
         """
         assembly, step = self.result.assembly, self._step(row)
         joints, dimension = assembly.joints, assembly.scene.dimension
@@ -358,12 +363,12 @@ class Capacity:
         share = self._share_of_weight() if quake is None else None
         if share is not None:
             needed = "the check needs a horizontal live load on each block, equal to the block's weight"
-            found = (
+            mismatch = (
                 "the live load is not horizontal, or differs from the weight of the loaded blocks "
                 f"(live load / weight = {rounded(share)})"
             )
             ways = "specify 'live_per_weight = [1, 0]' or a horizontal [earthquake]"
-            raise OptionError(f"{case}: {needed}: {found}: {ways}")
+            raise OptionError(f"{case}: {needed}: {mismatch}: {ways}")
         values: dict[str, Any] = {"code": code, "behaviour_factor": behaviour_factor}
         values |= {"confidence_factor": confidence_factor, "gravity": gravity}
         values |= {"ultimate": ultimate, "secant": secant}
@@ -397,8 +402,12 @@ class Capacity:
     def plot(self, row: int | None = None) -> "Picture":
         """Return a matplotlib figure of the curve; if ``row`` is specified, a figure of the displaced blocks.
 
-        The blocks are drawn in the state of row ``row`` of ``table``. Raises OptionError if the table has no
-        such row.
+        The blocks are drawn in the state of row ``row`` of ``table``.
+
+        Raises
+        ------
+        OptionError
+            If ``table`` has no row ``row``.
         """
         if row is None:
             mover = "the live load" if self.control is self.live else "the control point"
@@ -418,8 +427,12 @@ class Capacity:
     def save(self, path: str | Path, row: int | None = None, force: bool = False) -> None:
         """Save the plot of :meth:`plot` to a file (.png, .svg or .pdf).
 
-        The file is written completely or not at all. Raises OptionError if the name has another ending, or if
-        the file exists and must not be replaced (see ``force``).
+        The file is written completely or not at all.
+
+        Raises
+        ------
+        OptionError
+            If the name has another ending, or if the file exists and must not be replaced (see ``force``).
         """
         self.plot(row).save(path, force)
 

@@ -67,10 +67,10 @@ def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
         difference = problem.by_block(forces.about(centroid)) / units - problem.by_block(load)
         if np.abs(difference).max(initial=0.0) > RELATIVE_ROUNDING * max(1.0, np.abs(load).max()):
             follows = "a capacity curve can be computed only for weights, forces at points and loads on edges"
-            others = "the scene also has loads whose points of action on displaced blocks are unknown"
+            cause = "the scene also has loads whose points of action on displaced blocks are unknown"
             left_out = "omit [[fill]], or " if assembly.scene.fills else ""
             remedy = f"{left_out}use 'solve' to compute only the load factor"
-            raise OptionError(f"{assembly.scene.called}: {follows}: {others}: {remedy}")
+            raise OptionError(f"{assembly.scene.called}: {follows}: {cause}: {remedy}")
     return dead, live
 
 

@@ -163,8 +163,8 @@ class Contacts:
         body = self.bodies
         fixed = np.ones(len(self.rates), dtype=bool)
         fixed[self.assembly.movable] = False
-        given = np.zeros(body.max() + 1, dtype=bool)
-        given[body[fixed]] = given[body[self.supports]] = True
+        is_prescribed = np.zeros(body.max() + 1, dtype=bool)
+        is_prescribed[body[fixed]] = is_prescribed[body[self.supports]] = True
         # A body that contains a moving support or a fixed block has the velocities of this block. Every other
         # body has the velocities of its largest block.
         order = np.argsort(self.assembly.geometry.size, kind="stable")
@@ -175,7 +175,9 @@ class Contacts:
         for step in range(1, _STEPS + 1):
             ahead = self._rigid(of_body, step / _STEPS)
             before = self._rigid(of_body, (step - 1) / _STEPS)
-            poses = self._corrected(np.where(given[:, None], ahead, poses + ahead - before), ~given)
+            poses = self._corrected(
+                np.where(is_prescribed[:, None], ahead, poses + ahead - before), ~is_prescribed
+            )
         self._refuse_gaps(poses[body])
         return poses[body]
 

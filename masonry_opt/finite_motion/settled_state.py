@@ -189,7 +189,7 @@ def _state(
     contacts = Contacts.of(free, solution, scale, supports)
     try:
         poses = contacts.poses()
-        kept, joints = contacts.displaced_joints(poses)
+        remaining, joints = contacts.displaced_joints(poses)
     except SettlementBlockedError as reason:
         return str(reason)
     meeting = overlapping(assembly.geometry, poses, contacts.bodies, contacts.crushed_overlaps(poses))
@@ -197,15 +197,15 @@ def _state(
         first, second = assembly.names(np.array(meeting))
         return f"blocks '{first}' and '{second}' collide before the supports reach their new positions"
     assert solution.q is not None
-    forces = free.problem.by_kind(solution.q)[:, kept].ravel()
+    forces = free.problem.by_kind(solution.q)[:, remaining].ravel()
     shown: dict[str, Any] = {name: _short(movement) for name, movement in movements.items()}
     count = len(assembly.joints.first)
     # The last limited forces of ``free`` restrain the moving supports, and do not exist in the assembly with
     # fixed supports. Omit them.
     limited = free.problem.of_forces(solution.q)[: len(assembly.limited)]
-    state = SettledState(shown, poses, kept, joints, count, forces, limited, assembly.problem.dead)
+    state = SettledState(shown, poses, remaining, joints, count, forces, limited, assembly.problem.dead)
     problem = assemble(assembly.scene.settled_as(state)).problem
-    if _falls(_opened(problem, contacts.carrying_depths(kept), contacts.far_ends(kept))):
+    if _falls(_opened(problem, contacts.carrying_depths(remaining), contacts.far_ends(remaining))):
         return "the masonry falls under its dead load before the supports reach their new positions"
     return state
 

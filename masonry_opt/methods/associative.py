@@ -55,9 +55,9 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
         from masonry_opt.stability.diagnosis import no_optimum
 
         status, why = no_optimum(task.problem, word, task.solver, task.effort)
-        return replace(solution, status=status, reasons=(why,), found=FinalState(forms=problem.forms))
+        return replace(solution, status=status, reasons=(why,), state=FinalState(forms=problem.forms))
     reasons = (reason(Code.STOPPED_SHORT, word=word),) if answer.solved.failed else ()
-    return replace(solution, reasons=reasons, found=state)
+    return replace(solution, reasons=reasons, state=state)
 
 
 def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, Answer | None, LpSize]:

@@ -244,14 +244,14 @@ def _relaxed(task: Task, start: State | None) -> Solution:
     converged = any(map(followed, series))
     ending = Solution(Status.HOMOTOPY, Kind.RELAXED, history=tuple(history), solver=task.solver)
     if converged and last is not None:
-        ending = replace(ending, found=certified(problem, last.load_factor, last.q, last.d))
+        ending = replace(ending, state=certified(problem, last.load_factor, last.q, last.d))
         return ending.ended(Status.CONVERGED, Code.LOCAL_MINIMUM, epsilon=smallest)
     failed = history[-1]
     ending = ending.ended(Status.HOMOTOPY, Code.RELAXATION_STOPPED, word=failed.word, epsilon=failed.epsilon)
     if last is not None:
-        return replace(ending, found=FinalState(q=last.q, d=last.d, slope=problem.dilatancy))
-    found = FinalState() if start is None else FinalState(q=start.q, d=start.d)
-    return replace(ending, found=found).telling(reason(Code.NOTHING_SOLVED))
+        return replace(ending, state=FinalState(q=last.q, d=last.d, slope=problem.dilatancy))
+    state = FinalState() if start is None else FinalState(q=start.q, d=start.d)
+    return replace(ending, state=state).telling(reason(Code.NOTHING_SOLVED))
 
 
 def _epsilons(epsilon: float, smallest: float) -> Iterator[float]:

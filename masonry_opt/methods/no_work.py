@@ -88,7 +88,7 @@ def without_work(task: Task, run: Callable[[Task], Solution], before: Solution |
     if solution is None or solution.answer is None:
         return None
     answer = replace(solution.answer, q=solution.answer.q + scene.lowest_forces)
-    solution = replace(solution, found=answer)
+    solution = replace(solution, state=answer)
     if solution.kind is not Kind.INCREMENTAL:
         return solution
     if before is None:
@@ -112,8 +112,8 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
     load_factor, last = upper, (0.0, 0.0)
     for _ in range(_MOST_LOAD_FACTORS):
         at = load_factor
-        growing, rest = problem.live + share / at * problem.dead, (1 - share) * problem.dead
-        moved = replace(problem, live=growing, dead=rest)
+        growing, constant = problem.live + share / at * problem.dead, (1 - share) * problem.dead
+        moved = replace(problem, live=growing, dead=constant)
         solution = run(replace(task, problem=moved, cache=ProgramCache(), incremental=None)).accepted()
         answer = solution.answer
         if answer is None:
@@ -130,8 +130,8 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
             # Scale the forces and velocities to the loads of the scene. The certificate remains valid,
             # because its residuals are relative.
             d = answer.d * problem.live_norm / float(problem.dead @ answer.d)
-            found = replace(answer, load_factor=load_factor, q=answer.q / size, d=d)
-            solution = _as_of_scene(solution, found, alike, at, share)
+            scaled = replace(answer, load_factor=load_factor, q=answer.q / size, d=d)
+            solution = _as_of_scene(solution, scaled, alike, at, share)
             solution = replace(solution, associative=upper, associative_ended=Status.OPTIMAL)
             is_only = is_only_load_factor(problem, load_factor)
             return solution.telling_first(
@@ -183,8 +183,8 @@ def _live_work(problem: Problem, load_factor: float, d: np.ndarray) -> float:
     return load_factor * float(problem.live @ d) / abs(float(problem.dead @ d))
 
 
-def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, share: float) -> Solution:
-    """Convert a solution under modified loads to the loads of the scene, and set its answer to ``found``.
+def _as_of_scene(solution: Solution, answer: Answer, alike: bool, at: float, share: float) -> Solution:
+    """Convert a solution under modified loads to the loads of the scene, and set its answer.
 
     If the modified loads are s times those of the scene, a load factor λ becomes λ / s, or NaN if the loads
     vanish. ``alike`` is True if a state remains valid when loads and forces are scaled. If it is False,
@@ -219,4 +219,4 @@ def _as_of_scene(solution: Solution, found: Answer, alike: bool, at: float, shar
         value = of_scene(vars(solution), ("below_zero",))["below_zero"]
         below_zero = value if isfinite(value) else inf
     solution = replace(solution, below_zero=below_zero, followed_to_end=False, peak=None)
-    return replace(solution, status=Status.CONVERGED, reasons=tuple(reasons), found=found)
+    return replace(solution, status=Status.CONVERGED, reasons=tuple(reasons), state=answer)

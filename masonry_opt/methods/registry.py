@@ -160,10 +160,10 @@ class HowToSolve:
         """
         method = self.chosen
         known = list(method.options.model_fields) if method.options else []
-        given = dict(self.options)
+        options = dict(self.options)
         if self._has_own_limit and self.time_limit is not None:
-            given[_TIME_LIMIT] = float(self.time_limit)
-        for option in given:
+            options[_TIME_LIMIT] = float(self.time_limit)
+        for option in options:
             if option == "expected":
                 raise OptionError("option 'expected' is now called 'incremental'")
             if option not in known:
@@ -172,7 +172,7 @@ class HowToSolve:
                 )
         try:
             # If an option is a result of an analysis, pass only the ``solution`` of the result to the method.
-            values = {name: getattr(value, "solution", value) for name, value in given.items()}
+            values = {name: getattr(value, "solution", value) for name, value in options.items()}
             return method.options(**values) if method.options else None
         except ValidationError as error:
             # Report only the first error of each option. An option that permits several types has one error
@@ -197,8 +197,13 @@ class HowToSolve:
         near = did_you_mean(option, [*known, *self.arguments, *_PASSED_ARGUMENTS])
         if near:
             return near
-        others = [name for other in METHODS.values() if other.options for name in other.options.model_fields]
-        close = difflib.get_close_matches(option, others, n=1)
+        all_options = [
+            name
+            for candidate in METHODS.values()
+            if candidate.options
+            for name in candidate.options.model_fields
+        ]
+        close = difflib.get_close_matches(option, all_options, n=1)
         if close:
             return f"; did you mean '{close[0]}'? It is an option of {', '.join(_homes(close[0]))}"
         return f"; its options: {', '.join(known) or 'none'}"
@@ -210,9 +215,9 @@ class HowToSolve:
         """
         for method in (self.chosen, *METHODS.values()):
             for name, settings in method.settings.items():
-                if option in (each.name for each in fields(settings)):
-                    other = "" if method is self.chosen else f"use method '{method.name}' and "
-                    return f"; {other}pass {name}=mo.{settings.__name__}({option}=...) in Python"
+                if option in (setting.name for setting in fields(settings)):
+                    prefix = "" if method is self.chosen else f"use method '{method.name}' and "
+                    return f"; {prefix}pass {name}=mo.{settings.__name__}({option}=...) in Python"
         return ""
 
     @cached_property
@@ -233,7 +238,7 @@ class HowToSolve:
         if model in MODELS and model not in method.solvers:
             raise OptionError(
                 f"method '{method.name}' supports the models {', '.join(method.solvers)} (found '{model}'); "
-                f"methods that support this model: {_names(lambda other: model in other.solvers)}"
+                f"methods that support this model: {_names(lambda candidate: model in candidate.solvers)}"
             )
         allowed = method.solvers.get(model, ())
         name = self.solver.lower() if self.solver else (allowed[0] if allowed else None)
@@ -246,7 +251,7 @@ class HowToSolve:
         if self.tolerance is not None and method.own_tolerances:
             raise OptionError(
                 f"method '{method.name}' chooses its own tolerances: omit 'tolerance', or use a method that "
-                f"supports a tolerance: {_names(lambda other: not other.own_tolerances)}"
+                f"supports a tolerance: {_names(lambda candidate: not candidate.own_tolerances)}"
             )
         return find_solver(model, name, SOLVER_TOLERANCE if self.tolerance is None else self.tolerance)
 
@@ -284,8 +289,8 @@ def _takers(name: str | None) -> str:
     if known:
         takers = _names(lambda method: method.solved_by(known[0]))
         return f"; methods that support this solver with model '{known[0].language}': {takers}"
-    others = _names(lambda method: not method.own_tolerances)
-    return f"; methods that support all solvers of linear programs: {others}"
+    methods = _names(lambda method: not method.own_tolerances)
+    return f"; methods that support all solvers of linear programs: {methods}"
 
 
 def _names(is_listed: Callable[[Method], bool]) -> str:

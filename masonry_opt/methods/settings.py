@@ -51,8 +51,8 @@ class Settings:
         for name, kind, check in _fields_to_check(settings):
             value = getattr(self, name)
             if not _is_valid(value, kind, check):
-                needed, found = _needed(kind, check), reprlib.repr(value)
-                raise OptionError(f"{settings.__name__}: '{name}' must be {needed} (found {found})")
+                needed, actual = _needed(kind, check), reprlib.repr(value)
+                raise OptionError(f"{settings.__name__}: '{name}' must be {needed} (found {actual})")
 
 
 @cache
@@ -60,7 +60,8 @@ def _fields_to_check(settings: type[Settings]) -> list[tuple[str, Any, _Check]]:
     """Return the name, the type and the check of each field of a settings class."""
     types = get_type_hints(settings)
     return [
-        (each.name, types[each.name], each.metadata.get(_CHECK, _ABOVE_ZERO)) for each in fields(settings)
+        (setting.name, types[setting.name], setting.metadata.get(_CHECK, _ABOVE_ZERO))
+        for setting in fields(settings)
     ]
 
 
@@ -72,7 +73,7 @@ def _is_valid(value: Any, kind: Any, check: _Check) -> bool:
     """Return True if a value has the type of its field and its numbers are in the permitted range."""
     if get_origin(kind) is tuple:
         inner = get_args(kind)[0]
-        if not isinstance(value, tuple) or not all(_is_valid(each, inner, check) for each in value):
+        if not isinstance(value, tuple) or not all(_is_valid(item, inner, check) for item in value):
             return False
         if _is_range(kind):
             return len(value) == 2 and value[0] <= value[1]

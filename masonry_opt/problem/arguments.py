@@ -1,5 +1,6 @@
-"""Convert arguments of a problem's functions to arrays, and refuse other arguments by their name."""
+"""Convert arguments of functions to arrays of numbers, and refuse other arguments by their name."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -53,6 +54,23 @@ def numbers(name: str, value: Any, needed: str) -> np.ndarray:
     if array.dtype.kind not in "iuf":
         raise OptionError(f"{name} must be {needed} (found {_described(array, value)})")
     return array.astype(float, copy=False)
+
+
+def list_of_numbers(name: str, values: Any) -> list[float]:
+    """Return a number or a list of numbers as a list. Raises OptionError for any other value."""
+    needed = "a number or a list of numbers"
+    array = np.atleast_1d(numbers(name, values, needed))
+    if array.ndim != 1 or not np.isfinite(array).all():
+        raise OptionError(f"{name} must be {needed} (found {values!r})")
+    return [float(number) for number in array]
+
+
+def refuse_shares(**shares: Sequence[float]) -> None:
+    """Raise OptionError if a number is not between 0 and 1."""
+    for name, values in shares.items():
+        wrong = [value for value in values if not 0 < value < 1]
+        if wrong:
+            raise OptionError(f"{name} must be between 0 and 1 (found {wrong[0]})")
 
 
 def _described(array: np.ndarray, value: Any = None) -> str:

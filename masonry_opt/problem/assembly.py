@@ -335,9 +335,9 @@ def with_supports_freed(
     limited = (*assembly.limited, *restraints)
     matrices = Matrices.of(joints, shapes, movable, before.length_unit, limited)
     dead, live = (np.zeros((len(movable), matrices.layout.rows)) for _ in range(2))
-    others = np.isin(movable, assembly.movable)
-    dead[others] = before.by_block(before.dead)
-    live[~others, : len(push)] = push / before.force_unit
+    was_movable = np.isin(movable, assembly.movable)
+    dead[was_movable] = before.by_block(before.dead)
+    live[~was_movable, : len(push)] = push / before.force_unit
     law = _law(scene, joints, limited, before.force_unit)
     problem = Problem(matrices, law, dead.ravel(), live.ravel(), before.force_unit)
     pieces = tuple(piece for piece in assembly.loaded_pieces if piece.kind == "dead")

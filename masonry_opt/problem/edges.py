@@ -30,9 +30,10 @@ class EdgeFactors:
     - Kinematics: u₂, u₃, p₀, p₁ of each joint, then d, then 1. Here u = 2 p are the openings of the edges by
       rocking, and p₀ and p₁ the sliding rates; a joint that cannot slide has no index for them.
 
-    ``forces``, ``load_factor`` and ``one`` are the indices of the factors of statics; ``rates``,
-    ``velocities`` and ``unit`` are the indices of the factors of kinematics. The factors in ``signed`` may be
-    negative. Products of the pairs in ``at_rest`` are zero by complementarity, eq. (8).
+    ``forces``, ``load_factor`` and ``static_unit`` are the indices of the factors of statics; ``rates``,
+    ``velocities`` and ``kinematic_unit`` are the indices of the factors of kinematics. The two units are
+    the indices of the constant 1. The factors in ``signed`` may be negative. Products of the pairs in
+    ``at_rest`` are zero by complementarity, eq. (8).
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -40,9 +41,9 @@ class EdgeFactors:
         c = problem.joints
         self.forces = range(3 * c)
         self.load_factor = 3 * c
-        self.one = 3 * c + 1
+        self.static_unit = 3 * c + 1
         self.velocities = range(4 * c, 4 * c + problem.B.shape[0])
-        self.unit = self.velocities.stop
+        self.kinematic_unit = self.velocities.stop
         self._rows_per_block = problem.layout.rows
         self._touches = problem.matrices.ends.toarray()
         slides = self._slides = np.isin(np.arange(c), problem.sliding).tolist()
@@ -91,7 +92,7 @@ class EdgeFactors:
         for j in self.problem.sliding.tolist():
             first, second, slack = self.forces_of(j)
             shared = 2 * self._friction[j]
-            form = {first: shared, second: shared, slack: -1.0, self.one: 2 * self._cohesion[j]}
+            form = {first: shared, second: shared, slack: -1.0, self.static_unit: 2 * self._cohesion[j]}
             forms[4 * j + 3] = {i: a for i, a in form.items() if a}
         return forms
 
@@ -99,14 +100,14 @@ class EdgeFactors:
         """Generate the equilibrium equations B q + λ f_L + f_D = 0, one linear form for each row of B."""
         x2, x3, s = self._columns
         for row, (live, dead) in enumerate(zip(self.problem.live, self.problem.dead, strict=True)):
-            form: Form = {self.load_factor: float(live), self.one: float(dead)}
+            form: Form = {self.load_factor: float(live), self.static_unit: float(dead)}
             for j in np.flatnonzero(self._touches[row // self._rows_per_block]).tolist():
                 first, second, third = self.forces_of(j)
                 shear = float(s[row, j])
                 form[first] = float(x2[row, j]) + self._friction[j] * shear
                 form[second] = float(x3[row, j]) + self._friction[j] * shear
                 form[third] = -shear if self._slides[j] else shear
-                form[self.one] += self._cohesion[j] * shear
+                form[self.static_unit] += self._cohesion[j] * shear
             yield {
                 i: a for i, a in form.items() if abs(a) > _ZERO_COEFFICIENT or (i >= self.load_factor and a)
             }
@@ -144,7 +145,7 @@ class EdgeFactors:
         """Return the equation f_L·d − Σ|f_L| = 0, which scales the velocities, as a linear form."""
         live = self.problem.live
         form = {self.velocities.start + int(row): float(live[row]) for row in np.flatnonzero(live)}
-        return {**form, self.unit: -self.problem.live_norm}
+        return {**form, self.kinematic_unit: -self.problem.live_norm}
 
     def _motion(self, joint: int, kind: int) -> Form:
         """Return one motion of a joint, an opening or the slip, as a linear form of the velocities.

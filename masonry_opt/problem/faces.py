@@ -243,7 +243,7 @@ class Faces:
     4. lower limits of the limited forces that have one, then their upper limits.
 
     ``count`` is the number of faces. ``slides``, ``rocks``, ``chords`` and ``limits`` are the slices of these
-    groups, and ``rest`` is the slice of the last three groups.
+    groups, and ``non_sliding`` is the slice of the last three groups.
     """
 
     def __init__(
@@ -265,7 +265,7 @@ class Faces:
         ends = np.cumsum(counts).tolist()
         self.slides, self.rocks, self.chords, self.limits = map(slice, [0, *ends], ends)
         self.count: int = ends[-1]
-        self.rest = slice(self.slides.stop, self.count)
+        self.non_sliding = slice(self.slides.stop, self.count)
 
     @cached_property
     def normal_sums(self) -> sp.csr_array:
@@ -313,17 +313,17 @@ class Faces:
         # Fill the sparse arrays directly, because sparse products and sums would dominate the time to check a
         # solution.
         k = len(self.sliding)
-        rest = self.R
+        non_sliding = self.R
         senses, shears = self.layout.senses.shape
         entries = np.empty((senses, k, FORCE_COMPONENTS))
         entries[..., :-shears] = self.layout.factor * slope[:, None]
         entries[..., -shears:] = -self.layout.senses[:, None, :]
         columns = np.add.outer(self.sliding, np.arange(FORCE_COMPONENTS) * self.joints)
-        values = np.append(entries.ravel(), rest.data)
-        indices = np.concatenate([np.tile(columns.ravel(), senses), rest.indices])
-        starts = np.arange(0, entries.size, FORCE_COMPONENTS, dtype=rest.indptr.dtype)
-        parts = values, indices, np.append(starts, entries.size + rest.indptr)
-        matrix = sp.csr_array(parts, shape=(self.count, rest.shape[1]))
+        values = np.append(entries.ravel(), non_sliding.data)
+        indices = np.concatenate([np.tile(columns.ravel(), senses), non_sliding.indices])
+        starts = np.arange(0, entries.size, FORCE_COMPONENTS, dtype=non_sliding.indptr.dtype)
+        parts = values, indices, np.append(starts, entries.size + non_sliding.indptr)
+        matrix = sp.csr_array(parts, shape=(self.count, non_sliding.shape[1]))
         matrix.eliminate_zeros()
         return matrix
 

@@ -98,7 +98,7 @@ def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
         role = Role.TIE if isinstance(strut, Tie) else Role.PROP
         ends = [number_of.get(name, -1) for name in strut.between]
         points = [np.array(point) - shapes.origin for point in strut.at]
-        for name, block, point, given in zip(strut.between, ends, points, strut.at, strict=True):
+        for name, block, point, location in zip(strut.between, ends, points, strut.at, strict=True):
             if block >= 0 and shapes.away(block, point) > shapes.tolerance:
                 distances = [shapes.away(index, point) for index in range(len(scene.blocks))]
                 touching = [
@@ -109,7 +109,7 @@ def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
                 here = " and ".join(touching)
                 raise CaseError(
                     f"{scene.origin}: {role} no. {number} between {list(strut.between)}: the end "
-                    f"{list(given)} of 'at' must be in block '{name}', but it is in {here or 'no block'}: "
+                    f"{list(location)} of 'at' must be in block '{name}', but it is in {here or 'no block'}: "
                     f"choose a point in '{name}' or on its outline, or name this point's block in 'between'"
                 )
         along = points[1] - points[0]

@@ -134,11 +134,11 @@ def _given_forces(
     row_of = {block.name: row for row, block in enumerate(blocks)}
     down = scene.down
     default_mass = _default_mass(scene)
-    given: dict[_Group, list[_GivenForce]] = {
+    groups: dict[_Group, list[_GivenForce]] = {
         ("weight", None): _weight_forces(blocks, weight, [down] * len(blocks))
     }
     for kind in ("dead", "live"):
-        given[kind, None] = [
+        groups[kind, None] = [
             _GivenForce(row, np.array(getattr(block, kind)), getattr(block, f"{kind}_at"), default_mass)
             for row, block in enumerate(blocks)
         ]
@@ -146,13 +146,13 @@ def _given_forces(
         mass = default_mass if load.mass is None else load.mass
         forces = {kind: getattr(load, kind) for kind in ("dead", "live") if getattr(load, kind) is not None}
         for kind, force in (forces or {"dead": 0.0 * down}).items():
-            entries = given.setdefault((kind, load.group), [])
+            entries = groups.setdefault((kind, load.group), [])
             entries.append(_GivenForce(row_of[load.block], np.array(force), load.at, mass))
             if mass is not None:
                 mass = 0.0  # count the mass of a load only once, with the first of its forces
     per_weight = [block.live_per_weight for block in blocks]
-    given["live", None] += _weight_forces(blocks, weight, per_weight, default_mass)
-    return given
+    groups["live", None] += _weight_forces(blocks, weight, per_weight, default_mass)
+    return groups
 
 
 def _default_mass(scene: Scene) -> float | None:
@@ -178,13 +178,13 @@ def _weight_forces(
     ]
 
 
-def _factored_forces(scene: Scene, given: dict[_Group, list[_GivenForce]]) -> dict[str, list[_GivenForce]]:
+def _factored_forces(scene: Scene, groups: dict[_Group, list[_GivenForce]]) -> dict[str, list[_GivenForce]]:
     """Multiply weights, other dead forces and live forces by the factors of the load case.
 
     In an earthquake the live forces are the masses times the ground acceleration.
     """
     factored: dict[str, list[_GivenForce]] = {"weight": [], "dead": [], "live": []}
-    for (kind, group), entries in given.items():
+    for (kind, group), entries in groups.items():
         dead = scene.factor("dead", kind, group)
         live = scene.factor("live", kind, group)
         if dead:

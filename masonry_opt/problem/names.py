@@ -125,10 +125,10 @@ def legal_name(name: str) -> str:
 def unique(labels: Iterable[str]) -> list[str]:
     """Return unique labels: append ``~2``, ``~3``, ... to repeated labels, and truncate long labels."""
     cut = [label[:_LONGEST_LABEL] for label in labels]
-    given, different = {*cut}, dict[str, None]()
+    originals, different = {*cut}, dict[str, None]()
     for label in cut:
         name, number = label, 1
-        while name in different or (number > 1 and name in given):
+        while name in different or (number > 1 and name in originals):
             number += 1
             name = f"{label}~{number}"
         different[name] = None

@@ -40,7 +40,7 @@ class SettledState:
     movements: Movement of each support by name: (x, y) in the unit of length, and a rotation in radians.
     poses: Poses (x, y, θ) of all blocks, shape (blocks, 3): a rotation about the origin of the geometry, then
         a translation.
-    kept: Indices, at rest, of the joints that do not separate, shape (joints,).
+    remaining: Indices, at rest, of the joints that do not separate, shape (joints,).
     joints: The joints that do not separate, between the displaced blocks. An opened joint is on the bisector
         of its edges, and can close again under pressure.
     count: Number of joints at rest.
@@ -51,7 +51,7 @@ class SettledState:
 
     movements: Mapping[str, tuple[float, ...]]
     poses: np.ndarray = field(repr=False)
-    kept: np.ndarray = field(repr=False)
+    remaining: np.ndarray = field(repr=False)
     joints: Joints = field(repr=False)
     count: int = field(repr=False)
     forces: np.ndarray = field(repr=False)
@@ -85,7 +85,7 @@ class SettledState:
                 f"{scene.origin}: the blocks of a scene with settled supports cannot change: change the "
                 "blocks of the original scene, and then settle the supports of the new scene"
             )
-        properties = {name: getattr(at_rest, name)[self.kept] for name in _JOINT_PROPERTIES}
+        properties = {name: getattr(at_rest, name)[self.remaining] for name in _JOINT_PROPERTIES}
         return replace(self.joints, **properties)
 
     def pieces(self, at_rest: Sequence[Any]) -> tuple[Any, ...]:

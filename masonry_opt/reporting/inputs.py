@@ -187,12 +187,12 @@ def bridged_by_tolerance(v: dict[str, Any]) -> str:
 
 def _gravity_differs(v: dict[str, Any]) -> str:
     """Return a warning that the unit of length of 'gravity' seems to differ from that of the scene."""
-    found = (
+    evidence = (
         f"the secant period T_s of {v['period']:.4g} s does not fit blocks that extend over {v['extent']:.4g}"
     )
     *first, last = (f"{value:g} for {unit}" for unit, value in GRAVITY_BY_UNIT.items())
     return (
-        f"gravity {v['gravity']:g} seems to have another unit of length than the case ({found}), so the "
+        f"gravity {v['gravity']:g} seems to have another unit of length than the case ({evidence}), so the "
         f"non-linear check may be wrong: set 'gravity' (--gravity) to {', '.join(first)} or {last}"
     )
 

@@ -296,8 +296,8 @@ def _undecided_history(v: dict[str, Any]) -> str:
     if v["method"] not in ("", "incremental"):
         return ended
     larger = "set a larger value in mo.IncrementalSettings, or " if "setting" in v["word"] else ""
-    other = "use method 'coulomb', which also looks for a collapse state without a load history"
-    return f"{ended}: {larger}{other}"
+    remedy = "use method 'coulomb', which also looks for a collapse state without a load history"
+    return f"{ended}: {larger}{remedy}"
 
 
 def _bracket(v: dict[str, Any]) -> str:

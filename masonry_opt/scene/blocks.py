@@ -143,7 +143,10 @@ class Record(BaseModel, metaclass=_RecordType):
         replaces the whole old value. A key that only one nested record has can be given without a mapping. A
         new value removes the value that it excludes: ``unit_weight`` removes ``weight``.
 
-        Raises CaseError if a value is not valid.
+        Raises
+        ------
+        CaseError
+            If a value is not valid.
         """
         return type(self)(**self._with(changes))
 
@@ -164,9 +167,9 @@ class Record(BaseModel, metaclass=_RecordType):
         names = {field.alias: name for name, field in fields.items()}
         values = {name: getattr(self, name) for name in self.model_fields_set}
         for name, change in self._nested({names.get(key, key): changes[key] for key in changes}).items():
-            other = EXCLUSIVE_KEYS.get(name, "")
-            if change is not None and other not in changes:
-                values.pop(other, None)
+            excluded_key = EXCLUSIVE_KEYS.get(name, "")
+            if change is not None and excluded_key not in changes:
+                values.pop(excluded_key, None)
             values[name] = self._changed(name, change)
         return {(name in fields and fields[name].alias) or name: value for name, value in values.items()}
 
@@ -189,10 +192,10 @@ class Record(BaseModel, metaclass=_RecordType):
             holders = [
                 name for name, keys in within.items() if not keys.isdisjoint({key, EXCLUSIVE_KEYS.get(key)})
             ]
-            given = changes.get(holders[0], {}) if len(holders) == 1 else None
+            nested_changes = changes.get(holders[0], {}) if len(holders) == 1 else None
             in_record = isinstance(getattr(self, holders[0]), Record) if holders else False
-            if in_record and isinstance(given, Mapping) and key not in given:
-                changes[holders[0]] = {**given, key: changes.pop(key)}
+            if in_record and isinstance(nested_changes, Mapping) and key not in nested_changes:
+                changes[holders[0]] = {**nested_changes, key: changes.pop(key)}
             elif holders:
                 owners = " and ".join(holders)
                 raise CaseError(

@@ -134,8 +134,9 @@ class CaseFile(SceneKeys):
             # import here, because few case files contain a mesh
             from masonry_opt.scene.drawings.mesh_files import read_mesh
 
-            given = self.mesh.model_dump(exclude={"file", "live_per_weight"}) | {"tolerance": self.tolerance}
-            read = read_mesh(self.mesh.file, friction=0.0, live=self.mesh.live_per_weight, **given)
+            options = self.mesh.model_dump(exclude={"file", "live_per_weight"})
+            options["tolerance"] = self.tolerance
+            read = read_mesh(self.mesh.file, friction=0.0, live=self.mesh.live_per_weight, **options)
             blocks += read.blocks
             keys["tolerance"] = read.tolerance
         return Scene.model_validate(keys | {"blocks": blocks})
@@ -152,8 +153,10 @@ def load(path: str | Path) -> Scene:
     The scene contains the blocks that the generators of the file build. Its attribute ``case`` has the
     original content of the file.
 
-    Raises CaseError if the file cannot be read or does not describe a scene. The message names file, key and
-    block.
+    Raises
+    ------
+    CaseError
+        If the file cannot be read or does not describe a scene. The message names file, key and block.
     """
     path = as_path(path, "a case file")
     case = read_tables(path)
@@ -187,11 +190,15 @@ def as_scene(scene: Scene | str | Path, load_case: str | None = None) -> Scene:
 def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None:
     """Write a scene as a case file: TOML, or JSON if the file name ends in ``.json``.
 
-    If the file cannot be written completely, it is not changed.
+    If the file cannot be written completely, it is not changed. Files of this package are recognised by a
+    mark in them.
 
-    Raises CaseError if the argument is not a scene, if the name has another ending or if the file cannot be
-    written. Raises OptionError if a file exists that was not written by this package, unless ``force`` is
-    True. Files of this package are recognised by a mark in them.
+    Raises
+    ------
+    CaseError
+        If the argument is not a scene, if the name has another ending, or if the file cannot be written.
+    OptionError
+        If a file exists that was not written by this package, unless ``force`` is True.
     """
     if not isinstance(scene, Scene | CaseFile):
         raise CaseError(f"only a Scene can be saved (found {type(scene).__name__})")

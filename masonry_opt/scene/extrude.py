@@ -32,15 +32,19 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
     are left out, because they refer to the scene in the plane. Blocks with notches, parts or holes become
     solids of several convex parts.
 
-    Raises CaseError if a block's polygon is wrong. Raises OptionError if the thickness is not a positive
-    number, if the scene is already in space, or if it has keys that exist only in the plane: edge loads,
-    ``strength``, ``dilatancy_stress``.
-
     Parameters
     ----------
     scene: A scene in the plane, or the path of its case file.
     thickness: Thickness of the solids. The default is the thickness of the scene, with which unit weights and
         cohesion do not change.
+
+    Raises
+    ------
+    CaseError
+        If a block's polygon is wrong.
+    OptionError
+        If the thickness is not a positive number, if the scene is already in space, or if it has keys that
+        exist only in the plane: edge loads, ``strength``, ``dilatancy_stress``.
     """
     scene = as_scene(scene)
     depth = scene.thickness if thickness is None else thickness
@@ -124,10 +128,10 @@ def _rings(block: Block, shapes: Geometry, index: int) -> list[list[Point]]:
     pieces = whole if shapes.convex[index] else convex_pieces(polygon, shapes.tolerance)
     # Take corners from the scene, because its coordinates have no rounding errors. Compute only corners at
     # which two outlines cross, which the scene does not specify.
-    given = np.array([point for ring in [*block.rings, *block.holes] for point in ring], dtype=float)
-    given_at = dict(zip(map(tuple, given - origin), map(tuple, given.tolist()), strict=True))
+    corners = np.array([point for ring in [*block.rings, *block.holes] for point in ring], dtype=float)
+    corner_at = dict(zip(map(tuple, corners - origin), map(tuple, corners.tolist()), strict=True))
     return [
-        [given_at.get(tuple(corner)) or tuple((corner + origin).tolist()) for corner in piece]
+        [corner_at.get(tuple(corner)) or tuple((corner + origin).tolist()) for corner in piece]
         for piece in pieces
     ]
 

@@ -41,10 +41,10 @@ class _InDegrees(Record):
 
     @model_validator(mode="before")
     @classmethod
-    def _as_tangents(cls, given: Any) -> Any:
-        if not isinstance(given, Mapping):
-            return given
-        keys = dict(given)
+    def _as_tangents(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping):
+            return data
+        keys = dict(data)
         for tangent in ("friction", "dilatancy"):
             angle = f"{tangent}_angle"
             degrees = keys.get(angle)
@@ -121,5 +121,5 @@ class Joint(_InDegrees):
 
         Raises CaseError if the resulting properties are inconsistent.
         """
-        given = self.model_dump(exclude={"between"}, exclude_none=True)
-        return JointDefaults(**(defaults.model_dump() | given))
+        overrides = self.model_dump(exclude={"between"}, exclude_none=True)
+        return JointDefaults(**(defaults.model_dump() | overrides))

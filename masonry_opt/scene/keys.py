@@ -87,8 +87,8 @@ class SceneKeys(Record):
         if isinstance(towards, str):
             x, y = self.down
             return np.array((-y, x) if towards == "right" else (y, -x))
-        given = np.array(towards, dtype=float)
-        unit = _unit(given) if given.any() else self.down
+        vector = np.array(towards, dtype=float)
+        unit = _unit(vector) if vector.any() else self.down
         sideways = unit - (unit @ self.down) * self.down
         return _unit(sideways) if np.abs(sideways).max() > _PARALLEL_TOLERANCE else None
 

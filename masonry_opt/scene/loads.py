@@ -222,8 +222,8 @@ class Earthquake(Record):
         """
         if not isinstance(self.direction, float):
             return self.direction
-        quarter, rest = divmod(self.direction % 360, 90)
-        if rest == 0:
+        quarter, remainder = divmod(self.direction % 360, 90)
+        if remainder == 0:
             # Return exact axes, because cos 90° is 6e-17 in floating-point arithmetic. The remainder of a
             # tiny negative angle is 360°, so the index may be 4.
             return _AXES_IN_PLAN[int(quarter) % 4]

@@ -94,7 +94,7 @@ def _without_misspelt(mistakes: Sequence[Any]) -> list[Any]:
 
     def is_misspelt(loc: tuple[str | int, ...]) -> bool:
         """Return True if the table of a missing key has an unknown key with a similar name."""
-        names = [str(other[-1]) for other in unknown if other[:-1] == loc[:-1]]
+        names = [str(key_path[-1]) for key_path in unknown if key_path[:-1] == loc[:-1]]
         return bool(loc) and any(did_you_mean(name, [str(loc[-1])]) for name in names)
 
     return [item for item in mistakes if item["type"] != "missing" or not is_misspelt(item["loc"])]
@@ -118,7 +118,7 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
 def keyword_arguments(function: Callable[..., object]) -> tuple[str, ...]:
     """Return the names of all arguments that a function accepts by name, without its ``**options``."""
     parameters = inspect.signature(function).parameters.values()
-    return tuple(each.name for each in parameters if each.kind is not each.VAR_KEYWORD)
+    return tuple(parameter.name for parameter in parameters if parameter.kind is not parameter.VAR_KEYWORD)
 
 
 def suggests_arguments(function: Callable[P, R]) -> Callable[P, R]:

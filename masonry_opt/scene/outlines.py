@@ -84,15 +84,15 @@ def valid(polygons: np.ndarray) -> np.ndarray:
     return repaired
 
 
-def common_to(one: np.ndarray, other: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+def common_to(first: np.ndarray, second: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
     """Intersect pairs of polygons; return all pieces, and for each piece the index of its pair.
 
     The indices are in ascending order.
     """
-    low1, high1 = np.split(shapely.bounds(one), 2, axis=1)
-    low2, high2 = np.split(shapely.bounds(other), 2, axis=1)
+    low1, high1 = np.split(shapely.bounds(first), 2, axis=1)
+    low2, high2 = np.split(shapely.bounds(second), 2, axis=1)
     near = np.flatnonzero((np.minimum(high1, high2) - np.maximum(low1, low2)).min(axis=1) > tolerance)
-    whole = sound(shapely.intersection, one[near], other[near], grid=GRID * tolerance)
+    whole = sound(shapely.intersection, first[near], second[near], grid=GRID * tolerance)
     pieces, number = shapely.get_parts(whole, return_index=True)
     solid = shapely.get_type_id(pieces) == shapely.GeometryType.POLYGON
     return pieces[solid], near[number[solid]]

@@ -135,8 +135,8 @@ class Axles(Record):
     @property
     def group(self) -> AxleSet:
         """Return the axle distances, the axle loads multiplied by ``factor``, and the source of both."""
-        given = SETS[self.set] if self.set else AxleSet(tuple(self.distances), tuple(self.loads), "")
-        return given._replace(loads=tuple(self.factor * load for load in given.loads))
+        axle_set = SETS[self.set] if self.set else AxleSet(tuple(self.distances), tuple(self.loads), "")
+        return axle_set._replace(loads=tuple(self.factor * load for load in axle_set.loads))
 
     @property
     def strips(self) -> np.ndarray:

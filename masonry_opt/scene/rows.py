@@ -35,9 +35,9 @@ class Rows:
         )
 
 
-def dots(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def dots(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Return the scalar products of corresponding rows of two arrays, shape (rows,)."""
-    return np.einsum("ij,ij->i", one, other)
+    return np.einsum("ij,ij->i", first, second)
 
 
 def lengths(vectors: np.ndarray) -> np.ndarray:
@@ -70,24 +70,24 @@ def first_alike(rows: np.ndarray) -> np.ndarray:
     return first[group.reshape(-1)]
 
 
-def linked(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def linked(count: int, first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Return, for each node of a graph, the index of its connected component, shape (nodes,).
 
-    The graph has ``count`` nodes. Its edges connect each node of ``one`` to the node at the same place of
-    ``other``.
+    The graph has ``count`` nodes. Its edges connect each node of ``first`` to the node at the same place of
+    ``second``.
     """
-    links = sp.coo_array((np.ones(len(one)), (one, other)), shape=(count, count))
+    links = sp.coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
     return connected_components(links, directed=False)[1]
 
 
-def turned(count: int, one: np.ndarray, other: np.ndarray, alike: np.ndarray) -> tuple[np.ndarray, ...]:
+def turned(count: int, first: np.ndarray, second: np.ndarray, alike: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return the faces of a surface that must be reversed so that all faces have the same orientation.
 
     Parameters
     ----------
     count : int
         Number of faces.
-    one, other : ndarray
+    first, second : ndarray
         Pairs of faces that share an edge.
     alike : ndarray
         True if both faces of a pair traverse their shared edge in the same direction. Faces of equal
@@ -100,8 +100,8 @@ def turned(count: int, one: np.ndarray, other: np.ndarray, alike: np.ndarray) ->
     """
     # The graph has two nodes for each face, one for each orientation. Its edges connect consistent
     # orientations of neighbouring faces.
-    together = np.where(alike, other + count, other), np.where(alike, other, other + count)
-    group = linked(2 * count, np.append(one, one + count), np.append(*together))
+    together = np.where(alike, second + count, second), np.where(alike, second, second + count)
+    group = linked(2 * count, np.append(first, first + count), np.append(*together))
     return group[:count] > group[count:], group[:count] == group[count:]
 
 

@@ -138,7 +138,10 @@ class Scene(SceneKeys):
         blocks={"A": {"weight": 3}})``. A key of ``joints`` or of ``earthquake`` needs no mapping if no other
         record of the scene has it: ``scene.replace(friction=0.3)``.
 
-        Raises CaseError if a key is unknown or ambiguous, or if a value is not valid.
+        Raises
+        ------
+        CaseError
+            If a key is unknown or ambiguous, or if a value is not valid.
         """
         scene = super().replace(**changes).read_from(self.origin, self.case).in_case_of(self)
         return scene if self.settled is None else scene.settled_as(self.settled)
@@ -146,7 +149,10 @@ class Scene(SceneKeys):
     def in_case(self, name: str) -> Self:
         """Return the scene with the loads of one of its load cases, given by name.
 
-        Raises OptionError if the scene has no such load case.
+        Raises
+        ------
+        OptionError
+            If the scene has no load case with this name.
         """
         by_name = {case.name: case for case in self.load_cases}
         if name in by_name:
@@ -211,8 +217,12 @@ class Scene(SceneKeys):
         """Return the scene shaken by an earthquake, which replaces all other live loads.
 
         The dead loads remain those of its load case. The result has no reference values, because reference
-        values are load factors of other live loads. Raises CaseError if the direction of the earthquake is
-        not valid in this scene.
+        values are load factors of other live loads.
+
+        Raises
+        ------
+        CaseError
+            If the direction of the earthquake is not valid in this scene.
         """
         mistake = wrong_direction(self, quake)
         if mistake:
@@ -224,17 +234,17 @@ class Scene(SceneKeys):
         # Do not validate the copy, because an earthquake together with other live loads would raise an error.
         return BaseModel.model_copy(without_reference, update={"earthquake": quake})
 
-    def factor(self, kind: Kind, given: str, group: str | None = None) -> float:
+    def factor(self, kind: Kind, source: str, group: str | None = None) -> float:
         """Return the factor of a load group in the dead load or in the live load.
 
-        ``kind`` selects the dead or the live load. ``given`` is the kind of load in the scene: "weight",
+        ``kind`` selects the dead or the live load. ``source`` is the kind of load in the scene: "weight",
         "fill", "dead" or "live". ``group`` is the name of the load's own group, or None.
         """
         if kind == "live" and self.shaken_by is not None:
             return 0.0
         if self._load_case is not None:
-            return self._load_case.factor(kind, group or given)
-        return float((kind == "live") == (given == "live"))
+            return self._load_case.factor(kind, group or source)
+        return float((kind == "live") == (source == "live"))
 
     @property
     def factor_of_axles(self) -> float:
@@ -276,7 +286,10 @@ class Scene(SceneKeys):
     def in_plane(self) -> list[Block]:
         """Return the blocks of a plane scene.
 
-        Raises OptionError for a scene in space.
+        Raises
+        ------
+        OptionError
+            If the scene is in space.
         """
         if self.dimension == 3:
             raise OptionError(
@@ -287,7 +300,10 @@ class Scene(SceneKeys):
     def in_space(self) -> list[Solid]:
         """Return the blocks of a three-dimensional scene, which are solids.
 
-        Raises OptionError for a plane scene.
+        Raises
+        ------
+        OptionError
+            If the scene is in the plane.
         """
         if self.dimension == 2:
             raise OptionError(f"{self.origin}: the blocks lie in the plane, but this function needs solids")

@@ -43,10 +43,10 @@ PlaneOrSpaceVector = Annotated[
 COORDINATES = {2: "two numbers, x, y", 3: "three numbers, x, y, z"}
 
 
-def coordinates(given: Any, dimension: int) -> np.ndarray | None:
+def coordinates(value: Any, dimension: int) -> np.ndarray | None:
     """Convert a value to a vector, shape (dimension,); return None if it is no vector of finite numbers."""
     try:
-        vector = np.array(given, dtype=float)
+        vector = np.array(value, dtype=float)
     except (TypeError, ValueError):
         return None
     return vector if vector.shape == (dimension,) and np.isfinite(vector).all() else None
@@ -151,8 +151,8 @@ class Solid(Body):
     fixed: YesNo = False
 
     def _mistakes(self) -> Iterator[str]:
-        given = [shape for shape in (self.vertices, self.box, self.parts) if shape is not None]
-        if len(given) != 1:
+        shapes = [shape for shape in (self.vertices, self.box, self.parts) if shape is not None]
+        if len(shapes) != 1:
             yield f"a solid needs exactly one shape: {SHAPES}, or 'parts' for several convex shapes"
         yield from _wrong_faces(self)
         yield from super()._mistakes()
@@ -208,8 +208,12 @@ def box(
 ) -> Solid:
     """Return a rectangular block with edges parallel to the axes, given by an interval on each axis.
 
-    ``keys`` are the other parameters of :class:`Solid`, such as weight, loads and ``fixed``. Raises CaseError
-    if a value is not valid.
+    ``keys`` are the other parameters of :class:`Solid`, such as weight, loads and ``fixed``.
+
+    Raises
+    ------
+    CaseError
+        If a value is not valid.
     """
     return Solid(name=name, box=(x, y, z), **keys)
 

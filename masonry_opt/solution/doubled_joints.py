@@ -19,12 +19,12 @@ def doubled_joints(assembly: Assembly) -> list[Reason]:
 
     Forces at such joints are limited by the sum of both joints, so cohesion and strength count twice.
     """
-    found = _doubled(assembly)
-    if not len(found):
+    doubled = _doubled(assembly)
+    if not len(doubled):
         return []
-    pairs = [*dict.fromkeys((one, other) for _, one, other in found.tolist())]
+    pairs = [*dict.fromkeys((first, second) for _, first, second in doubled.tolist())]
     named = [assembly.names(np.array(pair)) for pair in pairs]
-    return [reason(Code.DOUBLED_JOINTS, pairs=named, blocks=assembly.names(np.unique(found[:, 0])))]
+    return [reason(Code.DOUBLED_JOINTS, pairs=named, blocks=assembly.names(np.unique(doubled[:, 0])))]
 
 
 def _doubled(assembly: Assembly) -> np.ndarray:
@@ -39,15 +39,15 @@ def _doubled(assembly: Assembly) -> np.ndarray:
     is_support = ~np.isin(ends, assembly.movable) | np.isin(ends, settling)
     support, block = np.where(is_support[0], ends, ends[::-1])
     at_support = np.flatnonzero((is_support.sum(axis=0) == 1) & (joints.extent > 0))
-    one, other = _near_joints(joints, at_support, tolerance)
-    asked = (block[one] == block[other]) & (support[one] < support[other])
-    one, other = one[asked], other[asked]
+    first, second = _near_joints(joints, at_support, tolerance)
+    asked = (block[first] == block[second]) & (support[first] < support[second])
+    first, second = first[asked], second[asked]
     # Sides of a block do not cross, so two joints whose middles are in one line are on one side of the block.
-    distance = np.abs(dots(joints.normal[one], joints.middle[other] - joints.middle[one]))
+    distance = np.abs(dots(joints.normal[first], joints.middle[second] - joints.middle[first]))
     in_line = distance <= tolerance
-    one, other = one[in_line], other[in_line]
-    is_shared = _shared_part(joints, one, other) > _SHARED_PART
-    rows = np.column_stack([block[one], support[one], support[other]])[is_shared]
+    first, second = first[in_line], second[in_line]
+    is_shared = _shared_part(joints, first, second) > _SHARED_PART
+    rows = np.column_stack([block[first], support[first], support[second]])[is_shared]
     return np.unique(rows, axis=0)
 
 
@@ -61,30 +61,30 @@ def _near_joints(joints: Joints, asked: np.ndarray, tolerance: float) -> tuple[n
     # The search tree has two axes. In space, choose the two axes along which the joints extend farthest.
     axes = np.argsort(np.ptp(low, axis=0))[-2:] if len(asked) else np.arange(2)
     boxes = shapely.box(*low[:, axes].T, *high[:, axes].T)
-    one, other = shapely.STRtree(boxes).query(boxes)
-    near = ((low[one] <= high[other]) & (low[other] <= high[one])).all(axis=1)
-    return asked[one[near]], asked[other[near]]
+    first, second = shapely.STRtree(boxes).query(boxes)
+    near = ((low[first] <= high[second]) & (low[second] <= high[first])).all(axis=1)
+    return asked[first[near]], asked[second[near]]
 
 
-def _shared_part(joints: Joints, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _shared_part(joints: Joints, first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Return the fraction of the larger joint that two joints share, for pairs of joints, shape (pairs,).
 
     The joints of each pair lie in one line, in space in one plane.
     """
     # Project both joints along the coordinate axis nearest to their normal. The projection scales all lengths
     # (in space: areas) of the pair by the same factor.
-    axis = np.abs(joints.normal[one]).argmax(axis=1)
+    axis = np.abs(joints.normal[first]).argmax(axis=1)
     projected, number = np.unique(
-        np.column_stack([np.append(one, other), np.append(axis, axis)]), axis=0, return_inverse=True
+        np.column_stack([np.append(first, second), np.append(axis, axis)]), axis=0, return_inverse=True
     )
     end = np.append(joints.first_point, len(joints.point))
     shapes = np.empty(len(projected), dtype=object)
     for row, (joint, along) in enumerate(projected.tolist()):
         shapes[row] = _shape(joints, slice(end[joint], end[joint + 1]), along)
-    first, second = shapes[number].reshape(2, -1)
+    first_shape, second_shape = shapes[number].reshape(2, -1)
     size = shapely.length if joints.point.shape[1] == 2 else shapely.area
-    larger = np.maximum(size(first), size(second))
-    shared: np.ndarray = size(shapely.intersection(first, second)) / larger
+    larger = np.maximum(size(first_shape), size(second_shape))
+    shared: np.ndarray = size(shapely.intersection(first_shape, second_shape)) / larger
     return shared
 
 

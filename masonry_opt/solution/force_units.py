@@ -73,8 +73,8 @@ def unusual_stresses(assembly: Assembly) -> Iterator[Reason]:
         ("strength", joints.strength, _STRENGTH),
         ("cohesion", joints.cohesion, _COHESION),
     ):
-        given = values[np.isfinite(values) & (values > 0)]
-        unusual = given[(given < usual.least * weight) | (given > usual.greatest * weight)]
+        positive = values[np.isfinite(values) & (values > 0)]
+        unusual = positive[(positive < usual.least * weight) | (positive > usual.greatest * weight)]
         if len(unusual):
             farthest = float(unusual[np.abs(np.log(unusual / weight)).argmax()])
             yield reason(Code.STRESS_DIFFERS, key=key, value=farthest, weight=weight)

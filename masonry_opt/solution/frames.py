@@ -255,7 +255,7 @@ def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataF
     T = problem.of_forces(q)[has_role] * problem.force_unit
     closing = problem.of_forces(u)[has_role]
     names = [*(block.name for block in assembly.scene.blocks), "ground"]
-    lowest, highest = np.array([[each.lowest, each.highest] for each in forces], float).reshape(-1, 2).T
+    lowest, highest = np.array([[force.lowest, force.highest] for force in forces], float).reshape(-1, 2).T
     # Solvers satisfy a force limit only to a tolerance that is relative to the forces of the scene.
     # Differences up to this value count as rounding.
     rounding = NEGLIGIBLE_SHARE * np.abs(problem.normal_forces(q)).max(initial=0.0) * problem.force_unit

@@ -53,11 +53,11 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
       others still touch.
     """
     assert solution.d is not None
-    problem, joints = assembly.problem.by(solution.found.forms), assembly.joints
+    problem, joints = assembly.problem.by(solution.state.forms), assembly.joints
     # A scene that is unstable under its dead load has no load factor, and its mechanism follows the
     # associative flow rule.
     own = problem.friction if solution.load_factor is None else problem.dilatancy
-    slope = own if solution.found.slope is None else solution.found.slope
+    slope = own if solution.state.slope is None else solution.state.slope
     explained = np.zeros(problem.joints)
     # Compute the opening due to sliding from the rates of the yield conditions. The slip velocity is not
     # sufficient: at the same slip, a joint with a friction polygon can open less than a joint with a cone.

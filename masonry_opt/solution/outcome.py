@@ -475,14 +475,14 @@ class Outcome:
         cone. The value is "" in the plane, if friction is unlimited, and if there are neither forces nor
         velocities.
         """
-        found = self.solution.found
-        is_empty = found.q is None and found.d is None
+        state = self.solution.state
+        is_empty = state.q is None and state.d is None
         return "" if is_empty or not len(self._law.sliding) else self._law.by_friction.word
 
     @property
     def _law(self) -> Problem:
         """Problem of the scene, with the friction and strength laws with which it was solved."""
-        return self.assembly.problem.by(self.solution.found.forms)
+        return self.assembly.problem.by(self.solution.state.forms)
 
     @property
     def tilt_angle(self) -> float | None:

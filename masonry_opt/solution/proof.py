@@ -126,7 +126,7 @@ class Proof:
     def clauses(self) -> list[list[int]]:
         """Return the clauses of all conflicts and sliding joints, in DIMACS numbering."""
         own = [conflict.clause for conflict in self.conflicts]
-        return own + [[-(int(one) + 1), -(int(other) + 1)] for one, other in self.senses]
+        return own + [[-(int(first) + 1), -(int(second) + 1)] for first, second in self.senses]
 
     def to_dimacs(self) -> str:
         """Return the clauses in DIMACS format. Any SAT solver can show that they are unsatisfiable."""
@@ -149,8 +149,12 @@ class Proof:
             "conditions": self.conditions,
             "senses": self.senses.tolist(),
             "energy_bounds": [_as_table(bound) for bound in self.energy_bounds],
-            "static": [_as_table(one) for one in self.conflicts if isinstance(one, StaticConflict)],
-            "kinematic": [_as_table(one) for one in self.conflicts if isinstance(one, KinematicConflict)],
+            "static": [
+                _as_table(conflict) for conflict in self.conflicts if isinstance(conflict, StaticConflict)
+            ],
+            "kinematic": [
+                _as_table(conflict) for conflict in self.conflicts if isinstance(conflict, KinematicConflict)
+            ],
         }
         return json.dumps(table)
 
@@ -201,14 +205,14 @@ class Proof:
     @classmethod
     def _from_table(cls, table: dict[str, Any]) -> Self:
         """Return the proof that the table of a JSON file describes."""
-        static = [StaticConflict(**_as_arrays(one)) for one in table["static"]]
-        kinematic = [KinematicConflict(**_as_arrays(one)) for one in table["kinematic"]]
+        static = [StaticConflict(**_as_arrays(conflict)) for conflict in table["static"]]
+        kinematic = [KinematicConflict(**_as_arrays(conflict)) for conflict in table["kinematic"]]
         return cls(
             bound=float(table["bound"]),
             load_factor=float(table["load_factor"]),
             conditions=int(table["conditions"]),
             conflicts=(*static, *kinematic),
-            energy_bounds=tuple(EnergyBound(**_as_arrays(one)) for one in table["energy_bounds"]),
+            energy_bounds=tuple(EnergyBound(**_as_arrays(bound)) for bound in table["energy_bounds"]),
             senses=np.array(table["senses"], dtype=int).reshape(-1, 2),
         )
 

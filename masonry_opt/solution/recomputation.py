@@ -60,7 +60,7 @@ def limit_columns(assembly: Assembly, solution: Solution) -> Columns:
     friction[problem.sliding] = problem.friction
     cohesion[problem.sliding] = problem.cohesion * problem.force_unit
     crushing[problem.crushing] = problem.crushing_force * problem.force_unit
-    slope[problem.sliding] = problem.dilatancy if solution.found.slope is None else solution.found.slope
+    slope[problem.sliding] = problem.dilatancy if solution.state.slope is None else solution.state.slope
     limits = {"friction": friction, "cohesion_force": cohesion, "flow_slope": slope}
     if assembly.scene.dimension == 2:
         limits["crushing_force"] = crushing
@@ -99,7 +99,7 @@ def guide_columns(assembly: Assembly, solution: Solution) -> Columns | None:
     problem = assembly.problem
     guides = [force.role is Role.SUPPORT for force in assembly.limited]
     actions = [force.actions for force in assembly.limited if force.role is Role.SUPPORT]
-    guided = {action.block for each in actions for action in each}
+    guided = {action.block for group in actions for action in group}
     if not guided:
         return None
     q = np.full(problem.B.shape[1], np.nan) if solution.q is None else solution.q

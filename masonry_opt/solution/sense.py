@@ -146,10 +146,14 @@ def _joints(assembly: Assembly) -> Iterator[Reason]:
     """
     scene, defaults = assembly.scene, assembly.scene.joints
     for code, names, unusual in _UNUSUAL:
-        given = [each for each in scene.exceptions if any(getattr(each, name) is not None for name in names)]
-        own = [each for each in given if unusual(each.over(defaults))]
-        pairs = [list(each.between) for each in own]
-        for joint, named in (defaults, []), *((each.over(defaults), pairs) for each in own[:1]):
+        candidates = [
+            exception
+            for exception in scene.exceptions
+            if any(getattr(exception, name) is not None for name in names)
+        ]
+        own = [exception for exception in candidates if unusual(exception.over(defaults))]
+        pairs = [list(exception.between) for exception in own]
+        for joint, named in (defaults, []), *((exception.over(defaults), pairs) for exception in own[:1]):
             if unusual(joint):
                 yield reason(code, **{name: getattr(joint, name) for name in names}, pairs=named)
 
@@ -285,17 +289,19 @@ def _far_away(assembly: Assembly) -> list[Reason]:
     # For each group, compute the bounding box of all other groups: the least bounds of all groups, or the
     # second least if the group itself has the least.
     least, second = np.sort(lowest, axis=0)[:2]
-    others = np.where(lowest == least, second, least)
-    size, size_of_rest = (np.hypot.reduce(-box[:, axes:] - box[:, :axes], axis=1) for box in (lowest, others))
-    apart = np.maximum(lowest[:, :axes] + others[:, axes:], others[:, :axes] + lowest[:, axes:])
+    other_boxes = np.where(lowest == least, second, least)
+    size, other_sizes = (
+        np.hypot.reduce(-box[:, axes:] - box[:, :axes], axis=1) for box in (lowest, other_boxes)
+    )
+    apart = np.maximum(lowest[:, :axes] + other_boxes[:, axes:], other_boxes[:, :axes] + lowest[:, axes:])
     distance = np.hypot.reduce(np.maximum(0.0, apart), axis=1)
-    far = distance > _FAR_DISTANCE_RATIO * np.maximum(size, size_of_rest)
+    far = distance > _FAR_DISTANCE_RATIO * np.maximum(size, other_sizes)
     # The largest group counts as the structure itself, so the warning does not name it.
     far[np.bincount(group).argmax()] = False
     if not far.any():
         return []
     nearest = np.flatnonzero(far)[distance[far].argmin()]
-    values = {"distance": float(distance[nearest]), "size": float(size_of_rest[nearest])}
+    values = {"distance": float(distance[nearest]), "size": float(other_sizes[nearest])}
     return [reason(Code.FAR_AWAY, blocks=assembly.names(np.flatnonzero(far[group])), **values)]
 
 
@@ -311,8 +317,8 @@ def _acting_outside(assembly: Assembly) -> Iterator[Reason]:
     for load in ("live", "dead"):
         points = [(index, getattr(block, f"{load}_at")) for index, block in enumerate(blocks)]
         placed = [(index, at) for index, at in points if at is not None and at != blocks[index].weight_at]
-        own = [each for each in assembly.scene.loads if each.at and getattr(each, load) is not None]
-        placed += [(index_of[each.block], each.at) for each in own]
+        own = [force for force in assembly.scene.loads if force.at and getattr(force, load) is not None]
+        placed += [(index_of[force.block], force.at) for force in own]
         if not placed:
             continue
         index = np.array([index for index, _ in placed])
@@ -371,13 +377,13 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
     compared = heavy if len(heavy) else np.array(zones)
     if not len(compared):
         return
-    other = lower_median(compared)
+    median = lower_median(compared)
     for number, fill in enumerate(fills, start=1):
         for zone, backing in zip(fill.zones, (False, True), strict=False):
-            ratio = zone.unit_weight / other
+            ratio = zone.unit_weight / median
             is_extreme = not 1 / _OTHER_UNITS <= ratio <= _OTHER_UNITS
-            if is_extreme or in_other_unit(np.array(zone.unit_weight), other):
-                values = {"unit_weight": zone.unit_weight, "beside": kind, "other": other}
+            if is_extreme or in_other_unit(np.array(zone.unit_weight), median):
+                values = {"unit_weight": zone.unit_weight, "beside": kind, "other": median}
                 yield reason(Code.FILL_WEIGHT_DIFFERS, fill=number, backing=backing, **values)
 
 
@@ -430,17 +436,17 @@ def _differing(
     code: Code,
     ratio: np.ndarray,
     most: tuple[float, float],
-    others: np.ndarray,
+    included: np.ndarray,
     **values: object,
 ) -> list[Reason]:
     """Return a warning that names the blocks with extreme values of a ratio, the most extreme value first.
 
     A ratio is extreme if it exceeds ``most[0]``, or if its inverse exceeds ``most[1]``. Blocks for which
-    ``others`` is True are named too.
+    ``included`` is True are named too.
     """
     above, below = most
     deviation = np.abs(np.log(ratio))
     order = np.argsort(-deviation, kind="stable")
-    differ = order[((ratio > above) | (ratio < 1 / below) | others)[order]]
+    differ = order[((ratio > above) | (ratio < 1 / below) | included)[order]]
     names = assembly.names(assembly.movable[differ])
     return [reason(code, blocks=names, ratio=float(ratio[differ[0]]), **values)] if names else []

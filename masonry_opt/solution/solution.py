@@ -36,7 +36,7 @@ class Solution:
     kind: Kind  #: kind of the answer; the limits of the residuals depend on the kind
     reasons: tuple[Reason, ...] = ()  #: reasons for the status, as codes
     #: Answer, if the status is usable; otherwise the forces and velocities that are known.
-    found: FinalState = field(default_factory=FinalState)
+    state: FinalState = field(default_factory=FinalState)
     #: False if the associative answer already satisfies the joints' own flow rule.
     flow_rule_matters: bool = True
     exact_end: bool = False  #: True if the loop ended with forces that satisfy the exact friction law
@@ -86,17 +86,17 @@ class Solution:
     @property
     def q(self) -> np.ndarray | None:
         """Joint forces of the state in which the method ended, shape (3c + t,); None if unknown."""
-        return self.found.q
+        return self.state.q
 
     @property
     def d(self) -> np.ndarray | None:
         """Block velocities of the state in which the method ended, shape (3b,); None if unknown."""
-        return self.found.d
+        return self.state.d
 
     @property
     def answer(self) -> Answer | None:
         """Collapse state with its load factor and certificate; None if there is no load factor."""
-        return self.found if isinstance(self.found, Answer) else None
+        return self.state if isinstance(self.state, Answer) else None
 
     @property
     def load_history(self) -> LoadHistory | None:
@@ -142,11 +142,11 @@ class Solution:
 
     def has(self, code: Code) -> bool:
         """Return True if one of the reasons has the given code."""
-        return any(each.code is code for each in self.reasons)
+        return any(entry.code is code for entry in self.reasons)
 
     def values_of(self, code: Code) -> dict[str, Any]:
         """Return the values of the reason with the given code; empty if no reason has the code."""
-        return next((each.values for each in self.reasons if each.code is code), {})
+        return next((entry.values for entry in self.reasons if entry.code is code), {})
 
     @property
     def proven_none(self) -> bool:
@@ -206,10 +206,10 @@ class Solution:
 
         The forces and velocities remain available.
         """
-        found = self.found
-        without_load_factor = FinalState(q=found.q, d=found.d, slope=found.slope, forms=found.forms)
+        state = self.state
+        without_load_factor = FinalState(q=state.q, d=state.d, slope=state.slope, forms=state.forms)
         ended = self.ended(status, code, load_factor=self.load_factor, **values)
-        return replace(ended, found=without_load_factor)
+        return replace(ended, state=without_load_factor)
 
     def failing(self) -> dict[str, float | None]:
         """Return the residuals that exceed the limits for the kind of answer; empty if there is no answer."""

@@ -43,12 +43,12 @@ def in_other_unit(unit_weights: np.ndarray, other: float) -> np.ndarray:
     return mixed
 
 
-def units_in_words(one: float, other: float) -> str:
+def units_in_words(first: float, second: float) -> str:
     """Return a clause that names the units of two unit weights if these two units seem to differ.
 
     Otherwise, the clause is empty.
     """
-    units = typical_unit(one), typical_unit(other)
+    units = typical_unit(first), typical_unit(second)
     if "" in units or units[0] == units[1]:
         return ""
     kilonewtons = [f"{PER_KILONEWTON[unit]:g} {unit}" for unit in units if unit != "kN/m³"]

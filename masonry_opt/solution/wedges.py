@@ -65,17 +65,17 @@ def wedges(assembly: Assembly, solution: Solution | None) -> Iterator[Reason]:
         yield reason(Code.ALIGNED, pairs=assembly.pairs_of(worst), **values)
     if solution is None or solution.d is None or solution.kind is Kind.ASSOCIATIVE:
         return
-    one, other, angle = _nearly_parallel(assembly, able)
+    first, second, angle = _nearly_parallel(assembly, able)
     slides = joint_motion(assembly, solution).slides | _at_friction_limit(assembly, solution)
-    matters = np.flatnonzero(slides[one] | slides[other])
+    matters = np.flatnonzero(slides[first] | slides[second])
     matters = matters[np.argsort(-angle[matters], kind="stable")]
-    one, other, angle = one[matters], other[matters], angle[matters]
-    if not len(one):
+    first, second, angle = first[matters], second[matters], angle[matters]
+    if not len(first):
         return
-    error = _errors(assembly, one, other, angle)
+    error = _errors(assembly, first, second, angle)
     closing = joints.closing.tolerance if joints.closing.option == "tolerance" else 0.0
     tolerance = max(TOLERANCE_OVER_ERROR * float(error.max()), closing)
-    named = list(dict.fromkeys(np.column_stack([one, other]).ravel().tolist()))
+    named = list(dict.fromkeys(np.column_stack([first, second]).ravel().tolist()))
     lower, upper = np.quantile(angle, [0.25, 0.75])
     values = {"angle": float(angle[0]), "tolerance": tolerance, "scatter": float(upper / lower)}
     yield reason(Code.NEARLY_PARALLEL, pairs=assembly.pairs_of(np.array(named)), **values)
@@ -90,34 +90,34 @@ def uneven_sides(assembly: Assembly) -> Iterator[Reason]:
     joints = assembly.joints
     rows = np.flatnonzero(joints.extent > 0)
     touching = joints.first[rows] * len(assembly.scene.blocks) + joints.second[rows]
-    _, first, pair = np.unique(touching, return_index=True, return_inverse=True)
-    number, one, other = _pairs_in_groups(pair, rows)
-    angle = _angles(assembly, one, other)
-    is_flat = np.bincount(number, angle >= _UNEVEN_ANGLE, len(first)) == 0
+    _, first_row, pair = np.unique(touching, return_index=True, return_inverse=True)
+    number, first, second = _pairs_in_groups(pair, rows)
+    angle = _angles(assembly, first, second)
+    is_flat = np.bincount(number, angle >= _UNEVEN_ANGLE, len(first_row)) == 0
     is_uneven = is_flat[number] & (angle > _PARALLEL_ANGLE)
     uneven = np.unique(number[is_uneven])
-    if not len(uneven) or len(uneven) < _UNEVEN_SHARE * len(first):
+    if not len(uneven) or len(uneven) < _UNEVEN_SHARE * len(first_row):
         return
-    tolerance = TOLERANCE_OVER_ERROR * float(np.median(_errors(assembly, one, other, angle)[is_uneven]))
+    tolerance = TOLERANCE_OVER_ERROR * float(np.median(_errors(assembly, first, second, angle)[is_uneven]))
     values = {"angle": float(angle[is_uneven].max()), "tolerance": tolerance}
-    yield reason(Code.UNEVEN_SIDES, pairs=assembly.pairs_of(rows[first[uneven]]), **values)
+    yield reason(Code.UNEVEN_SIDES, pairs=assembly.pairs_of(rows[first_row[uneven]]), **values)
 
 
-def _errors(assembly: Assembly, one: np.ndarray, other: np.ndarray, angle: np.ndarray) -> np.ndarray:
+def _errors(assembly: Assembly, first: np.ndarray, second: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """Return the error of a corner that would cause the angle between two joints, shape (pairs,).
 
-    The joints of each pair are ``one`` and ``other``. The error is a displacement of a corner of the shorter
-    joint.
+    The joints of each pair are ``first`` and ``second``. The error is a displacement of a corner of the
+    shorter joint.
     """
     accuracy = assembly.joints.accuracy
-    return np.asarray(angle * assembly.geometry.tolerance / np.maximum(accuracy[one], accuracy[other]))
+    return np.asarray(angle * assembly.geometry.tolerance / np.maximum(accuracy[first], accuracy[second]))
 
 
-def _angles(assembly: Assembly, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _angles(assembly: Assembly, first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Return the angles between the normals of nearly parallel joints, in radians, shape (pairs,)."""
     normal = assembly.joints.normal
-    along = (normal[one] * normal[other]).sum(axis=1)
-    return np.asarray(lengths(normal[one] - along[:, None] * normal[other]))
+    along = (normal[first] * normal[second]).sum(axis=1)
+    return np.asarray(lengths(normal[first] - along[:, None] * normal[second]))
 
 
 def _slides_without_lifting(assembly: Assembly) -> np.ndarray:
@@ -146,11 +146,11 @@ def _nearly_parallel(assembly: Assembly, able: np.ndarray) -> tuple[np.ndarray, 
     joints, chosen = assembly.joints, np.flatnonzero(able)
     block, joint = np.concatenate([joints.first[chosen], joints.second[chosen]]), np.tile(chosen, 2)
     moves = np.isin(block, assembly.movable)
-    _, one, other = _pairs_in_groups(block[moves], joint[moves])
-    one, other = np.unique(np.column_stack([one, other]), axis=0).reshape(-1, 2).T
-    angle = _angles(assembly, one, other)
+    _, first, second = _pairs_in_groups(block[moves], joint[moves])
+    first, second = np.unique(np.column_stack([first, second]), axis=0).reshape(-1, 2).T
+    angle = _angles(assembly, first, second)
     near = (angle > _PARALLEL_ANGLE) & (angle < _NEARLY_PARALLEL_ANGLE)
-    return one[near], other[near], angle[near]
+    return first[near], second[near], angle[near]
 
 
 def _pairs_in_groups(group: np.ndarray, joint: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -160,9 +160,9 @@ def _pairs_in_groups(group: np.ndarray, joint: np.ndarray) -> tuple[np.ndarray, 
     than ``_MOST_JOINTS_COMPARED`` joints have no pairs.
     """
     joint, count = joint[np.argsort(group, kind="stable")], np.bincount(group)
-    first = np.cumsum(count) - count
+    start = np.cumsum(count) - count
     compared = np.flatnonzero(count <= _MOST_JOINTS_COMPARED)
-    number, one, other = combine(first[compared], count[compared], first[compared], count[compared])
-    one, other = joint[one], joint[other]
-    once = one < other
-    return compared[number[once]], one[once], other[once]
+    number, first, second = combine(start[compared], count[compared], start[compared], count[compared])
+    first, second = joint[first], joint[second]
+    once = first < second
+    return compared[number[once]], first[once], second[once]

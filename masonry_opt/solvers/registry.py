@@ -184,8 +184,8 @@ def find_solver(language: str, name: str | None, tolerance: float = SOLVER_TOLER
     if entry is None and language == "cvxpy" and name.upper() in _installed_for_cvxpy():
         entry = SolverEntry(name, language, name.upper(), None, decides=False)
     if entry is None:
-        others = ", or any solver installed for CVXPY" if language == "cvxpy" else ""
-        near = did_you_mean(name, known) or f"; choose from: {', '.join(known)}{others}"
+        addition = ", or any solver installed for CVXPY" if language == "cvxpy" else ""
+        near = did_you_mean(name, known) or f"; choose from: {', '.join(known)}{addition}"
         raise OptionError(f"solver '{name}' is unknown for model '{language}'{near}")
     if entry.brought_by and not importlib.util.find_spec(entry.brought_by):
         raise OptionError(

@@ -378,7 +378,7 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
         return [*reasons, reason(Code.NO_FRICTION_HOLDS, blocks=moving_names(assembly, d))]
     factor, above = _least_factor(problem, solver, effort)
     values = {"factor": factor, "above": above, "hangs": bool(len(hanging))}
-    unstable = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE, found=FinalState(d=falling))
+    unstable = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE, state=FinalState(d=falling))
     slides = joint_motion(assembly, unstable).slides
     most_first = np.argsort(-assembly.most_of_joints(problem.slip_speed(falling)), kind="stable")
     pairs = assembly.pairs_of(most_first[slides[most_first]])

@@ -69,7 +69,7 @@ class TaskEnd:
     peak: float = 0.0  #: largest resident memory of the task's process so far, in MB (10⁶ bytes)
 
     @property
-    def found(self) -> Any:
+    def result(self) -> Any:
         """Value that the task returned.
 
         Raises RuntimeError if the task raised an error other than a MasonryError. Raises MasonryError if the
@@ -193,14 +193,14 @@ class Context(type(_PROCESS_CONTEXT)):  # type: ignore[misc]
 
 
 @contextlib.contextmanager
-def _replaced(values: MutableMapping[str, Any], others: Mapping[str, Any]) -> Iterator[None]:
+def _replaced(values: MutableMapping[str, Any], replacements: Mapping[str, Any]) -> Iterator[None]:
     """Replace some values of a mapping within a ``with`` block, and restore them afterwards."""
-    before = {name: values[name] for name in others if name in values}
-    values.update(others)
+    before = {name: values[name] for name in replacements if name in values}
+    values.update(replacements)
     try:
         yield
     finally:
-        for name in others.keys() - before.keys():
+        for name in replacements.keys() - before.keys():
             del values[name]
         values.update(before)
 

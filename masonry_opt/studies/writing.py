@@ -109,8 +109,8 @@ class Journal:
 
     def add(self, key: str, row: Mapping[str, Any]) -> None:
         """Append the row of a run to the file, and wait until the row is on disk."""
-        kept = "; the finished runs are kept: repeat the command to continue"
-        with writing(self.path, kept), self.path.open("ab") as stream:
+        note = "; the finished runs are kept: repeat the command to continue"
+        with writing(self.path, note), self.path.open("ab") as stream:
             stream.write(_line({"key": key, "row": row}))
             stream.flush()
             os.fsync(stream.fileno())
@@ -199,7 +199,13 @@ class StudyAnswer(ABC):
         """Table that a notebook displays between the printed text and the picture of the answer."""
 
     def plot(self) -> Any:
-        """Return a picture of the answer. Raises OptionError if the study has no picture."""
+        """Return a picture of the answer.
+
+        Raises
+        ------
+        OptionError
+            If the study has no picture.
+        """
         raise OptionError("there is nothing to draw")
 
     def __str__(self) -> str:
@@ -297,8 +303,8 @@ def frame_table(
 def notebook_html(words: str, frame: pd.DataFrame, source: str = "") -> str:
     """Return HTML for a notebook: a text, the first rows of a table, and the picture at a URL."""
     rows = in_words(frame.head(_SHOWN_ROWS)).to_html(index=False, border=0) if len(frame) else ""
-    others = remainder(len(frame), _SHOWN_ROWS, "row")
-    below = f"<div>{others}</div>\n" if others else ""
+    more_rows = remainder(len(frame), _SHOWN_ROWS, "row")
+    below = f"<div>{more_rows}</div>\n" if more_rows else ""
     drawn = f'<img alt="" style="max-width:100%" src="{source}">' if source else ""
     return f'<pre style="white-space:pre-wrap">{escape(words, quote=False)}</pre>\n{rows}\n{below}{drawn}'
 

@@ -36,7 +36,7 @@ def without_state(monkeypatch):
     """Let ``mo.prove_least`` start only from a load history up to 0.15, without a state or associative λ."""
     result = mo.solve(two_blocks(), incremental=False)
     history = history_up_to(0.15).steps
-    solution = replace(result.solution, found=None, associative=None, proof=None, history=history)
+    solution = replace(result.solution, state=None, associative=None, proof=None, history=history)
     started = replace(result, solution=solution)
     assert (started.load_factor, started.associative, started.proof) == (None, None, None)
     monkeypatch.setattr("masonry_opt.proving.solve", lambda _: started)

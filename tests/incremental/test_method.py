@@ -215,7 +215,7 @@ def test_what_methods_on_matrices_end_with_is_a_state_of_the_declared_problem(na
     """The final state satisfies all equations and complementary pairs of the model in Pyomo, to 1e-8."""
     result = solved(KINDS_OF_JOINTS[name], method)
     assert (result.model, result.solver) == (MATRICES, "newton")
-    problem, found = result.assembly.problem, result.solution.found
+    problem, found = result.assembly.problem, result.solution.state
     p = problem.rates(found.d, problem.dilatancy)
     left = residuals(PyomoMcp(problem), State(result.load_factor, found.q, found.d, p))
     forces, speeds = np.abs(found.q).max(), np.abs(found.d).max()

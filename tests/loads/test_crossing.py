@@ -366,7 +366,7 @@ def test_a_load_factor_below_its_bound_is_no_longer_hidden(load_factor):
     assert found.bound == pytest.approx(found.load_factor, rel=2e-3)
     assert found.warning_records == []
     solution = found.worst.solution
-    lower = replace(solution, found=replace(solution.found, load_factor=load_factor))
+    lower = replace(solution, state=replace(solution.state, load_factor=load_factor))
     contradicted = replace(found, worst=replace(found.worst, solution=lower))
     (warning,) = contradicted.as_dict()["warnings"]
     assert warning["code"] == "below bound"
@@ -378,7 +378,7 @@ def test_a_load_factor_below_its_bound_is_no_longer_hidden(load_factor):
 def test_a_bound_is_lowered_for_rounding_alone():
     found = mo.crossing(axles_on_a_beam(0.6), method="static")
     solution, less = found.worst.solution, found.bound * (1 - 1e-12)
-    lower = replace(solution, found=replace(solution.found, load_factor=less))
+    lower = replace(solution, state=replace(solution.state, load_factor=less))
     assert replace(found, worst=replace(found.worst, solution=lower)).bound == less
 
 

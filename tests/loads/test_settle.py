@@ -132,7 +132,7 @@ def test_states_nearer_to_rest_and_across_it_are_warned_of():
     found = mo.settle(beam(), "R", RIGHT)
     least, half = found.least, 0.5 * found.least.result.load_factor
     history = least.result.solution.incremental
-    ended = replace(history, found=replace(history.found, load_factor=half), peak=None)
+    ended = replace(history, state=replace(history.state, load_factor=half), peak=None)
     nearer = replace(found, least=with_solution(least, incremental=ended))
     (warning,) = nearer.as_dict()["warnings"]
     assert (warning["code"], warning["end"]) == ("history ends nearer", "least")

@@ -57,7 +57,7 @@ def run(*texts):
     )
     def asked(arguments: CommandArguments, case: Path) -> None:
         """Exit code 0."""
-        called.update(arguments.rest(study), case=case)
+        called.update(arguments.keywords_for(study), case=case)
 
     return CliRunner().invoke(asked, [*texts], env={"COLUMNS": "200"}), called
 

@@ -83,5 +83,5 @@ def test_a_state_by_sides_that_the_cone_allows_is_exact():
         by_sides = certified(problem, state.load_factor, state.q, state.d)
         assert by_sides.forms.friction is Sides
         assert not by_sides.failing(Kind.EXACT)
-        solution = Solution(Status.CONVERGED, Kind.EXACT, found=by_sides)
+        solution = Solution(Status.CONVERGED, Kind.EXACT, state=by_sides)
         assert solution.is_exact(problem) == exact

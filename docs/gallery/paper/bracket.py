@@ -31,7 +31,7 @@ RUNS = {
 parts = [(wall, run) for wall in WALLS for run in RUNS]
 solves = [partial(mo.solve, WALLS[wall], **RUNS[run]) for wall, run in parts]
 with Workers() as workers:
-    results = {part: end.found for part, end in workers.map(zip(parts, solves, strict=True))}
+    results = {part: end.result for part, end in workers.map(zip(parts, solves, strict=True))}
 
 # %%
 # The table lists the lowest load factor found and the bound of each wall. Rates (slips and edge openings) are

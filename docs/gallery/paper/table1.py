@@ -49,7 +49,7 @@ for wall, column in parts:
         options = options | {"until": published(wall, name) * (1 + 4e-6)}
     solves.append(partial(mo.solve, WALLS[wall], method, incremental=False, **options))
 with Workers() as workers:
-    results = {part: end.found for part, end in workers.map(zip(parts, solves, strict=True))}
+    results = {part: end.result for part, end in workers.map(zip(parts, solves, strict=True))}
 found = {at: result.required() for at, result in results.items()}
 found |= {(wall, "incremental"): results[wall, "incremental"].incremental for wall in WALLS}
 

@@ -119,17 +119,19 @@ class Theory(ABC):
     ) -> Conflict | None:
         """Return the conflict that the multipliers prove, or None if a check with the matrices fails."""
 
-    def conflict(self, found: Refutation, problem: Problem, highest: float) -> Conflict | None:
+    def conflict(self, refutation: Refutation, problem: Problem, highest: float) -> Conflict | None:
         """Return the conflict that a refutation proves: a set of contradicting yield conditions.
 
         If the blamed conditions do not suffice, the conflict names all restricted conditions with a
         multiplier. None is returned if the matrices do not confirm the conflict. The problem and the largest
         load factor are in the units of the scene, which differ from those of the program.
         """
-        shortest = self._confirmed(found.ray, found.blamed, problem, highest)
+        shortest = self._confirmed(refutation.ray, refutation.blamed, problem, highest)
         if shortest is not None:
             return shortest
-        return self._confirmed(found.ray, self._needed(found.ray, 0.0) & found.restricted, problem, highest)
+        return self._confirmed(
+            refutation.ray, self._needed(refutation.ray, 0.0) & refutation.restricted, problem, highest
+        )
 
     def refutes(self, conditions: np.ndarray) -> Refutation | None:
         """Set marked slacks or rates to zero. If the program is then infeasible, return a refutation.
@@ -195,10 +197,10 @@ class Statics(Theory):
     def _confirmed(
         self, ray: np.ndarray, blamed: np.ndarray, problem: Problem, highest: float
     ) -> StaticConflict | None:
-        found = self._verified(ray, problem, highest, np.zeros(problem.B.shape[1]), blamed)
-        if found is None:
+        proof = self._verified(ray, problem, highest, np.zeros(problem.B.shape[1]), blamed)
+        if proof is None:
             return None
-        d, p, _ = found
+        d, p, _ = proof
         return StaticConflict(np.flatnonzero(p < 0), d, p)
 
     def least_friction(
@@ -224,10 +226,10 @@ class Statics(Theory):
             return None if ray is None else self._confirmed(ray, alone, problem, highest)
         if verdict is not Verdict.OPTIMAL:
             return None
-        found = self._verified(self._session.multipliers(), problem, highest, cost, alone)
-        if found is None:
+        proof = self._verified(self._session.multipliers(), problem, highest, cost, alone)
+        if proof is None:
             return None
-        d, p, value = found
+        d, p, value = proof
         return EnergyBound(condition, value - self._settings.margin * total_load(problem, highest), d, p)
 
     def _verified(
@@ -240,9 +242,9 @@ class Statics(Theory):
         large.
         """
         d, p = -ray[: self._height], -ray[self._height :] / problem.steep
-        found = self._proven(d, p, problem, highest, cost, held)
-        if found is not None:
-            return found
+        proof = self._proven(d, p, problem, highest, cost, held)
+        if proof is not None:
+            return proof
         p = np.where(held, p, np.maximum(p, 0.0))
         p = np.where(np.abs(p) <= self._settings.rounding * np.abs(p).max(initial=0.0), 0.0, p)
         d, p = _without_departure(problem, d, p, problem.B.T @ d + cost - problem.true_yield.T @ p)
@@ -328,9 +330,9 @@ class Kinematics(Theory):
         gain = (load_factor - weight * highest) * problem.live_norm
         if gain <= 0:
             return None
-        found = self._proven(q, load_factor, weight, blamed, problem, gain)
-        if found is not None:
-            return found
+        conflict = self._proven(q, load_factor, weight, blamed, problem, gain)
+        if conflict is not None:
+            return conflict
         flow = problem.C(problem.dilatancy)
         resistance = flow @ q + weight * energy
         small = np.abs(resistance) <= self._settings.rounding * np.abs(resistance).max(initial=0.0)

@@ -96,8 +96,8 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
             for variable in range(1, self._problem.faces + 1):
                 solver.observe(variable)
                 solver.add_clause([variable, -variable])
-            for one, other in self.senses.tolist():
-                solver.add_clause([-(one + 1), -(other + 1)])
+            for first, second in self.senses.tolist():
+                solver.add_clause([-(first + 1), -(second + 1)])
             for conflict in self.conflicts:
                 solver.add_clause(conflict.clause)
             satisfiable = solver.solve()
@@ -252,15 +252,15 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         confirmed after more values are assigned.
         """
         try:
-            found = theory.refutes(conditions)
+            refutation = theory.refutes(conditions)
         except Undecided:
             return True
-        if found is None:
+        if refutation is None:
             return False
         # Try to drop each condition from the conflict, the last assigned first. A clause of conditions that
         # were assigned early lets the SAT solver revoke more decisions.
-        refutations = [found]
-        for condition in [one for one in reversed(self._trail) if found.blamed[one]]:
+        refutations = [refutation]
+        for condition in [assigned for assigned in reversed(self._trail) if refutation.blamed[assigned]]:
             if refutations[-1].blamed[condition]:
                 fewer = refutations[-1].blamed.copy()
                 fewer[condition] = False
@@ -276,8 +276,8 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         A refutation is confirmed if a check with the matrices shows that it proves a conflict. Nothing is
         stored if no refutation is confirmed.
         """
-        for found in reversed(refutations):
-            conflict = theory.conflict(found, self._problem, self.highest)
+        for refutation in reversed(refutations):
+            conflict = theory.conflict(refutation, self._problem, self.highest)
             if conflict is not None:
                 self.conflicts.append(conflict)
                 self._clause = conflict.clause
@@ -318,16 +318,16 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
             nearby = self._refiner.state_near(answers[-1].q)
             if nearby is not None:
                 answers.append(nearby.answer)
-        return min(filter(self._is_lower, answers), key=lambda one: one.load_factor, default=None)
+        return min(filter(self._is_lower, answers), key=lambda answer: answer.load_factor, default=None)
 
     def _answer(self, load_factor: float, q: np.ndarray, d: np.ndarray) -> Answer:
         """Convert a state in scaled units to an answer with a certificate."""
         return certified(self._problem, self._scaled.load_factor * load_factor, self._scaled.force * q, d)
 
-    def _is_lower(self, one: Answer) -> bool:
-        if one.load_factor < -self._scale.zero:
+    def _is_lower(self, answer: Answer) -> bool:
+        if answer.load_factor < -self._scale.zero:
             return False
-        return self._scale.is_lower(one.load_factor, self.known) and one.exact
+        return self._scale.is_lower(answer.load_factor, self.known) and answer.exact
 
     def _energy(self) -> np.ndarray:
         """Return a lower bound of the energy that each yield condition dissipates per unit rate.
@@ -340,14 +340,14 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         energy = problem.face_cohesion.copy()
         for condition in np.flatnonzero(friction_excess(problem)).tolist():
             try:
-                found = self._statics.least_friction(problem, condition, self.highest)
+                result = self._statics.least_friction(problem, condition, self.highest)
             except ProgramLimitReached:
                 break
-            if isinstance(found, StaticConflict):
-                self.conflicts.append(found)
-            elif found is not None and found.value > 0:
-                self.energy_bounds.append(found)
-                energy[condition] += found.value
+            if isinstance(result, StaticConflict):
+                self.conflicts.append(result)
+            elif result is not None and result.value > 0:
+                self.energy_bounds.append(result)
+                energy[condition] += result.value
         return energy / self._scaled.force
 
 

@@ -84,8 +84,8 @@ def global_search(task: Task) -> Solution:
     best = min(load_factor for load_factor in upper_bounds if load_factor is not None)
     if a_little_above(best) <= 0:
         return start  # No load factor λ ≥ 0 exists.
-    found = start.found if exact else FinalState()
-    solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, (), found, bound=min(best, 0.0), solver=task.solver)
+    state = start.state if exact else FinalState()
+    solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, (), state, bound=min(best, 0.0), solver=task.solver)
     solution = replace(solution, associative=upper.load_factor, flow_rule_matters=start.flow_rule_matters)
     rising = Rising(problem, best, options.rate_bound or assumed_rates(problem, solution.d), task.effort)
     if best > 0:
@@ -138,7 +138,7 @@ def _raised(task: Task, solution: Solution, rising: Rising, began: float, ends: 
                 continue
             if is_meaningful(analysis_of(task), answer.load_factor, answer.d):
                 rising.best = min(rising.best, answer.load_factor)
-                solution = replace(solution, found=answer)
+                solution = replace(solution, state=answer)
     return replace(solution, bound=rising.bound, history=tuple(rising.history))
 
 

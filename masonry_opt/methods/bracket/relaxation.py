@@ -184,14 +184,14 @@ def _force_limits(
             values[number] = max(values[number], -least + of_other_columns)
             short[number] = max(short[number], float(shortfall[columns].sum()) * share)
     assumed = _TIMES_LOADS * float(np.abs(problem.dead).sum() + highest * problem.live_norm)
-    found = np.isfinite(values)
-    bounds = _with_shortfall(np.where(found, values, assumed), np.where(found, short, 0.0))
+    solved = np.isfinite(values)
+    bounds = _with_shortfall(np.where(solved, values, assumed), np.where(solved, short, 0.0))
     proven = np.isfinite(bounds)
     bounds = np.where(proven, bounds, assumed)
     normal, shear = bounds[:c], np.zeros(c)
     shear[problem.sliding] = 2 * ShearLimits.true(problem).at(normal[problem.sliding])
     shear[cannot_slide] = bounds[c:]
-    return normal, np.stack([normal, normal, shear], axis=1).ravel(), bool((found & proven).all())
+    return normal, np.stack([normal, normal, shear], axis=1).ravel(), bool((solved & proven).all())
 
 
 def _with_shortfall(values: np.ndarray, short: np.ndarray) -> np.ndarray:
@@ -293,7 +293,7 @@ def relaxed(
     # of both factors.
     column, (i, k) = np.concatenate(list(lp.columns.values())), np.array(list(model.product)).T
     of_statics, velocities = np.append(of.forces, [highest, 1.0])[i], model.factors.velocities
-    fastest = np.full(model.factors.unit + 1, _LARGEST_RATE)
+    fastest = np.full(model.factors.kinematic_unit + 1, _LARGEST_RATE)
     fastest[-1] = 1.0
     # The limit of angular velocities is half the limit of velocities, because joints are about 2 units of
     # length long.
@@ -304,7 +304,7 @@ def relaxed(
     # The multipliers are not exactly feasible. Reduce the bound by each infeasibility times the largest
     # possible value of the product variable to which it belongs.
     value, short = lp.least(multipliers)
-    shortfall = np.bincount(k, of_statics * short[column], model.factors.unit + 1)
+    shortfall = np.bincount(k, of_statics * short[column], model.factors.kinematic_unit + 1)
     bound = max(of.lowest, value - shortfall[-1] - of.rates * _largest_per_rate(model, shortfall[:-1]))
     return bound, _forces(model, point[column]), lp.size
 
@@ -331,11 +331,11 @@ def _forces(model: PyomoProducts, of_products: np.ndarray) -> list[np.ndarray]:
     arrays may belong to different states, and the first array is between them.
     """
     factors, (i, k) = model.factors, np.array(list(model.product)).T
-    one, unit = factors.one, factors.unit
-    products = np.full((one + 1, unit + 1), np.nan)
+    static_unit, kinematic_unit = factors.static_unit, factors.kinematic_unit
+    products = np.full((static_unit + 1, kinematic_unit + 1), np.nan)
     products[tuple(np.array(list(factors.at_rest)).T)] = 0.0
     products[i, k] = of_products
-    motion, alone = products[one, :unit], products[factors.forces, unit]
+    motion, alone = products[static_unit, :kinematic_unit], products[factors.forces, kinematic_unit]
     moving = np.flatnonzero(np.abs(motion) > _NEGLIGIBLE_MOTION)
     divided = products[: len(alone), moving] / motion[moving]
     return [factors.joint_forces(y) for y in (alone, *np.where(np.isnan(divided.T), alone, divided.T))]
@@ -357,8 +357,8 @@ def _solved(
     trials = (("highs-ipm", scaled), ("highs-ipm", boxed), ("highs-hipo", boxed))
     point, multipliers = np.zeros(len(lp.cost)), np.zeros(len(lp.row_lower))
     for name, program in trials[2 * (len(lp.row_lower) > _FEW_ROWS) :]:
-        left = ends - time.perf_counter()
-        if left < LEAST_TIME and multipliers.any():
+        time_left = ends - time.perf_counter()
+        if time_left < LEAST_TIME and multipliers.any():
             break
         options: dict[str, Any] = {"kkt_tolerance": coarse} if name == "highs-hipo" else {}
         options |= {
@@ -372,9 +372,9 @@ def _solved(
         session = HighsSession(program, effort, "products", solver, **options)
         if name == "highs-hipo":
             session.stop_if_iterations_restart()
-        verdict, last = session.run(max(left, LEAST_TIME)), (session.point(), session.multipliers())
+        verdict, last = session.run(max(time_left, LEAST_TIME)), (session.point(), session.multipliers())
         effort.lp_solves += 1
-        if all(len(each) and np.isfinite(each).all() for each in last):
+        if all(len(values) and np.isfinite(values).all() for values in last):
             point, multipliers = last
             if verdict is Verdict.OPTIMAL:
                 break
@@ -420,8 +420,10 @@ class Rising:
                 highest, last = a_little_above(self.best), self.bound
                 if last > self.of.lowest:
                     self.of = tightened(self.of, self._problem, last, highest, self._effort)
-                before, left = products, ends - time.perf_counter()
-                proven, forces, size = relaxed(self._problem, highest, self.of, selected, left, self._effort)
+                before, time_left = products, ends - time.perf_counter()
+                proven, forces, size = relaxed(
+                    self._problem, highest, self.of, selected, time_left, self._effort
+                )
                 self.bound, seconds = max(last, min(proven, self.best)), time.perf_counter() - began
                 step = BoundStep(proven, self.of.lowest, self.best, *radii, products, seconds)
                 self.history.append(step)

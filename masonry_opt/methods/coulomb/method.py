@@ -162,10 +162,10 @@ def _search_on(task: Task, first: Solution, options: CoulombOptions) -> Solution
     """
     began = time.perf_counter()
     limits = SearchLimits(options.search, options.until, options.seed)
-    found = search_lower(task, first, limits, options.settings, options.budget)
+    solution = search_lower(task, first, limits, options.settings, options.budget)
     seconds = time.perf_counter() - began
-    entry = LogEntry(_SEARCH, found.load_factor, found.exact_states or 0, seconds)
-    return replace(found, log=(*first.log, entry))
+    entry = LogEntry(_SEARCH, solution.load_factor, solution.exact_states or 0, seconds)
+    return replace(solution, log=(*first.log, entry))
 
 
 def _solution(run: CoulombRun) -> Solution:

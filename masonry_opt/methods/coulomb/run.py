@@ -116,7 +116,7 @@ class CoulombRun:
         """Return the state with the lowest λ as a solution, with the numbers of starts and of states."""
         answer = self.states.answer
         assert answer is not None
-        solution = replace(self.known, found=answer, status=status, reasons=())
+        solution = replace(self.known, state=answer, status=status, reasons=())
         solution = self.states.met.recorded_in(solution)
         return with_proof(solution, self.proof, self.states.met.scale)
 
@@ -199,12 +199,12 @@ class LowestState:
         start = start.certified_by(self._problem.by(start.forms), self._problem.dilatancy)
         exact = start if start.exact and self._counts(start) else None
         self._lowest_without_simplex = self._exact_or_lower(exact)
-        found = self._alternation.state_near(start.q, start.d if start.exact else None)
-        found = found if found is not None and self._counts(found) else None
-        self._lowest_without_simplex = self._exact_or_lower(found)
+        nearby = self._alternation.state_near(start.q, start.d if start.exact else None)
+        nearby = nearby if nearby is not None and self._counts(nearby) else None
+        self._lowest_without_simplex = self._exact_or_lower(nearby)
         self._report()
         if self._problem.layout.round:
-            self.met.count(found if found is not None and found.exact else exact)
+            self.met.count(nearby if nearby is not None and nearby.exact else exact)
 
     def look_further_in_the_plane(self, starts: int) -> None:
         """Look for states with a lower λ. Stop after ``starts`` successive starts that do not lower λ."""
@@ -240,9 +240,9 @@ class LowestState:
 
         The first answer is the present answer without the simplex method.
         """
-        one = self._lowest_without_simplex
-        exact = [answer for answer in (one, other) if answer and answer.exact]
-        return exact[0] if len(exact) == 1 else lower_of(one, other, self.met.scale)
+        present = self._lowest_without_simplex
+        exact = [answer for answer in (present, other) if answer and answer.exact]
+        return exact[0] if len(exact) == 1 else lower_of(present, other, self.met.scale)
 
     def _report(self) -> None:
         """Report the load factor of the present answer, if any, to the user."""

@@ -228,7 +228,7 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, finder: StateFinder,
     best = lowest.state
     if best is None:
         return _without_state(first, lowest.missed)
-    has_same_law = first.found.forms == best.answer.forms
+    has_same_law = first.state.forms == best.answer.forms
     # If the answer of ``first`` is exact, keep it for comparison, because the search may end at a higher load
     # factor.
     exact_answer = first.answer if has_same_law and first.kind is Kind.EXACT else None

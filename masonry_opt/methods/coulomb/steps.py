@@ -56,19 +56,19 @@ class Incremental:
 
     def run(self, run: CoulombRun) -> None:
         """Compute or reuse the load history. End the run if the scene is unstable under its dead load."""
-        task, found = run.task, run.task.incremental
-        if found is None or not found.history:
-            found = incremental(task.with_options(IncrementalOptions(settings=self.settings)))
+        task, solution = run.task, run.task.incremental
+        if solution is None or not solution.history:
+            solution = incremental(task.with_options(IncrementalOptions(settings=self.settings)))
         else:
             # The load history was already computed when the incremental load factor was computed. Record the
             # solver and the number of load steps of the history for this method too.
             run.effort.uses(task.solver.name, "incremental analysis")
-            run.effort.iterations += len(found.history)
+            run.effort.iterations += len(solution.history)
             run.seconds_before = run.effort.seconds["incremental"]
-        run.incremental = found
-        run.known = replace(run.known, history=found.history)
-        if found.status is Status.UNSTABLE:
-            run.ended = replace(found, kind=Kind.EXACT)
+        run.incremental = solution
+        run.known = replace(run.known, history=solution.history)
+        if solution.status is Status.UNSTABLE:
+            run.ended = replace(solution, kind=Kind.EXACT)
 
 
 @dataclass(frozen=True)
@@ -261,9 +261,9 @@ def _with_carried_load(run: CoulombRun, ended: Solution, incremental: Solution) 
 def _end_without_loop(run: CoulombRun) -> Solution | None:
     """Return the solution if the loop is not needed (cases 2 to 4 of :meth:`Loop.run`), otherwise None."""
     assert run.incremental is not None
-    found = run.known.infeasibility
+    infeasibility = run.known.infeasibility
     grows = [own_reason for own_reason in run.incremental.reasons if own_reason.code is Code.UNBOUNDED]
-    if grows and found is not None and found.existence is Existence.UNBOUNDED:
+    if grows and infeasibility is not None and infeasibility.existence is Existence.UNBOUNDED:
         return replace(run.known, status=Status.JAMMED, reasons=tuple(grows))
     lowest = run.states.met.lowest
     if lowest < -run.problem.load_factor_scale.zero:

@@ -283,9 +283,9 @@ class Refiner(StateFinder):
         other_state = self.first(state.q)
         return other_state if other_state and self._is_lower(other_state, state) else None
 
-    def _is_lower(self, one: ExactState, other: ExactState) -> bool:
+    def _is_lower(self, first: ExactState, second: ExactState) -> bool:
         """Return True if the load factor of the first state is lower by more than rounding."""
-        return self._scale.is_lower(one.load_factor, other.load_factor)
+        return self._scale.is_lower(first.load_factor, second.load_factor)
 
     def _weightless(self, state: ExactState) -> bool:
         """Return True if λ is negative and no moving block carries a net load at this λ."""

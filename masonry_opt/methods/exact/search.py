@@ -261,7 +261,7 @@ class Search:
 _L = TypeVar("_L", ExactState, Answer)
 
 
-def lower_of(one: _L | None, other: _L | None, scale: LoadFactorScale) -> _L | None:
+def lower_of(first: _L | None, second: _L | None, scale: LoadFactorScale) -> _L | None:
     """Return the state with the lower load factor; a state that is None is ignored.
 
     - If the load factors are equal, a state that is exact is preferred to a state that is not. If neither or
@@ -269,13 +269,13 @@ def lower_of(one: _L | None, other: _L | None, scale: LoadFactorScale) -> _L | N
     - A state with a positive load factor is preferred to a state with a load factor of zero or less, in which
       the scene would move without live load.
     """
-    if one is None or other is None:
-        return one or other
-    if one.exact != other.exact and scale.equal(one.load_factor, other.load_factor):
-        return one if one.exact else other
-    if (one.load_factor <= scale.zero) != (other.load_factor <= scale.zero):
-        return other if one.load_factor < other.load_factor else one
-    return other if scale.is_lower(other.load_factor, one.load_factor) else one
+    if first is None or second is None:
+        return first or second
+    if first.exact != second.exact and scale.equal(first.load_factor, second.load_factor):
+        return first if first.exact else second
+    if (first.load_factor <= scale.zero) != (second.load_factor <= scale.zero):
+        return second if first.load_factor < second.load_factor else first
+    return second if scale.is_lower(second.load_factor, first.load_factor) else first
 
 
 #: Kind of start of a search: the forces of the state with the lowest λ found so far.

@@ -251,17 +251,17 @@ class _LoadRaising:
         """Apply a larger load factor, and record the equilibrium, collapse or slow motion that follows."""
         if load_factor < self.unreached and self._reach(load_factor):
             return
-        found = self.solver.move(self.reached.state, self._load(load_factor))
-        if isinstance(found, Equilibrium):
-            self._go_on_from(found, load_factor)
+        outcome = self.solver.move(self.reached.state, self._load(load_factor))
+        if isinstance(outcome, Equilibrium):
+            self._go_on_from(outcome, load_factor)
             self.unreached = self.not_carried
             return
         self.unreached = load_factor
-        if isinstance(found, SlowMotion):
+        if isinstance(outcome, SlowMotion):
             self.slow.append(load_factor)
             return
-        self.not_carried, self.collapse = load_factor, found
-        state = solve_collapse_state(self.solver, found, load_factor)
+        self.not_carried, self.collapse = load_factor, outcome
+        state = solve_collapse_state(self.solver, outcome, load_factor)
         is_between = state is not None and self._is_in_bracket(state)
         self.state = state if is_between else None
         is_lower = state is not None and not is_between and state.load_factor < self.carried
@@ -278,20 +278,20 @@ class _LoadRaising:
     def _reach(self, load_factor: float) -> bool:
         """Try to reach equilibrium under a larger load by Newton's method. Return True if it converges."""
         predictor = (load_factor - self.carried) * self.rate
-        found = self.solver.find_equilibrium(self.reached.state, self._load(load_factor), predictor)
-        if found is None:
+        equilibrium = self.solver.find_equilibrium(self.reached.state, self._load(load_factor), predictor)
+        if equilibrium is None:
             self.unreached = load_factor
             return False
-        self._go_on_from(found, load_factor)
+        self._go_on_from(equilibrium, load_factor)
         return True
 
-    def _go_on_from(self, found: Equilibrium, load_factor: float) -> None:
+    def _go_on_from(self, equilibrium: Equilibrium, load_factor: float) -> None:
         """Record an equilibrium under a larger load. The load history continues from this equilibrium."""
         last = self.carried
-        self.reached, self.carried, self.last_increment = found, load_factor, load_factor - last
+        self.reached, self.carried, self.last_increment = equilibrium, load_factor, load_factor - last
         self.__dict__.pop("rate", None)
         self.slow = []
-        self._record(found)
+        self._record(equilibrium)
         if self.state is not None and not self._may_be_limit(self.state):
             self.state = None
 
@@ -416,14 +416,14 @@ class _LoadRaising:
         load: np.ndarray = self.problem.dead + load_factor * self.problem.live
         return load
 
-    def _record(self, found: Equilibrium) -> None:
-        response, law = found.response, self.solver.law
-        d = found.state.d - self.start
+    def _record(self, equilibrium: Equilibrium) -> None:
+        response, law = equilibrium.response, self.solver.law
+        d = equilibrium.state.d - self.start
         step = LoadStep(
             iteration=len(self.steps) + 1,
             load_factor=self.carried,
             displacement=float(self.problem.live @ d) / self.problem.live_norm,
-            is_jump=found.by_motion,
+            is_jump=equilibrium.by_motion,
             sliding=response.sliding,
             open=(response.forces[: law.points, : law.joints] == 0).any(axis=0),
             d=d,

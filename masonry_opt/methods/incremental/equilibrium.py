@@ -131,8 +131,8 @@ class EquilibriumSolver:
         Newton's method starts from the predictor, a displacement (3b,); by default from zero. An equilibrium
         beyond the displacement ``far`` is ignored, because joints that are not quite parallel may jam there.
         """
-        found = self.find_equilibrium(state, load, predictor)
-        return self.move(state, load) if found is None else found
+        equilibrium = self.find_equilibrium(state, load, predictor)
+        return self.move(state, load) if equilibrium is None else equilibrium
 
     def find_equilibrium(
         self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None = None
@@ -247,8 +247,8 @@ class EquilibriumSolver:
         unbalanced = self.unbalanced(response, load)
         sticks = np.broadcast_to(np.eye(3)[:, :, None], response.tangent.shape)
         motion = self.solve_linear(sticks, 0.0, unbalanced)
-        left = unbalanced + self.matrix.B @ self.trial_change(motion).ravel()
-        if self.size(left) <= self.settings.unresisted * self.size(unbalanced):
+        residual = unbalanced + self.matrix.B @ self.trial_change(motion).ravel()
+        if self.size(residual) <= self.settings.unresisted * self.size(unbalanced):
             return None
         rigid: np.ndarray = motion / np.abs(motion).max()
         return rigid

@@ -86,8 +86,8 @@ def _solution(analysis: IncrementalAnalysis, result: IncrementalResult) -> Solut
         falling = _falling_state(analysis)
         if falling is None:
             return solution.ended(Status.SOLVER_FAILED, Code.UNDECIDED, **_undecided(result))
-        found = FinalState(q=falling.q, d=falling.d, slope=falling.slope, forms=falling.forms)
-        return replace(solution, found=found).withdrawn(Status.UNSTABLE, Code.WEDGED, blocks=[])
+        state = FinalState(q=falling.q, d=falling.d, slope=falling.slope, forms=falling.forms)
+        return replace(solution, state=state).withdrawn(Status.UNSTABLE, Code.WEDGED, blocks=[])
     if result.history.steps:
         solution = replace(solution, history=result.history.steps)
     if result.end is End.UNBOUNDED:
@@ -101,15 +101,15 @@ def _at_collapse(analysis: IncrementalAnalysis, result: IncrementalResult, solut
     """Return the solution after a collapse: an exact state, or a range of the load factor."""
     values: dict[str, Any] = {"steps": len(result.history.steps), "jumps": result.history.jumps}
     if result.state is not None:
-        ended = replace(solution, found=result.state).ended(Status.CONVERGED, Code.COLLAPSE, **values)
+        ended = replace(solution, state=result.state).ended(Status.CONVERGED, Code.COLLAPSE, **values)
         return replace(ended, followed_to_end=True)
     values |= {"carried": result.carried, "not_carried": result.not_carried}
     lower = result.state_in_motion
     if lower is not None and is_meaningful(analysis, lower.load_factor, lower.d):
-        ended = replace(solution, found=lower).ended(Status.CONVERGED, Code.RANGE, **values)
+        ended = replace(solution, state=lower).ended(Status.CONVERGED, Code.RANGE, **values)
         return replace(ended, followed_to_end=True, peak=result.carried)
-    found = _last_state(analysis, result)
-    return replace(solution, found=found).ended(Status.CONVERGED, Code.RANGE, **values)
+    state = _last_state(analysis, result)
+    return replace(solution, state=state).ended(Status.CONVERGED, Code.RANGE, **values)
 
 
 def _last_state(analysis: IncrementalAnalysis, result: IncrementalResult) -> Answer:
@@ -160,16 +160,16 @@ def _stressed(
     analysis: IncrementalAnalysis, number: int, rng: np.random.Generator
 ) -> IncrementalAnalysis | None:
 
-    one, other = (self_stress(analysis.problem, rng) for _ in range(2))
-    if one is None or other is None:
+    first, second = (self_stress(analysis.problem, rng) for _ in range(2))
+    if first is None or second is None:
         return None
     share = rng.uniform() if number % 2 else 1.0
-    problem = replace(analysis.problem, settled=share * one + (1 - share) * other)
+    problem = replace(analysis.problem, settled=share * first + (1 - share) * second)
     return analysis.again_for(problem)
 
 
 def _range(drawn: Iterable[IncrementalAnalysis | None]) -> tuple[tuple[float, float] | None, int]:
     """Return the least and largest incremental load factor, and the number of analyses with a load factor."""
     ends = (analysis.run().load_factor for analysis in drawn if analysis is not None)
-    found = [load_factor for load_factor in ends if load_factor is not None]
-    return ((min(found), max(found)) if found else None), len(found)
+    load_factors = [load_factor for load_factor in ends if load_factor is not None]
+    return ((min(load_factors), max(load_factors)) if load_factors else None), len(load_factors)

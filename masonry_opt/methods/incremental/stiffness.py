@@ -105,9 +105,9 @@ class BandFactors:
     def solve(self, right: np.ndarray) -> np.ndarray:
         """Solve the system for right-hand sides of shape (3b,) or (3b, count)."""
         width, order = self._width, self._permutation
-        found = lapack.dgbtrs(self._factors, width, width, right[order], self._pivots)[0]
-        solution = np.empty_like(found)
-        solution[order] = found
+        permuted = lapack.dgbtrs(self._factors, width, width, right[order], self._pivots)[0]
+        solution = np.empty_like(permuted)
+        solution[order] = permuted
         return solution
 
 

@@ -93,17 +93,17 @@ class LoopOptions(Options):
 
     @model_validator(mode="before")
     @classmethod
-    def _of_preset(cls, given: Any) -> Any:
+    def _of_preset(cls, options: Any) -> Any:
         """Return the options. With preset "paper", options that are not set get the values of the preset."""
-        has_preset = isinstance(given, dict) and given.get("preset") == "paper"
-        return PAPER | given if has_preset else given
+        has_preset = isinstance(options, dict) and options.get("preset") == "paper"
+        return PAPER | options if has_preset else options
 
     def parameters(self, joints: int, solver: Solver) -> "LoopParameters":
         """Return the parameters of the first run, which depend on the number of joints and on the solver."""
         rough_by_default = joints >= ROUGH_FROM and solver.entry.stops_early
         rough = self.sub_problems == "rough" or (self.sub_problems is None and rough_by_default)
-        given = self.model_dump(exclude={"preset", "sub_problems"}, exclude_none=True)
-        return LoopParameters(**(_ROUGH if rough else _ACCURATE) | given)
+        overrides = self.model_dump(exclude={"preset", "sub_problems"}, exclude_none=True)
+        return LoopParameters(**(_ROUGH if rough else _ACCURATE) | overrides)
 
 
 class LoopParameters(LoopOptions):

@@ -152,10 +152,10 @@ class Run:
             state = last.state
             self.states.append(state)
             self.load_factors.append(state.load_factor)
-            found = FinalState(q=state.q, d=state.d, slope=problem.dilatancy, forms=problem.forms)
+            final_state = FinalState(q=state.q, d=state.d, slope=problem.dilatancy, forms=problem.forms)
             history = (*self.ending.history, replace(entry, solved=None))
             associative = self.load_factors[0] + 0.0 if self.first_is_associative else None
-            self.ending = replace(self.ending, found=found, history=history, associative=associative)
+            self.ending = replace(self.ending, state=final_state, history=history, associative=associative)
             progress(entry)
             ended = self._nothing_to_do(last) if last.number == 1 else self._ended(last, entry)
             if ended:
@@ -166,7 +166,7 @@ class Run:
 
     def _without_optimum(self, last: Solved) -> Solution:
         """Return the solution of a run whose last sub-problem has no optimum."""
-        number, none = len(self.load_factors) + 1, replace(self.ending, found=FinalState())
+        number, none = len(self.load_factors) + 1, replace(self.ending, state=FinalState())
         if number == 1 or last.failed:
             return none.ended(Status.SOLVER_FAILED, Code.SUB_PROBLEM_FAILED, number=number, word=last.status)
         return none.ended(Status.NO_STATE, Code.SUB_PROBLEM_EMPTY, number=number)
@@ -180,8 +180,8 @@ class Run:
         parameters, state = self.parameters, last.state
         if parameters.start != "associative" or parameters.always or not obeys_own_flow(self.problem, state):
             return None
-        found = certified(self.problem, state.load_factor, state.q, state.d)
-        ended = replace(self.ending, found=found, flow_rule_matters=False)
+        answer = certified(self.problem, state.load_factor, state.q, state.d)
+        ended = replace(self.ending, state=answer, flow_rule_matters=False)
         return ended.ended(Status.CONVERGED, Code.FLOW_RULE_IDLE)
 
     def _ended(self, last: SubProblem, entry: Iteration) -> Solution | None:
@@ -239,7 +239,7 @@ class Run:
             end = rough_end(problem, state, solver, effort)
         if end is None:
             return None
-        return replace(self.ending, status=Status.CONVERGED, found=end, exact_end=True)
+        return replace(self.ending, status=Status.CONVERGED, state=end, exact_end=True)
 
     def _converged(self, last: SubProblem) -> Solution:
         """Return the solution of a converged run.
@@ -253,8 +253,8 @@ class Run:
         if self.first_is_associative and load_factor > first:
             ended = ended.telling(reason(Code.ABOVE_ASSOCIATIVE, by=load_factor - first))
             load_factor = first
-        found = certified(self.problem, load_factor, state.q, state.d)
-        return replace(ended, status=Status.CONVERGED, found=found)
+        answer = certified(self.problem, load_factor, state.q, state.d)
+        return replace(ended, status=Status.CONVERGED, state=answer)
 
 
 def obeys_own_flow(problem: Problem, state: State) -> bool:

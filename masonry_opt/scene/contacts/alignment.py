@@ -285,12 +285,12 @@ class _Links:
                 if block in visited:
                     continue
                 visited.add(block)
-                for other in self._candidates(block, direction, accuracy):
-                    if other in seen:
+                for candidate in self._candidates(block, direction, accuracy):
+                    if candidate in seen:
                         continue
-                    seen.add(other)
-                    if _off_axis(self._normals[other], axis) <= accuracy + self._accuracies[other]:
-                        joints.append(other)
+                    seen.add(candidate)
+                    if _off_axis(self._normals[candidate], axis) <= accuracy + self._accuracies[candidate]:
+                        joints.append(candidate)
                 if len(joints) > self._most:
                     return None
         return np.array(sorted(joints))
@@ -325,13 +325,13 @@ def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: Cont
         unknown = np.flatnonzero(~has_partner & ~crowded[block])
         for chunk in chunks(of_block.count[block[unknown]]):
             plane = unknown[chunk]
-            number, other = of_block.where(block[plane])
+            number, partner = of_block.where(block[plane])
             plane = plane[number]
-            sine = _off_axes(drawn.normal[other], planes.direction[plane])
+            sine = _off_axes(drawn.normal[partner], planes.direction[plane])
             # Accept three times the usual angle, because both planes may be nearly parallel to a third plane
             # with a direction between theirs.
-            near = sine <= 3 * (planes.accuracy[plane] + drawn.accuracy[other])
-            has_partner[plane[near & (other != planes.joint[plane])]] = True
+            near = sine <= 3 * (planes.accuracy[plane] + drawn.accuracy[partner])
+            has_partner[plane[near & (partner != planes.joint[plane])]] = True
     return has_partner
 
 
@@ -356,11 +356,11 @@ def _square_pairs(groups: list[Group], planes: ContactPlanes) -> list[list[int]]
     for number, group in enumerate(groups):
         of_plane[group.members] = number
     by_joint = planes.by_joint
-    _, one, other = combine(by_joint.first, by_joint.count, by_joint.first, by_joint.count)
-    one, other = of_plane[by_joint.item[one]], of_plane[by_joint.item[other]]
-    both = (one >= 0) & (other >= 0) & (one != other)
+    _, first, second = combine(by_joint.first, by_joint.count, by_joint.first, by_joint.count)
+    first, second = of_plane[by_joint.item[first]], of_plane[by_joint.item[second]]
+    both = (first >= 0) & (second >= 0) & (first != second)
     pairs: list[list[int]] = [[] for _ in groups]
-    for code in np.unique(one[both] * len(groups) + other[both]).tolist():
+    for code in np.unique(first[both] * len(groups) + second[both]).tolist():
         i, j = divmod(code, len(groups))
         if abs(groups[i].direction @ groups[j].direction) <= groups[i].accuracy + groups[j].accuracy:
             pairs[i].append(j)
@@ -473,7 +473,7 @@ def _off_axis(vector: list[float], other: list[float]) -> float:
     The result is the smaller of the two deviations.
     """
     along = sum(map(mul, vector, other))
-    across = hypot(*(one - along * two for one, two in zip(vector, other, strict=True)))
+    across = hypot(*(a - along * b for a, b in zip(vector, other, strict=True)))
     return min(abs(along), across)
 
 

@@ -30,25 +30,25 @@ class Sectors(NamedTuple):
     last: np.ndarray  #: direction of the side at which each sector ends, shape (points,)
 
 
-def contact_normals(one: Sectors, other: Sectors) -> tuple[np.ndarray, np.ndarray]:
+def contact_normals(target: Sectors, opposite: Sectors) -> tuple[np.ndarray, np.ndarray]:
     """Return, for each contact, the index of its point and the angle of its normal in radians.
 
-    Both arrays have the shape (contacts,). The normals point into the sectors ``one``. A point has no contact
-    if the sectors overlap, or if two of their sides lie in one line.
+    Both arrays have the shape (contacts,). The normals point into the sectors ``target``. A point has no
+    contact if the sectors overlap, or if two of their sides lie in one line.
     """
-    widths = _turn(one.first, one.last), _turn(other.first, other.last)
-    after_one, after_other = _turn(one.last, other.first), _turn(other.last, one.first)
-    fits = np.abs(after_one + after_other + sum(widths) - 2 * np.pi) <= _MOST_OVERLAP
+    widths = _turn(target.first, target.last), _turn(opposite.first, opposite.last)
+    after_target, after_opposite = _turn(target.last, opposite.first), _turn(opposite.last, target.first)
+    fits = np.abs(after_target + after_opposite + sum(widths) - 2 * np.pi) <= _MOST_OVERLAP
     # A line through the point separates the two blocks if its angle is between `least` and `most`. Angles are
-    # measured from the last side of the sector `one`. Such a line passes through both empty sectors between
-    # the blocks.
-    shift = after_one + widths[1] - np.pi
-    least, most = np.maximum(shift, 0.0), np.minimum(after_one, shift + after_other)
-    in_line = np.minimum(np.abs(shift), np.abs(after_one - shift - after_other)) <= _MOST_OVERLAP
+    # measured from the last side of the sector `target`. Such a line passes through both empty sectors
+    # between the blocks.
+    shift = after_target + widths[1] - np.pi
+    least, most = np.maximum(shift, 0.0), np.minimum(after_target, shift + after_opposite)
+    in_line = np.minimum(np.abs(shift), np.abs(after_target - shift - after_opposite)) <= _MOST_OVERLAP
     separated = np.flatnonzero(fits & ~in_line & (most - least >= -_MOST_OVERLAP))
     points = [separated]
-    normals = [(one.last + (least + most) / 2 - np.pi / 2)[separated]]
-    for notch, width, sign in ((one, widths[0], 1.0), (other, widths[1], -1.0)):
+    normals = [(target.last + (least + most) / 2 - np.pi / 2)[separated]]
+    for notch, width, sign in ((target, widths[0], 1.0), (opposite, widths[1], -1.0)):
         in_notch = np.flatnonzero(fits & (width > np.pi + _MOST_OVERLAP))
         points += [in_notch, in_notch]
         normals += [notch.first[in_notch] + sign * np.pi / 2, notch.last[in_notch] - sign * np.pi / 2]

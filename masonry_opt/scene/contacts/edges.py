@@ -73,9 +73,12 @@ class FacingEdges(sides.Facing):
         tolerance, they must also satisfy :func:`~.sides.faces_across`.
         """
         tail, tip, shortest = corners.point, corners.tip, corners.shapes.tolerance
-        one, other = (edge / np.hypot(*edge.T)[:, None] for edge in (tip[i] - tail[i], tail[j] - tip[j]))
-        faces_other = (one * other).sum(axis=1) > 0
-        pair, i, j, along = pair[faces_other], i[faces_other], j[faces_other], (one + other)[faces_other]
+        along_i, along_j = (
+            edge / np.hypot(*edge.T)[:, None] for edge in (tip[i] - tail[i], tail[j] - tip[j])
+        )
+        faces_other = (along_i * along_j).sum(axis=1) > 0
+        pair, i, j = pair[faces_other], i[faces_other], j[faces_other]
+        along = (along_i + along_j)[faces_other]
         along /= np.hypot(*along.T)[:, None]
         # Order the ends of both edges along the bisector, and compute their coordinates along it.
         lines = np.array([[tail[i], tip[i]], [tip[j], tail[j]]])
@@ -92,7 +95,7 @@ class FacingEdges(sides.Facing):
         width = np.hypot(*np.moveaxis(across, 2, 0))
         # Move each end to the middle between the edges, unless the edges coincide up to rounding.
         ends = corner + np.where(width > _COINCIDENT_EDGE_TOLERANCE * shortest, 0.5, 0.0)[..., None] * across
-        sine = np.abs(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])[faces_other]
+        sine = np.abs(along_i[:, 0] * along_j[:, 1] - along_i[:, 1] * along_j[:, 0])[faces_other]
         most, extent = width.max(axis=0), x_ends[1] - x_ends[0]
         long = (extent > shortest) & ((most <= shortest) | sides.faces_across(sine, most, extent - shortest))
         accuracy_first, accuracy_second = (

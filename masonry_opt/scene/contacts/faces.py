@@ -145,19 +145,21 @@ def _shared_polygons(
     two faces is at most ``far`` over the whole polygon.
     """
     faces, narrowest = shapes.faces, NARROWEST * shapes.tolerance
-    one, other = faces.frame.where(i), faces.frame.where(j)
-    frame = Frames.of(one.base, one.normal - other.normal, one.u)
+    frame_i, frame_j = faces.frame.where(i), faces.frame.where(j)
+    frame = Frames.of(frame_i.base, frame_i.normal - frame_j.normal, frame_i.u)
     # Move each bisecting plane to the middle between its two faces.
-    half = _height(frame, other, np.zeros((len(i), 2)), np.arange(len(i))) / 2
+    half = _height(frame, frame_j, np.zeros((len(i), 2)), np.arange(len(i))) / 2
     frame = replace(frame, base=frame.base + half[:, None] * frame.normal)
-    of_one, of_other = (_projected(faces.polygon[face], frame, own) for face, own in ((i, one), (j, other)))
-    pieces, number = common_to(of_one, of_other, shapes.tolerance)
+    projected_i, projected_j = (
+        _projected(faces.polygon[face], frame, own) for face, own in ((i, frame_i), (j, frame_j))
+    )
+    pieces, number = common_to(projected_i, projected_j, shapes.tolerance)
     pieces, number = _without_tails(pieces, number, narrowest)
     pieces = without_straight_corners(pieces, shapes.tolerance / 2)
     points, piece = shapely.get_coordinates(pieces, return_index=True)
-    gap = _height(frame, other, points, number[piece]) - _height(frame, one, points, number[piece])
+    gap = _height(frame, frame_j, points, number[piece]) - _height(frame, frame_i, points, number[piece])
     least, most = bounds(piece, gap, len(pieces))
-    angle = lengths(np.cross(one.normal, other.normal))[number]
+    angle = lengths(np.cross(frame_i.normal, frame_j.normal))[number]
     width = mean_thickness(shapely.area(pieces), shapely.length(pieces))
     near = (least >= -shapes.contact_tolerance) & (most <= far[number])
     near &= (most <= shapes.tolerance) | sides.faces_across(angle, most, width)
@@ -370,15 +372,15 @@ def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touc
         above = start_height[number] + share * (end_height - start_height)[number]
         is_contact &= np.abs(above) <= tolerance
         points.append(faces.frame.up(position, face) + above[:, None] / 2 * faces.frame.normal[face])
-    one, other = points[0][is_contact], points[1][is_contact]
+    contact_start, contact_end = points[0][is_contact], points[1][is_contact]
     # The outward normal of the second block's face points into the first block; ``sign`` is -1 if the two
     # blocks are swapped.
     normal = sign * faces.frame.normal[face[is_contact]]
     # Make the tangent perpendicular to the normal, because the edge may be slightly inclined to the face.
-    along = other - one
+    along = contact_end - contact_start
     along -= dots(along, normal)[:, None] * normal
     accuracy = _accuracy(faces, face[is_contact], tolerance)
-    return Touches(pair[number[is_contact]], one, other, normal, unit(along), accuracy)
+    return Touches(pair[number[is_contact]], contact_start, contact_end, normal, unit(along), accuracy)
 
 
 def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:
@@ -409,10 +411,10 @@ def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Touches:
     # common normal too much.
     is_crossing = sine * np.minimum(length[i], length[j]) > NARROWEST * tolerance
     pair, i, j, across, sine = (column[is_crossing] for column in (pair, i, j, across, sine))
-    one, other = corners.direction[i], corners.direction[j]
+    direction_i, direction_j = corners.direction[i], corners.direction[j]
     normal = across / sine[:, None]
     between = corners.start[j] - corners.start[i]
-    along = [dots(np.cross(between, edge), normal) / sine for edge in (other, one)]
+    along = [dots(np.cross(between, edge), normal) / sine for edge in (direction_j, direction_i)]
     gap = dots(between, normal)
     touches = np.abs(gap) <= tolerance
     for distance, edge in zip(along, (i, j), strict=True):
@@ -421,9 +423,9 @@ def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Touches:
     # The vectors ``inwards`` of the edges then differ along the normal of this plane.
     towards = dots(normal, corners.inwards[i] - corners.inwards[j])
     touches &= np.abs(towards) > _LEAST_INWARDS_DIFFERENCE
-    point = corners.start[i] + along[0][:, None] * one + gap[:, None] / 2 * normal
+    point = corners.start[i] + along[0][:, None] * direction_i + gap[:, None] / 2 * normal
     sign = np.sign(towards)[:, None]
     # Errors of the edges rotate the common normal more if the angle between the edges is smaller.
     accuracy = tolerance * (1 / length[i] + 1 / length[j]) / sine
     point, normal = point[touches], (sign * normal)[touches]
-    return Touches(pair[touches], point, point, normal, one[touches], accuracy[touches])
+    return Touches(pair[touches], point, point, normal, direction_i[touches], accuracy[touches])

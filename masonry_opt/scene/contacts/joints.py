@@ -348,15 +348,15 @@ def joint_properties(
     }
     index = {block.name: number for number, block in enumerate(scene.blocks)}
     for exception in scene.exceptions:
-        one, other = sorted(index[name] for name in exception.between)
-        of_both = (first == one) & (second == other)
+        block, neighbour = sorted(index[name] for name in exception.between)
+        of_both = (first == block) & (second == neighbour)
         if not of_both.any():
-            both_fixed = scene.blocks[one].fixed and scene.blocks[other].fixed
+            both_fixed = scene.blocks[block].fixed and scene.blocks[neighbour].fixed
             why = "are both fixed" if both_fixed else "do not touch"
             where = f"joint between {list(exception.between)}"
             remedy = "Remove the entry for this joint, or correct the names of the blocks"
-            if (one, other) in gaps:
-                width = rounded_up(gaps[one, other], 2)
+            if (block, neighbour) in gaps:
+                width = rounded_up(gaps[block, neighbour], 2)
                 remedy = f"The gap between the blocks is up to {width} wide: {closes_gaps.advice}"
             raise CaseError(
                 f"{scene.origin}: {where}: the blocks {why}, "
@@ -429,20 +429,20 @@ def _nearest_block(scene: Scene, shapes: Extents, block: int, bridge: Bridge | N
     The neighbour is a block that the isolated block faces, or else the nearest block.
     """
     if bridge and block in bridge.neighbour:
-        other, gap = bridge.neighbour[block]
-        name = repr(scene.blocks[other].name)
+        neighbour, gap = bridge.neighbour[block]
+        name = repr(scene.blocks[neighbour].name)
         if not bridge.gap or gap <= shapes.contact_tolerance:
             return (
                 f"its sides that face {name} are narrower than ten times 'tolerance': {bridge.advice(scene)}"
             )
         return f"its neighbour {name} is up to {rounded(gap)} away: close the gap, or {bridge.advice(scene)}"
-    other, gap = shapes.nearest(block)
-    name = repr(scene.blocks[other].name)
+    neighbour, gap = shapes.nearest(block)
+    name = repr(scene.blocks[neighbour].name)
     if gap <= shapes.tolerance:
         return f"it meets {name} {shapes.meeting}: {shapes.bearing}"
     away = f"the nearest block {name} is {rounded(gap)} away"
-    is_near = gap <= MORTAR * shapes.width[[block, other]].min()
-    if is_near and not has_sides_at_small_angle(scene, shapes, block, other):
+    is_near = gap <= MORTAR * shapes.width[[block, neighbour]].min()
+    if is_near and not has_sides_at_small_angle(scene, shapes, block, neighbour):
         return (
             f"{away}, but no sides of the two blocks face each other at an angle of less than 20°: close the "
             "gap, draw the blocks as wedges, or remove the block"

@@ -99,7 +99,7 @@ class Bridge:
                 f"lower 'tolerance', because its present value prevents {many} that would connect "
                 f"{self._connections(scene)}"
             )
-        one, other = (repr(scene.blocks[index].name) for index in self.widest)
+        first, second = (repr(scene.blocks[index].name) for index in self.widest)
         advice = self.closing.advice
         if self.lowers_tolerance:
             advice = advice.replace("set", "lower", 1)
@@ -114,17 +114,17 @@ class Bridge:
             advice += " and remove 'tolerance'"
         return (
             f"{advice}, which makes {counted(self.joints, 'joint')} "
-            f"across gaps of up to {rounded(self.gap)} (the widest gap is between {one} and {other}) "
+            f"across gaps of up to {rounded(self.gap)} (the widest gap is between {first} and {second}) "
             f"and connects {self._connections(scene)}{survey}"
         )
 
     def _connections(self, scene: Scene) -> str:
         """Return a text that counts the blocks connected to supports, and names an unconnected block."""
         connected = f"{counted(self.blocks, 'block')} to supports"
-        others = len(self.remaining) - 1
-        if others < 0:
+        omitted = len(self.remaining) - 1
+        if omitted < 0:
             return connected
-        more = f" and {counted(others, 'other block')}" if others else ""
+        more = f" and {counted(omitted, 'other block')}" if omitted else ""
         return f"{connected}, but not {scene.blocks[self.remaining[0]].name!r}{more}"
 
 

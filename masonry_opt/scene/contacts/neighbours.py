@@ -94,14 +94,14 @@ def facing_sides(scene: Scene, shapes: Extents, pairs: np.ndarray, far: np.ndarr
     return facing.where(np.delete(np.arange(len(facing.pair)), apart[behind]))
 
 
-def has_sides_at_small_angle(scene: Scene, shapes: Extents, one: int, other: int) -> bool:
+def has_sides_at_small_angle(scene: Scene, shapes: Extents, first: int, second: int) -> bool:
     """Return True if sides of two blocks are nearly parallel, and each block is in front of the other's side.
 
     Unlike the sides in :func:`facing_sides`, these sides need not be opposite each other.
     """
     points, owner = shapes.corners
     normals = []
-    for block, opposite in ((one, other), (other, one)):
+    for block, opposite in ((first, second), (second, first)):
         base, normal = _SIDES_OF_BLOCK[scene.dimension](shapes, block)
         height = normal @ points[owner == opposite].T - dots(normal, base)[:, None]
         normals.append(normal[height.max(axis=1) > shapes.tolerance])

@@ -55,12 +55,12 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
     elif depth <= MORTAR * shapes.width[pairs[worst]].min():
         sides, is_mortar = _sides_to_join(scene, shapes, near, pairs[[*overlaps]], bridged)
         advice += f"; {_advice_on_meant(shapes, sides, bridged, is_mortar, len(overlaps) > 1)}"
-    others = len(overlaps) - 1
+    omitted = len(overlaps) - 1
     least = "at least " if len(overlaps) == shapes.enough else ""
     more = ""
-    if others:
-        verb = "overlaps" if others == 1 else "overlap"
-        more = f" ({least}{counted(others, 'more pair')} {verb}, up to {rounded(depth)} deep)"
+    if omitted:
+        verb = "overlaps" if omitted == 1 else "overlap"
+        more = f" ({least}{counted(omitted, 'more pair')} {verb}, up to {rounded(depth)} deep)"
     overlap = f"blocks {names[0]} and {names[1]} overlap {shapes.within} of {size[worst]:.6g}"
     where = place(deepest.middle + shapes.origin, shapes.contact_tolerance)
     at = f"near {where}, {rounded(deepest.depth)} deep"

@@ -40,13 +40,13 @@ def faces_across(sine: np.ndarray, gap: np.ndarray, width: np.ndarray) -> np.nda
     return is_facing
 
 
-def has_nearly_opposite_normals(one: np.ndarray, other: np.ndarray) -> bool:
+def has_nearly_opposite_normals(first: np.ndarray, second: np.ndarray) -> bool:
     """Return True if sides of two blocks have nearly opposite normals, so that they can face each other.
 
-    ``one`` and ``other`` are the outward unit normals of sides of the two blocks, shape (sides, 2) or
+    ``first`` and ``second`` are the outward unit normals of sides of the two blocks, shape (sides, 2) or
     (sides, 3).
     """
-    cosine = -(one @ other.T)
+    cosine = -(first @ second.T)
     return bool((cosine >= np.sqrt(1 - _MOST_ANGLE_ACROSS**2)).any())
 
 
@@ -73,7 +73,7 @@ class Items:
 
         Returns
         -------
-        pair, item : ndarray, shape (found,)
+        pair, item : ndarray, shape (near,)
             Index of the pair, in ascending order, and index of the item.
         """
         low, high = shapes.boxes
@@ -106,20 +106,20 @@ def near_items(
 
     Returns
     -------
-    pair, first, second : ndarray, shape (found,)
+    pair, first, second : ndarray, shape (near,)
         Index of the pair, in ascending order, and indices of the items of its first and second block.
     """
-    one, other = kinds
+    first, second = kinds
     far = np.broadcast_to(far, len(pairs))
-    pair1, item1 = one.near(shapes, pairs, far)
-    pair2, item2 = other.near(shapes, pairs[:, ::-1], far)
+    pair1, item1 = first.near(shapes, pairs, far)
+    pair2, item2 = second.near(shapes, pairs[:, ::-1], far)
     count1, count2 = (np.bincount(pair, minlength=len(pairs)) for pair in (pair1, pair2))
-    first1, first2 = np.cumsum(count1) - count1, np.cumsum(count2) - count2
+    start1, start2 = np.cumsum(count1) - count1, np.cumsum(count2) - count2
     rows = [np.zeros((3, 0), dtype=int)]
     for chunk in chunks(count1 * count2):
-        number, i, j = combine(first1[chunk], count1[chunk], first2[chunk], count2[chunk])
+        number, i, j = combine(start1[chunk], count1[chunk], start2[chunk], count2[chunk])
         pair, i, j = number + chunk.start, item1[i], item2[j]
-        distance = np.maximum(one.low[i] - other.high[j], other.low[j] - one.high[i]).max(axis=1)
+        distance = np.maximum(first.low[i] - second.high[j], second.low[j] - first.high[i]).max(axis=1)
         near = distance <= far[pair]
         rows.append(np.stack([pair, i, j])[:, near])
     return tuple(np.concatenate(rows, axis=1))
@@ -326,7 +326,7 @@ class BlockCorners(ABC):
         return contacts.where(np.array([*chain.from_iterable(accepted.values())], dtype=int))
 
     def touches_at_corners(
-        self, pairs: np.ndarray, asked: np.ndarray, found: tuple[Facing, Touches]
+        self, pairs: np.ndarray, asked: np.ndarray, all_joints: tuple[Facing, Touches]
     ) -> Touches:
         """Return the contacts at coinciding corners of two blocks (in space: along coinciding edges).
 
@@ -338,28 +338,30 @@ class BlockCorners(ABC):
         meetings = replace(meetings, pair=asked[meetings.pair])
         near, middle = self.apart * self.shapes.tolerance, (meetings.start + meetings.end) / 2
         is_contact = np.ones(len(middle), dtype=bool)
-        for joints in found:
+        for joints in all_joints:
             is_contact &= nearest(meetings.pair, middle, joints, joints.pair) > near
-        is_contact &= ~self._both_have_joints(pairs, meetings.pair, middle, found[:1])
+        is_contact &= ~self._both_have_joints(pairs, meetings.pair, middle, all_joints[:1])
         return self.bisected(meetings.where(is_contact))
 
     def _both_have_joints(
-        self, pairs: np.ndarray, pair: np.ndarray, point: np.ndarray, found: Sequence[Facing | Touches]
+        self, pairs: np.ndarray, pair: np.ndarray, point: np.ndarray, all_joints: Sequence[Facing | Touches]
     ) -> np.ndarray:
         """Return a mask of the points at which both blocks of the point's pair have a joint, shape (points,).
 
-        The joint may connect the block to any other block. ``found`` has the joints.
+        The joint may connect the block to any other block. ``all_joints`` has the joints.
         """
         both = np.ones(len(pair), dtype=bool)
         for block in pairs[pair].T:
             distance = [
-                nearest(block, point, joints, owner) for joints in found for owner in pairs[joints.pair].T
+                nearest(block, point, joints, owner)
+                for joints in all_joints
+                for owner in pairs[joints.pair].T
             ]
             both &= np.min(distance, axis=0) <= 2 * self.shapes.tolerance
         return both
 
     def without_normal(
-        self, pairs: np.ndarray, asked: np.ndarray, found: tuple[Facing, Touches]
+        self, pairs: np.ndarray, asked: np.ndarray, all_joints: tuple[Facing, Touches]
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the pairs of blocks that meet at a point without a contact normal, and the points.
 
@@ -371,7 +373,7 @@ class BlockCorners(ABC):
             Pairs of blocks.
         asked : ndarray, shape (k,)
             Indices of the pairs to examine.
-        found : tuple of Facing and Touches
+        all_joints : tuple of Facing and Touches
             Joints of all pairs.
 
         Returns
@@ -387,13 +389,13 @@ class BlockCorners(ABC):
         pair, i, j = np.concatenate(meetings, axis=1)
         touches = to_line(self.point[i], self.start[j], self.end[j]) <= tolerance
         pair, point = asked[pair[touches]], self.point[i[touches]]
-        for joints in found:
+        for joints in all_joints:
             is_away = nearest(pair, point, joints, joints.pair) > self.apart * tolerance
             pair, point = pair[is_away], point[is_away]
         places = np.column_stack([pair, np.round(point / tolerance)])
         _, once = np.unique(places, axis=0, return_index=True)
         pair, point = pair[once], point[once]
-        both_have_joints = self._both_have_joints(pairs, pair, point, found)
+        both_have_joints = self._both_have_joints(pairs, pair, point, all_joints)
         return pair[~both_have_joints], point[~both_have_joints]
 
 
@@ -408,7 +410,9 @@ def to_line(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarra
     return lengths(offset - np.clip(share, 0, 1)[:, None] * line)
 
 
-def nearest(key: np.ndarray, points: np.ndarray, found: Facing | Touches, of_found: np.ndarray) -> np.ndarray:
+def nearest(
+    key: np.ndarray, points: np.ndarray, joints: Facing | Touches, joint_key: np.ndarray
+) -> np.ndarray:
     """Return the distance of each point from the nearest joint of the same block or pair of blocks.
 
     The shape is (points,). The key of a point or joint is the index of a block or of a pair of blocks. The
@@ -420,15 +424,15 @@ def nearest(key: np.ndarray, points: np.ndarray, found: Facing | Touches, of_fou
         Key of each point.
     points : ndarray, shape (points, 2) or (points, 3)
         Points.
-    found : Facing or Touches
+    joints : Facing or Touches
         Joints: lengths, polygons or contacts.
-    of_found : ndarray, shape (rows,)
-        Key of each row of ``found``.
+    joint_key : ndarray, shape (rows,)
+        Key of each row of ``joints``.
     """
-    order = np.argsort(of_found, kind="stable")
-    first = np.searchsorted(of_found[order], key)
-    count = np.searchsorted(of_found[order], key, side="right") - first
+    order = np.argsort(joint_key, kind="stable")
+    first = np.searchsorted(joint_key[order], key)
+    count = np.searchsorted(joint_key[order], key, side="right") - first
     number, point, row = combine(np.arange(len(key)), np.ones_like(first), first, count)
     distance = np.full(len(key), np.inf)
-    np.minimum.at(distance, number, found.distance(points[point], order[row]))
+    np.minimum.at(distance, number, joints.distance(points[point], order[row]))
     return distance

@@ -130,10 +130,10 @@ class WallStretch(NamedTuple):
         Each piece comes with the crossing before it, or None for the first piece.
         """
         ends = [*(crossing.start for crossing in self.crossings), self.end]
-        for left, end in zip([None, *self.crossings], ends, strict=True):
-            start = left.end if left else self.start
+        for previous, end in zip([None, *self.crossings], ends, strict=True):
+            start = previous.end if previous else self.start
             if start < end:
-                yield start, end, left
+                yield start, end, previous
 
     def clear(self, hole: _Hole, nothing: float) -> bool:
         """Return True if an opening and its lintel are inside this piece of wall, outside crossing walls.
@@ -311,20 +311,20 @@ class Plan(SolidGenerator):
         """
         stretches = self._stretches()
         near = _AXIS_TOLERANCE * _size(stretches)
-        found: list[list[WallCrossing]] = [[] for _ in stretches]
-        for (i, one), (j, other) in permutations(enumerate(stretches), 2):
-            both = [(one, other), (other, one)]
+        crossings: list[list[WallCrossing]] = [[] for _ in stretches]
+        for (i, first), (j, second) in permutations(enumerate(stretches), 2):
+            both = [(first, second), (second, first)]
             apart = any(not a.start - near <= b.line <= a.end + near for a, b in both)
-            if apart or one.along == other.along:
+            if apart or first.along == second.along:
                 continue  # the axes neither cross nor touch
             ends = [near >= min(abs(a.start - b.line), abs(a.end - b.line)) for a, b in both]
             # In a butted bond, a wall that ends is built against a wall that continues. If both end or both
             # continue, the second wall is built against the first.
             through = i < j if ends[0] == ends[1] else ends[1]
             passes = (through, through) if self.bond == "butted" else (i < j, i > j)
-            found[i].append(WallCrossing(*other.faces, other.wall.leaves, other.courses, passes))
+            crossings[i].append(WallCrossing(*second.faces, second.wall.leaves, second.courses, passes))
         whole = []
-        for stretch, own in zip(stretches, found, strict=True):
+        for stretch, own in zip(stretches, crossings, strict=True):
             start, end = stretch.start, stretch.end
             for crossing in sorted(own):
                 centre = (crossing.start + crossing.end) / 2
@@ -365,10 +365,10 @@ class Plan(SolidGenerator):
         leaves = [(whole[0], stretch.line), (stretch.line, whole[1])] if double and not headers else [whole]
         length = self.thickness if headers else self.block[0]
         joints: list[float] = []
-        for start, end, left in stretch.bays():
+        for start, end, previous in stretch.bays():
             # After a crossing in a toothed bond, a course begins with half a block if this wall passes
             # through the other wall in this course. Elsewhere, every second course begins with half a block.
-            half = left.passes[course % 2] if left and self.bond == "toothed" else course % 2
+            half = previous.passes[course % 2] if previous and self.bond == "toothed" else course % 2
             joints += every(length, start + length / 2 * (headers or half), end - CLOSER * length)
         middles = [middle for crossing in stretch.crossings for middle in crossing.middles]
         stones = [stone for run in stretch.runs(course) for stone in cut(*run, joints, length, middles)]
@@ -381,17 +381,19 @@ class Plan(SolidGenerator):
 def _overlaps(stretches: list[WallStretch]) -> Iterator[str]:
     """Generate an error message for each pair of pieces of walls that overlap and cannot be bonded."""
     near = _AXIS_TOLERANCE * _size(stretches)
-    for one, other in combinations(stretches, 2):
-        overlap = [min(a[1], b[1]) - max(a[0], b[0]) for a, b in zip(one.bounds, other.bounds, strict=True)]
+    for first, second in combinations(stretches, 2):
+        overlap = [
+            min(a[1], b[1]) - max(a[0], b[0]) for a, b in zip(first.bounds, second.bounds, strict=True)
+        ]
         if min(overlap) <= near:
             continue
-        if one.along == other.along:
+        if first.along == second.along:
             yield (
-                f"walls '{one.wall.name}' and '{other.wall.name}' overlap: "
+                f"walls '{first.wall.name}' and '{second.wall.name}' overlap: "
                 "move one of them, or draw walls in one line as one 'axis'"
             )
             continue
-        for a, b in permutations((one, other)):
+        for a, b in permutations((first, second)):
             if a.start > b.faces[0] + near or a.end < b.faces[1] - near:
                 yield (
                     f"wall '{a.wall.name}' ends inside wall '{b.wall.name}': "

@@ -106,19 +106,19 @@ class Surfaces:
         if len(wrong):
             start, end = (place(self.points[vertex[wrong[0]]]) for vertex in (tail, tip))
             more = uses[edge[wrong[0]]] - 1
-            others = f"{more} other faces have" if more else "no other face has"
-            why = f"{{}} has an edge from {start} to {end} that {others}: each edge must belong to two faces"
+            owners = f"{more} other faces have" if more else "no other face has"
+            why = f"{{}} has an edge from {start} to {end} that {owners}: each edge must belong to two faces"
             self.refuse(int(self.face[wrong[0]]), why)
         # Each edge is a side of two faces. Find the corner of each of the two faces at which this side
         # begins.
         corners_of_edge = np.argsort(edge, kind="stable").reshape(-1, 2)
-        one, other = self.face[corners_of_edge].T
+        first, second = self.face[corners_of_edge].T
         same_direction = tail[corners_of_edge[:, 0]] == tail[corners_of_edge[:, 1]]
-        turn, contradictory = turned(len(self.part), one, other, same_direction)
+        turn, contradictory = turned(len(self.part), first, second, same_direction)
         if contradictory.any():
             why = "{} is part of a surface that has no inside and outside: define the faces of a solid"
             self.refuse(int(contradictory.argmax()), why)
-        mixed = np.unique(self.block[self.part[one[same_direction]]])
+        mixed = np.unique(self.block[self.part[first[same_direction]]])
         return replace(self, mixed=mixed).reversed(turn)
 
     def reversed(self, chosen: np.ndarray) -> Self:

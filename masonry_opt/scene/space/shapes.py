@@ -59,15 +59,15 @@ class ConvexParts:
         """Return the bounding box of each part: smallest and largest coordinates, shape (parts, 3) each."""
         return bounds(self.of_point, self.points, len(self.block))
 
-    def beyond(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def beyond(self, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return how far corners of one part are beyond the planes of another part, for pairs of parts.
 
         The two results have shape (pairs,). A distance is positive on the outer side of the plane.
 
         Parameters
         ----------
-        one, other : ndarray, shape (pairs,)
-            Pairs of parts. Distances of the corners of ``other`` are measured from the planes of ``one``.
+        first, second : ndarray, shape (pairs,)
+            Pairs of parts. Distances of the corners of ``second`` are measured from the planes of ``first``.
 
         Returns
         -------
@@ -79,8 +79,8 @@ class ConvexParts:
         """
         parts = np.arange(len(self.block) + 1)
         first_plane, first_point = (np.searchsorted(part, parts) for part in (self.of_plane, self.of_point))
-        nearest, farthest = np.empty(len(one)), np.empty(len(one))
-        for pair, (a, b) in enumerate(zip(one, other, strict=True)):
+        nearest, farthest = np.empty(len(first)), np.empty(len(first))
+        for pair, (a, b) in enumerate(zip(first, second, strict=True)):
             planes = slice(*first_plane[a : a + 2])
             points = self.points[slice(*first_point[b : b + 2])]
             low, high = np.full((2, planes.stop - planes.start), [[np.inf], [-np.inf]])
@@ -92,25 +92,25 @@ class ConvexParts:
 
 
 def overlapping(
-    parts: ConvexParts, one: np.ndarray, other: np.ndarray, tolerance: float
+    parts: ConvexParts, first: np.ndarray, second: np.ndarray, tolerance: float
 ) -> Iterator[tuple[int, Common]]:
     """Yield the pairs of parts that overlap by more than the tolerance, with their overlaps.
 
-    A pair is given by its index in ``one`` and ``other``. The indices are in ascending order.
+    A pair is given by its index in ``first`` and ``second``. The indices are in ascending order.
     """
     low, high = parts.boxes
-    inside = np.minimum(high[one], high[other]) - np.maximum(low[one], low[other])
+    inside = np.minimum(high[first], high[second]) - np.maximum(low[first], low[second])
     pairs = np.flatnonzero((inside > tolerance).all(axis=1))
-    for a, b in ((one, other), (other, one)):
+    for a, b in ((first, second), (second, first)):
         # Leave out pairs of parts that do not overlap because a plane of one part separates them.
         pairs = pairs[parts.beyond(a[pairs], b[pairs])[0] < -tolerance]
     for pair in pairs:
-        common = _common_region(parts, int(one[pair]), int(other[pair]))
+        common = _common_region(parts, int(first[pair]), int(second[pair]))
         if common.depth > tolerance:
             yield int(pair), common
 
 
-def _common_region(parts: ConvexParts, one: int, other: int) -> Common:
+def _common_region(parts: ConvexParts, first: int, second: int) -> Common:
     """Return the common region of two convex parts.
 
     The depth of the region is zero if the parts do not overlap.
@@ -121,7 +121,7 @@ def _common_region(parts: ConvexParts, one: int, other: int) -> Common:
     from scipy.optimize import linprog
     from scipy.spatial import ConvexHull, HalfspaceIntersection
 
-    both = [one, other]
+    both = [first, second]
     low, high = np.maximum(*parts.boxes[0][both]), np.minimum(*parts.boxes[1][both])
     middle, scale = (low + high) / 2, float(np.abs(high - low).max())
     own = np.isin(parts.of_plane, both)
@@ -195,17 +195,17 @@ class Shapes(Extents):
         lower_bound = lengths(np.maximum(np.maximum(low - high[block], low[block] - high), 0))
         lower_bound[block] = np.inf
         nearest, gap = block, np.inf
-        for other in np.argsort(lower_bound).tolist():
-            if lower_bound[other] >= gap:
+        for candidate in np.argsort(lower_bound).tolist():
+            if lower_bound[candidate] >= gap:
                 break
             # The distance between two convex parts equals the distance between the origin and the convex hull
             # of all differences of their corners.
             distance = min(
                 _distance_from_hull((first[:, None] - second[None]).reshape(-1, 3))
-                for first, second in product(self._parts_of(block), self._parts_of(other))
+                for first, second in product(self._parts_of(block), self._parts_of(candidate))
             )
             if distance < gap:
-                nearest, gap = other, distance
+                nearest, gap = candidate, distance
         return nearest, gap
 
     def _parts_of(self, block: int) -> list[np.ndarray]:
@@ -237,10 +237,10 @@ class Shapes(Extents):
         The pair of blocks is given by its index.
         """
         count = np.bincount(self.parts.block, minlength=len(self.size))
-        first = np.cumsum(count) - count
+        start = np.cumsum(count) - count
         i, j = pairs.T
-        number, one, other = combine(first[i], count[i], first[j], count[j])
-        for pair_of_parts, common in overlapping(self.parts, one, other, self.contact_tolerance):
+        number, first, second = combine(start[i], count[i], start[j], count[j])
+        for pair_of_parts, common in overlapping(self.parts, first, second, self.contact_tolerance):
             yield int(number[pair_of_parts]), common
 
 
@@ -339,12 +339,12 @@ def _refuse_parts(scene: Scene, parts: ConvexParts, origin: np.ndarray, toleranc
             "in front of the plane of a face): divide it into convex 'parts'",
         )
     count = np.bincount(parts.block)
-    first = np.cumsum(count) - count
-    _, one, other = combine(first, count, first, count)
-    one, other = one[one < other], other[one < other]
-    for pair, common in overlapping(parts, one, other, tolerance):
-        block = parts.block[one[pair]]
-        numbers = " and ".join(str(number - first[block] + 1) for number in (one[pair], other[pair]))
+    start = np.cumsum(count) - count
+    _, first, second = combine(start, count, start, count)
+    first, second = first[first < second], second[first < second]
+    for pair, common in overlapping(parts, first, second, tolerance):
+        block = parts.block[first[pair]]
+        numbers = " and ".join(str(number - start[block] + 1) for number in (first[pair], second[pair]))
         where = place(common.middle + origin, tolerance)
         raise_for(
             [block],

@@ -64,7 +64,9 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
 
     def _unusual_axles(self) -> Iterator[dict[str, Any]]:
         """Generate warnings about axles if their loads and the weights seem to be in different units."""
-        groups = {passage.axles.name: passage.axles for passage in (each.passage for each in self.passages)}
+        groups = {
+            passage.axles.name: passage.axles for passage in (trials.passage for trials in self.passages)
+        }
         if groups:
             yield from unusual_axles(self.passages[0].passage.assembly, groups.values())
 
@@ -120,8 +122,12 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
     def plot(self) -> "Picture":
         """Return a matplotlib figure: a chart of λ by position, above the mechanism at the worst position.
 
-        Both parts have the same x axis. The position is that of the first axle. Raises OptionError if the
-        scene is unstable.
+        Both parts have the same x axis. The position is that of the first axle.
+
+        Raises
+        ------
+        OptionError
+            If the scene is unstable.
         """
         from masonry_opt.studies.crossing.picture import crossing_picture
 
@@ -130,9 +136,14 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
     def save(self, path: str | Path, force: bool = False) -> None:
         """Write the picture to a .png, .svg or .pdf file, or a page with the picture to an .html file.
 
-        The page also has the result at the worst position and the table. The file is written
-        completely or not at all. Raises OptionError if the name has another ending, if the file cannot be
-        written or replaced (``force`` replaces files of other programs), or if the scene is unstable.
+        The page also has the result at the worst position and the table. The file is written completely or
+        not at all.
+
+        Raises
+        ------
+        OptionError
+            If the name has another ending, if the file cannot be written or replaced (``force`` replaces
+            files of other programs), or if the scene is unstable.
         """
         from masonry_opt.drawing.figure import save_as
 

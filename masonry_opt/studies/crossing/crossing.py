@@ -176,8 +176,8 @@ def _crossed(
     # undecided passage then counts as the worst.
     worst = min(all_trials, key=lambda trials: (trials.least, not trials.is_undecided))
     result, stop = _worst_result(session, worst, effort, stop)
-    others = _other_methods(session, result, worst) if asked.other_methods and stop is None else {}
-    return answer(worst=result, passages=tuple(all_trials), **others, **_ended_by(stop))
+    by_other_methods = _other_methods(session, result, worst) if asked.other_methods and stop is None else {}
+    return answer(worst=result, passages=tuple(all_trials), **by_other_methods, **_ended_by(stop))
 
 
 def _ended_by(stop: KeyboardInterrupt | None) -> dict[str, Any]:

@@ -55,7 +55,13 @@ class CrossingLoadFactors:
         return LEAST_AT_POSITION if name == LEAST and self.bound is None else name
 
     def required(self) -> float:
-        """Return the least load factor. Raises NoLoadFactorError if no position has a load factor."""
+        """Return the least load factor.
+
+        Raises
+        ------
+        NoLoadFactorError
+            If no position has a load factor.
+        """
         return self.worst.required()
 
     @property

@@ -63,10 +63,10 @@ class Passage:
     The position of the group is the abscissa of its first axle.
     """
 
-    axles: Axles
-    direction: TravelDirection
-    assembly: Assembly
-    road: Road
+    axles: Axles  #: group of axles
+    direction: TravelDirection  #: direction in which the axles travel, "left" or "right"
+    assembly: Assembly  #: problem of the scene without the loads of the axles
+    road: Road  #: road over which the axles travel
 
     @property
     def case(self) -> str | None:
@@ -127,7 +127,9 @@ class Passage:
             group = f"axles '{self.axles.name}'"
             live = {name: factor for name, factor in case.live.items() if name != "axles"}
             case = case.replace(live=live | {group: scene.factor_of_axles})
-            fields["load_cases"] = [case if other.name == case.name else other for other in scene.load_cases]
+            fields["load_cases"] = [
+                case if listed.name == case.name else listed for listed in scene.load_cases
+            ]
         forces = self._on_blocks(position)
         for block in np.flatnonzero(forces[:, 1]):
             _, down, moment = forces[block]
@@ -201,8 +203,8 @@ def moving_load(problem: Problem, effort: Effort) -> SolveLive:
             q = scaled.force * program.values(statics.q)
             d = program.duals(statics.equilibrium)
             load_factor = scaled.force * float(program.values(statics.load_factor)[0]) / loaded.live_norm
-            found = certified(loaded, load_factor, q, d * loaded.live_norm / (live @ d), problem.friction)
-            return replace(solution, found=found).accepted()
+            answer = certified(loaded, load_factor, q, d * loaded.live_norm / (live @ d), problem.friction)
+            return replace(solution, state=answer).accepted()
         if verdict in (Verdict.UNBOUNDED, Verdict.INFEASIBLE_OR_UNBOUNDED):
             # The scene is stable, so λ = 0 is feasible. A program without an optimum is therefore unbounded.
             return solution.ended(Status.UNLIMITED, Code.NO_MECHANISM)
@@ -222,7 +224,7 @@ class PassageTrials:
     If a search is interrupted, the answers that it has found so far are still available.
     """
 
-    passage: Passage
+    passage: Passage  #: group of axles, direction and load case
     #: function that solves the scene under a live load; None after the search
     solve: SolveLive | None = field(repr=False)
     #: function that is called with each solved position and its λ
@@ -274,7 +276,10 @@ class PassageTrials:
 
     @property
     def load_factors(self) -> np.ndarray:
-        """λ at the solved positions, shape (n,)."""
+        """λ at the solved positions, shape (n,).
+
+        The value is inf if the scene carries any load at a position, and NaN if the position is undecided.
+        """
         return np.array([self.at(position) for position in self.positions])
 
     @property

@@ -58,12 +58,12 @@ def _load_case_facts(answer: CrossingLoadFactors) -> dict[str, str]:
     if worst.load_case is not None:
         governs = ", governs" if len(answer.by_case) - len(answer.not_crossed) > 1 else ""
         lines["load case"] = f"'{worst.load_case}'{governs}: {worst.assembly.scene.load_case}"
-    others = []
+    other_cases = []
     for name, load_factor in answer.by_case.items():
         if name not in (worst.load_case, *answer.not_crossed):
-            others.append(f"'{name}' {'none' if load_factor is None else numeral(load_factor, '.6f')}")
-    if others:
-        lines["other cases"] = f"least λ {', '.join(others)}"
+            other_cases.append(f"'{name}' {'none' if load_factor is None else numeral(load_factor, '.6f')}")
+    if other_cases:
+        lines["other cases"] = f"least λ {', '.join(other_cases)}"
     if answer.left_out:
         names = some([*map(repr, answer.left_out)])
         lines["left out"] = f"use 'solve' for the load cases without axles: {names}"

@@ -149,9 +149,9 @@ class Cases(StudyAnswer):
         shown = [self.to_draw] if self.governing else []
         # Omit the warnings that the summary of the governing result contains already.
         printed = {sentence for result in shown for sentence in result.warning_sentences}
-        others = [sentence for sentence in self.warning_sentences if sentence not in printed]
+        unprinted = [sentence for sentence in self.warning_sentences if sentence not in printed]
         text = self._with_table([result.summary for result in shown])
-        return printable("\n".join([text, *warning_lines(others)]))
+        return printable("\n".join([text, *warning_lines(unprinted)]))
 
     @property
     def details(self) -> str:

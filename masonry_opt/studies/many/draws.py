@@ -47,21 +47,21 @@ class Distribution(NamedTuple):
     frozen: Any
 
 
-def distribution(name: str, given: Any) -> Distribution:
+def distribution(name: str, definition: Any) -> Distribution:
     """Convert a user's distribution to a frozen distribution of SciPy, with its printed text.
 
-    ``given`` has one of the forms that :func:`~.sample.sample` accepts.
+    ``definition`` has one of the forms that :func:`~.sample.sample` accepts.
 
     A standard deviation that exceeds a nonzero mean must be written as a fraction of the mean. Raises
     OptionError, with the name of the number, if the form is unknown or a value is out of range.
     """
     subject = f"distribution of '{name}'"
-    if callable(getattr(given, "ppf", None)) and callable(getattr(given, "cdf", None)):
-        kind = getattr(getattr(given, "dist", None), "name", type(given).__name__)
-        values = [*getattr(given, "args", ()), *getattr(given, "kwds", {}).values()]
-        return Distribution(f"{kind}({', '.join(f'{value:g}' for value in values)})", given)
+    if callable(getattr(definition, "ppf", None)) and callable(getattr(definition, "cdf", None)):
+        kind = getattr(getattr(definition, "dist", None), "name", type(definition).__name__)
+        values = [*getattr(definition, "args", ()), *getattr(definition, "kwds", {}).values()]
+        return Distribution(f"{kind}({', '.join(f'{value:g}' for value in values)})", definition)
     try:
-        kind, first, second = given
+        kind, first, second = definition
         frozen = _DISTRIBUTIONS[kind]
         first = _number(first)
         second = _number(second) if kind == "uniform" else _deviation(second, first, subject)
@@ -69,7 +69,7 @@ def distribution(name: str, given: Any) -> Distribution:
         if least <= 0:
             raise ValueError
     except (TypeError, ValueError, KeyError):
-        raise OptionError(f"{subject}: {_DISTRIBUTION_FORMS} (found {given!r})") from None
+        raise OptionError(f"{subject}: {_DISTRIBUTION_FORMS} (found {definition!r})") from None
     return Distribution(f"{kind}({first:g}, {second:g})", frozen(first, second))
 
 
@@ -101,8 +101,8 @@ def parse(text: str) -> tuple[str, tuple[str, Any, Any]]:
         lognormals = (
             "NAME=lognormal:MEAN:DEVIATION (DEVIATION is a number, or a share of the mean such as 15%)"
         )
-        others = "NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST"
-        raise OptionError(f"'{text}': write it as {lognormals}, {others}")
+        other_forms = "NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST"
+        raise OptionError(f"'{text}': write it as {lognormals}, {other_forms}")
     return name.strip(), tuple(parts)  # type: ignore[return-value]
 
 
@@ -163,7 +163,7 @@ class Draws:
             raise OptionError(f"by='{by}' is unknown{instead_of(by, JOINT_GROUPS)}")
         self._by, self._parameters = by, Parameters(scene)
         self._parameters.check_names(distributions)
-        self._laws = {name: distribution(name, given) for name, given in distributions.items()}
+        self._laws = {name: distribution(name, definition) for name, definition in distributions.items()}
         by_group = [name for name in self._laws if by != "scene" and is_of_joints(name)]
         if by != "scene" and not by_group:
             raise OptionError(f"by='{by}' needs an uncertain property of joints, such as 'joints.friction'")

@@ -172,8 +172,8 @@ class _Search:
             # Interpolate the threshold linearly between both ends of the interval.
             value += above / (above - below) * (fails.value - holds.value)
         trials = tuple(self.trials.values())
-        others = sorted(trial.value for trial in trials if trial.holds and trial is not holds)
-        contradictions = tuple(other for other in others if (other < fails.value) == self.least)
+        holding_values = sorted(trial.value for trial in trials if trial.holds and trial is not holds)
+        contradictions = tuple(holding for holding in holding_values if (holding < fails.value) == self.least)
         return Threshold(self.least, self.load, value, holds, fails, jump, contradictions, trials)
 
     def at(self, value: float) -> Trial:
@@ -261,8 +261,8 @@ class _Search:
         does, not_so = words[low.holds], words[not low.holds]
         at = f"the scene {does} at {low.value:g}"
         if low.holds != high.holds:
-            other = "'most' (--most)" if self.least else "'least' (the command without --most)"
-            return f"{at} and {not_so} at {high.value:g}: use {other}"
+            function = "'most' (--most)" if self.least else "'least' (the command without --most)"
+            return f"{at} and {not_so} at {high.value:g}: use {function}"
         exceptions = ", ".join(f"{trial.value:.6g}" for trial in row if trial.holds != low.holds)
         if exceptions:
             return (

@@ -81,9 +81,11 @@ class Parameters:
             if first != name:
                 raise OptionError(f"'{first}' and '{name}' are the same parameter: vary only one of them")
             head, _, key = name.rpartition(".")
-            other = f"{head}.{EXCLUSIVE_KEYS.get(key, '')}"
-            if other in names:
-                raise OptionError(f"'{name}' and '{other}' describe the same property: vary only one of them")
+            excluded = f"{head}.{EXCLUSIVE_KEYS.get(key, '')}"
+            if excluded in names:
+                raise OptionError(
+                    f"'{name}' and '{excluded}' describe the same property: vary only one of them"
+                )
 
     def at(self, values: Mapping[str, float]) -> Scene:
         """Return the scene with new values for some of its parameters.
@@ -93,14 +95,14 @@ class Parameters:
         """
         self.check_names(values)
         of_joints = {name: value for name, value in values.items() if is_of_joints(name)}
-        others = {name: value for name, value in values.items() if name not in of_joints}
+        not_of_joints = {name: value for name, value in values.items() if name not in of_joints}
         try:
-            if others and self._last[0] != others:
+            if not_of_joints and self._last[0] != not_of_joints:
                 source = self._source
-                for name, value in others.items():
+                for name, value in not_of_joints.items():
                     source = _changed(source, self._known[name], value)
-                self._last = others, source.scene() if isinstance(source, CaseFile) else source
-            scene = self._last[1] if others else self.scene
+                self._last = not_of_joints, source.scene() if isinstance(source, CaseFile) else source
+            scene = self._last[1] if not_of_joints else self.scene
             for name, value in of_joints.items():
                 scene = _changed(scene, self._known[name], value)  # equal paths in scene and case file
         except CaseError as error:
@@ -203,11 +205,11 @@ def _changed(holder: Any, path: _Path, value: float) -> Any:
     if not path:
         # A number that is an integer in the scene stays an integer.
         return int(value) if isinstance(holder, int) and float(value).is_integer() else float(value)
-    first, rest = path[0], path[1:]
+    first, remainder = path[0], path[1:]
     if isinstance(first, int):
         entries = [*holder]
-        entries[first] = _changed(entries[first], rest, value)
+        entries[first] = _changed(entries[first], remainder, value)
         return type(holder)(entries)
     if isinstance(holder, dict):
-        return holder | {first: _changed(holder[first], rest, value)}
-    return holder.replace(**{first: _changed(getattr(holder, first), rest, value)})
+        return holder | {first: _changed(holder[first], remainder, value)}
+    return holder.replace(**{first: _changed(getattr(holder, first), remainder, value)})

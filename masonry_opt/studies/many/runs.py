@@ -249,7 +249,7 @@ def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:
 
     ``found_at`` is a text that describes the other run, such as "tie.strength = 40".
     """
-    solution = Solution(Status.CONVERGED, Kind.EXACT, found=shared.answer)
+    solution = Solution(Status.CONVERGED, Kind.EXACT, state=shared.answer)
     entries = {"load_factor": shared.answer.load_factor, "status": str(solution.status), "reason": ""}
     entries |= {"any_load": False, "exact": True, "which": LOWEST, "state_from": f"state found at {found_at}"}
     entries["message"] = f"another run found this state ({found_at}); it is certified for the present run"
@@ -310,8 +310,10 @@ def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
     For successive runs that differ only in joint properties, a worker builds its programs only once.
     """
     first: dict[tuple[float, ...], int] = {}
-    others = [tuple(value for name, value in point.items() if not is_of_joints(name)) for point in points]
-    return sorted(range(len(points)), key=lambda index: first.setdefault(others[index], index))
+    not_of_joints = [
+        tuple(value for name, value in point.items() if not is_of_joints(name)) for point in points
+    ]
+    return sorted(range(len(points)), key=lambda index: first.setdefault(not_of_joints[index], index))
 
 
 def row(values: Mapping[str, float], end: TaskEnd) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from scipy import stats
 from masonry_opt.analysis import prepare
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT, METHODS
-from masonry_opt.problem.arguments import numbers
+from masonry_opt.problem.arguments import list_of_numbers, refuse_shares
 from masonry_opt.problem.load_factor_scale import EQUALITY_TOLERANCE
 from masonry_opt.reporting.load_factors import meaning, search_advice
 from masonry_opt.reporting.sentences import numeral
@@ -199,10 +199,13 @@ class Sample(StudyAnswer):
         are sorted first for the lower limit, and last for the upper limit. A limit is NaN if there are too
         few runs to compute it.
 
-        Raises OptionError if a probability is not between 0 and 1.
+        Raises
+        ------
+        OptionError
+            If a probability or the confidence is not between 0 and 1.
         """
-        probabilities = _list_of_numbers("probabilities", probabilities)
-        _refuse_shares(probabilities=probabilities, confidence=[confidence])
+        probabilities = list_of_numbers("probabilities", probabilities)
+        refuse_shares(probabilities=probabilities, confidence=[confidence])
 
         def interval(values: np.ndarray, probability: float) -> Any:
             return stats.quantile_test(values, p=probability).confidence_interval(confidence)
@@ -227,16 +230,19 @@ class Sample(StudyAnswer):
         does not exceed the load, up to rounding. The limits are those of Clopper and Pearson (1934): the
         lower limit assumes that no undecided run has collapsed, the upper limit that all undecided runs have.
 
-        Raises OptionError if a load is not a number, or if the confidence is not between 0 and 1.
-
         Parameters
         ----------
         loads: Load factors. Default: those of all runs, where load factors that differ by rounding errors
             count as one, and two values that extend their range by 5 % at each end.
         confidence: Confidence of the limits.
+
+        Raises
+        ------
+        OptionError
+            If a load is not a number, or if the confidence is not between 0 and 1.
         """
-        _refuse_shares(confidence=[confidence])
-        loads = self._loads_of_runs() if loads is None else _list_of_numbers("loads", loads)
+        refuse_shares(confidence=[confidence])
+        loads = self._loads_of_runs() if loads is None else list_of_numbers("loads", loads)
         n, tail = len(self._counting), (1 - confidence) / 2
         upper_ends = np.asarray(loads, dtype=float)
         upper_ends = upper_ends + EQUALITY_TOLERANCE * np.abs(upper_ends)
@@ -279,9 +285,12 @@ class Sample(StudyAnswer):
         (2000). The intervals of all correlations with the same load factor are valid simultaneously, with
         this confidence (Bonferroni correction).
 
-        Raises OptionError if the confidence is not between 0 and 1.
+        Raises
+        ------
+        OptionError
+            If the confidence is not between 0 and 1.
         """
-        _refuse_shares(confidence=[confidence])
+        refuse_shares(confidence=[confidence])
         drawn = self._counting[list(self.drawn)]
         deviations = stats.norm.ppf(1 - (1 - confidence) / 2 / max(drawn.shape[1], 1))
 
@@ -353,7 +362,10 @@ class Sample(StudyAnswer):
     def plot(self, kind: str = "fragility") -> "altair.TopLevelMixin":
         """Return an Altair chart: "fragility" (probability of collapse) or "sensitivity" (rank correlations).
 
-        Raises OptionError if the kind is unknown, or if the extra "studies" (Altair) is not installed.
+        Raises
+        ------
+        OptionError
+            If the kind is unknown, or if the extra "studies" (Altair) is not installed.
         """
         if kind not in CHART_KINDS:
             raise OptionError(f"kind '{kind}' is unknown{instead_of(kind, CHART_KINDS)}")
@@ -407,23 +419,6 @@ class Sample(StudyAnswer):
         result["warnings"] = self.warning_records
         tables = {name: records(frame) for name, frame in self.tables().items()}
         return result | {"confidence": CONFIDENCE} | tables
-
-
-def _list_of_numbers(name: str, values: Any) -> list[float]:
-    """Return a number or a list of numbers as a list. Raises OptionError for any other value."""
-    needed = "a number or a list of numbers"
-    array = np.atleast_1d(numbers(name, values, needed))
-    if array.ndim != 1 or not np.isfinite(array).all():
-        raise OptionError(f"{name} must be {needed} (found {values!r})")
-    return [float(number) for number in array]
-
-
-def _refuse_shares(**shares: Sequence[float]) -> None:
-    """Raise OptionError if a number is not between 0 and 1."""
-    for name, values in shares.items():
-        wrong = [value for value in values if not 0 < value < 1]
-        if wrong:
-            raise OptionError(f"{name} must be between 0 and 1 (found {wrong[0]})")
 
 
 def sample(  # noqa: PLR0913 - options of the public API are keywords

@@ -57,19 +57,19 @@ def standing(scene: Scene, last: Assembly | None = None) -> DeadLoadMargin:
     solution = _margin(with_pressure_removed(problem), solver, effort)
     if solution is None or solution.answer is None:
         solution, d = Solution(Status.STABLE, Kind.ASSOCIATIVE), _falls(problem, solver, effort)
-        margin, found = (inf, FinalState()) if d is None else (-inf, FinalState(d=d))
+        margin, state = (inf, FinalState()) if d is None else (-inf, FinalState(d=d))
     else:
         answer = solution.answer
         margin, certificate = answer.load_factor + 0.0, answer.certificate
         stands = margin >= -RELATIVE_ROUNDING
-        found = (
+        state = (
             FinalState(q=answer.q + margin * unit_pressure(problem))
             if stands
             else FinalState(d=answer.d, slope=answer.slope)
         )
-    solution = replace(solution, status=Status.STABLE, found=found)
-    if found.d is not None:
-        solution = solution.ended(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, found.d))
+    solution = replace(solution, status=Status.STABLE, state=state)
+    if state.d is not None:
+        solution = solution.ended(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, state.d))
     # The result is for the dead load alone, so the live load, the tilt and the reference load factors are
     # removed.
     unloaded = replace(problem, live=np.zeros_like(problem.live))

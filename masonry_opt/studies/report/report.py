@@ -89,7 +89,7 @@ class ReportPart:
     #: Results that are printed in full, by name.
     printed_in_full: Mapping[str, Result] = field(default_factory=dict)
     #: Further results, by name.
-    others: Mapping[str, Result] = field(default_factory=dict)
+    further_results: Mapping[str, Result] = field(default_factory=dict)
     #: Facts about the answer: the text of each fact, by its label.
     facts: Mapping[str, str] = field(default_factory=dict)
     #: Pictures of the answer, by caption.
@@ -135,14 +135,14 @@ def report(
         If the file cannot be written.
     """
     refuse_report(path, units, force)
-    parts = [_part(one) for one in (answer if isinstance(answer, list | tuple) else [answer])]
+    parts = [_part(item) for item in (answer if isinstance(answer, list | tuple) else [answer])]
     varied = {key for part in parts for key in part.varied}  # keys in which the scenes may differ
     scenes = [part.assembly.scene for part in parts]
     contents = [scene.model_dump(exclude=varied) for scene in scenes]
     if not scenes or any(content != contents[0] for content in contents):
         called = ", ".join(dict.fromkeys(scene.called for scene in scenes))
-        found = f"{called}, of different content" if scenes else "none"
-        raise OptionError(f"a report needs answers about one scene (found {found})")
+        actual = f"{called}, of different content" if scenes else "none"
+        raise OptionError(f"a report needs answers about one scene (found {actual})")
     write_whole(path, _page(_with_distinct_headings(parts), _units(units)))
 
 
@@ -254,7 +254,7 @@ def _(answer: Cases) -> ReportPart:
         says=f"{named_factor(drawn)}: {governs} ({counted(len(answer.results), kind)})",
         assembly=drawn.assembly,
         printed_in_full={answer.governing or next(iter(answer.results)): drawn},
-        others=answer.results,
+        further_results=answer.results,
         pictures={f"λ by {kind}": answer.plot()},
         tables={f"Every {kind} ({len(rows)})": frame_table(rows, load_case="load case", sure="certainty")},
         left_out=dict.fromkeys(answer.left_out, "axles move in this load case: use 'crossing'"),
@@ -276,7 +276,7 @@ def _(answer: Settlement) -> ReportPart:
         says="; ".join(reactions) or facts["reaction"],
         assembly=answer.assembly,
         printed_in_full={"collapse mechanism": answer.fallen} if answer.fallen else {},
-        others=results,
+        further_results=results,
         facts=facts,
         pictures=answer.pictures() if answer.ends else {},
         tables=answer.page_tables(),
@@ -333,7 +333,7 @@ def _page(parts: Sequence[ReportPart], units: dict[str, str]) -> str:
     results: dict[str, Result] = {}
     factors: dict[str, Result] = {}  # results with a load factor
     for part in parts:
-        for name, result in {**part.printed_in_full, **part.others}.items():
+        for name, result in {**part.printed_in_full, **part.further_results}.items():
             full_name = f"{part.heading}: {name}" if len(parts) > 1 else name
             results[full_name] = result
             if part.pushed and result.load_factor is not None:
@@ -365,7 +365,7 @@ def _page(parts: Sequence[ReportPart], units: dict[str, str]) -> str:
         solved={result.load_case for result in results.values()} | crossed,
         counts=counts(assembly),
         size=" × ".join(numeral(side, ".5g") for side in (high - low).tolist()),
-        given=_tables_of_inputs(scene, axles),
+        inputs=_tables_of_inputs(scene, axles),
         drawing=_drawing(assembly, units["length"]),
         case=_case_text(scene),
     )

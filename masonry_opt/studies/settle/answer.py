@@ -191,7 +191,6 @@ class Settlement(StudyAnswer):
         """Return a matplotlib figure of the mechanism at the "least" or the "greatest" reaction.
 
         Arrows show how the supports move. Without a stable reaction, the figure shows the collapse mechanism.
-        Raises OptionError if the end or the kind does not exist, or the view is wrong.
 
         Parameters
         ----------
@@ -199,6 +198,11 @@ class Settlement(StudyAnswer):
         kind: Key of ``Bound.results``; by default the kind of the reaction.
         names: True to write the names of the blocks into the picture.
         view: Angles from which solids are seen, as in :meth:`Result.plot`.
+
+        Raises
+        ------
+        OptionError
+            If the end or the kind does not exist, or if the view is wrong.
         """
         if end not in ("least", "greatest"):
             raise OptionError(f"'end' must be 'least' or 'greatest' (found '{end}')")
@@ -226,8 +230,13 @@ class Settlement(StudyAnswer):
         """Write one picture to a .png, .svg or .pdf file, or a page with all pictures to an .html file.
 
         See ``plot`` for the parameters ``end``, ``kind`` and ``view``. The file is written completely or not
-        at all. Raises OptionError if the name has another ending, if the file cannot be written or replaced
-        (``force`` replaces files of other programs), or for the reasons of ``plot``.
+        at all.
+
+        Raises
+        ------
+        OptionError
+            If the name has another ending, if the file cannot be written or replaced (``force`` replaces
+            files of other programs), or for the reasons of ``plot``.
         """
         save_as(path, force, partial(self._page, view), partial(self.plot, end, kind, view=view))
 

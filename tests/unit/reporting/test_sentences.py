@@ -221,7 +221,7 @@ def test_the_incremental_load_factor_names_its_own_law():
     assert (result.friction_law, result.at_incremental.friction_law) == ("cone", "cone")
     assert "incremental" not in facts(result)["friction"]
     found = replace(result.solution.answer, forms=BY_FACES)
-    by_sides = replace(result, solution=replace(result.solution, found=found))
+    by_sides = replace(result, solution=replace(result.solution, state=found))
     assert by_sides.friction_law == "polygon of 24 sides"
     assert "incremental" in facts(by_sides)["friction"]
 
@@ -255,7 +255,7 @@ def table(result):
 
 def with_load_factor(result, load_factor):
     found = replace(result.solution.answer, load_factor=load_factor)
-    return replace(result, solution=replace(result.solution, found=found))
+    return replace(result, solution=replace(result.solution, state=found))
 
 
 def test_the_summary_leads_with_three_load_factors(no_proof):
@@ -338,7 +338,7 @@ def test_what_is_left_after_the_peak_is_said():
 def test_a_missing_incremental_load_factor_is_explained():
     result = mo.solve(two_blocks(), "coulomb")
     why = reason(Code.NOT_COMPUTED, joints=9000)
-    expected = replace(result.solution.incremental, found=FinalState(), reasons=(why,), followed_to_end=False)
+    expected = replace(result.solution.incremental, state=FinalState(), reasons=(why,), followed_to_end=False)
     odd = replace(result, solution=replace(result.solution, incremental=expected))
     value, remark = table(odd)["incremental"]
     assert message([why]) in remark

@@ -209,8 +209,8 @@ def test_a_force_that_violates_its_limit_is_shown_as_it_is():
     result = mo.solve(tied(20.0, 10.0), "static")
     q = result.solution.q.copy()
     q[-1] *= 1.01  # the last entry is the force of the tie
-    found = replace(result.solution.found, q=q)
-    frame = tie_frame(result.assembly, replace(result.solution, found=found), Role.TIE)
+    found = replace(result.solution.state, q=q)
+    frame = tie_frame(result.assembly, replace(result.solution, state=found), Role.TIE)
     assert frame["force"].tolist() == pytest.approx([20.2])
 
 

@@ -170,7 +170,7 @@ def test_the_voussoirs_of_an_arch_are_not_compared_with_errors_of_a_survey(drawn
     result = mo.solve(scene, "nonassociative")
     joints = result.size.joints
     q = np.append(np.full(2 * joints, 0.5), np.full(joints, 0.3))
-    at_limit = replace(result.solution, found=replace(result.solution.answer, q=q))
+    at_limit = replace(result.solution, state=replace(result.solution.answer, q=q))
     (warning,) = (each for each in wedges(result.assembly, at_limit) if each.code is Code.NEARLY_PARALLEL)
     assert len(warning.values["pairs"]) >= 10
     assert (warning.values["scatter"] > 2) == survey

@@ -112,7 +112,7 @@ def test_opening_by_dilatancy_is_that_of_the_sides_where_they_hold():
     d = np.concatenate([np.cross(turn, arm), problem.length_unit * turn])
     found = certified(problem, 0.0, np.zeros(problem.B.shape[1]), d, problem.friction)
     assert found.certificate.flow < 1e-12
-    motion = joint_motion(assembly, Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, found=found))
+    motion = joint_motion(assembly, Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, state=found))
     assert (motion.slides.all(), motion.hinges.any(), motion.separates.any()) == (True, False, False)
 
 

@@ -95,7 +95,7 @@ def test_a_corner_on_an_edge_does_not_rock():
     first, second, _ = assembly.problem.by_kind(q)
     first[corners] += second[corners]
     second[corners] = 0.0
-    shifted = joint_frame(assembly, replace(solution, found=replace(solution.found, q=q)))
+    shifted = joint_frame(assembly, replace(solution, state=replace(solution.state, q=q)))
     for column in ("n", "m", "utilisation"):
         assert shifted[column].to_numpy() == pytest.approx(result.joints[column].to_numpy(), nan_ok=True)
     assert (result.joints["m"][corners] == 0).all()
@@ -146,7 +146,7 @@ def test_a_joint_slides_and_its_block_moves_from_the_same_share_on(share, moves)
     result = mo.solve(side_by_side(0.0, 0.0), "static")
     slow = share * MOVES
     found = FinalState(d=np.array([1.0, 0, 0, slow, 0, 0]), slope=np.zeros(2))
-    solution = replace(result.solution, found=found)
+    solution = replace(result.solution, state=found)
     assert list(moving_blocks(result.assembly, solution.d)) == ([0, 1] if moves else [0])
     motion = joint_motion(result.assembly, solution)
     assert motion.slides.tolist() == [True, moves]

@@ -225,7 +225,7 @@ def test_every_status_can_be_drawn(status, moves):
     q, d = np.ones(3 * problem.joints), np.linspace(-1, 1, 3 * problem.blocks)
     found = FinalState(q=q, d=d) if moves else FinalState()
     found = certified(problem, 0.5, q, d) if status.usable else found
-    solution = Solution(status, Kind.ASSOCIATIVE, found=found)
+    solution = Solution(status, Kind.ASSOCIATIVE, state=found)
     result = make_result(assembly, solution, Effort(), "static", find_solver("cvxpy", None))
     # Draw answers and unstable scenes in every kind of picture.
     for kind in PICTURE_KINDS if status in (Status.OPTIMAL, Status.UNSTABLE) else PICTURE_KINDS[:1]:

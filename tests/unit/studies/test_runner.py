@@ -78,10 +78,10 @@ def test_an_error_ends_its_task_alone_and_is_raised_where_the_value_is_asked_for
         ends = dict(workers.map(tasks.items()))
     for name, why in (("refuses", "nowhere"), ("dies", "exit code 7")):
         with pytest.raises(mo.MasonryError, match=why):
-            _ = ends[name].found
+            _ = ends[name].result
     with pytest.raises(RuntimeError, match="ZeroDivisionError"):
-        _ = ends["fails"].found
-    assert ends["ends"].found != os.getpid()
+        _ = ends["fails"].result
+    assert ends["ends"].result != os.getpid()
     assert multiprocessing.active_children() == []
 
 
@@ -108,7 +108,7 @@ def test_nothing_goes_on_when_the_caller_is_interrupted():
 def test_workers_have_one_thread_and_the_environment_of_the_caller_is_left_alone(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
     monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
-    assert run_alone(partial(os.getenv, "OMP_NUM_THREADS"), 30.0, 4000).found == "1"
+    assert run_alone(partial(os.getenv, "OMP_NUM_THREADS"), 30.0, 4000).result == "1"
     assert os.environ["OMP_NUM_THREADS"] == "3"
     assert "MKL_NUM_THREADS" not in os.environ
 
@@ -118,7 +118,7 @@ def test_a_process_does_not_import_the_main_program(tmp_path):
     (script := tmp_path / "script.py").write_text(
         "from functools import partial\n"
         "from masonry_opt.studies.runner import run_alone\n"
-        "print(run_alone(partial(divmod, 7, 3), 30.0, 4000).found)"
+        "print(run_alone(partial(divmod, 7, 3), 30.0, 4000).result)"
     )
     printed = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)
     assert (printed.stdout, printed.stderr) == ("(2, 1)\n", "")
