@@ -3,15 +3,19 @@
 import base64
 import binascii
 import json
+import os
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path, PureWindowsPath
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 
 from masonry_opt.scene.drawings import stones
 from masonry_opt.scene.drawings.meshes import Mesh, used
+from masonry_opt.scene.tables import read_bytes
 
 #: First four bytes of a binary glTF file, and the only supported version of glTF.
 _HEADER = (b"glTF", 2)
@@ -30,15 +34,31 @@ _FAN = 6
 #: may have more corners, because many nodes can refer to one mesh.
 _MOST_GLTF_CORNERS = 5_000_000
 
+#: Largest difference between the range of corners that a glTF file states and their range in a .bin file,
+#: relative to the largest coordinate. A larger value accepts more .bin files of another export. A range that
+#: is written with six digits has an error of up to 5e-6.
+_RANGE_ERROR = 1e-5
 
-def read_gltf(data: bytes) -> list[Mesh]:
+
+def read_gltf(data: bytes, folder: Path, largest: int) -> list[Mesh]:
     """Return the nodes of a glTF file that have a mesh, with their transformations applied.
 
-    ``data`` is the content of the file. The name of a mesh is empty if neither its node nor the mesh of the
-    file has a name. Raises ValueError if the file is not valid, is compressed, or refers to other files.
+    The name of a mesh is empty if neither its node nor the mesh of the file has a name.
+
+    Raises ValueError if the file is not valid, is compressed, or refers to a .bin file that is missing, is
+    outside the folder, or does not belong to the file.
+
+    Parameters
+    ----------
+    data : bytes
+        Content of the file.
+    folder : Path
+        Folder of the file, in which .bin files with the corners are read.
+    largest : int
+        Largest total size of the .bin files, in bytes.
     """
     try:
-        return _Gltf.of(data).meshes()
+        return _Gltf.of(data, folder, largest).meshes()
     except (KeyError, IndexError, TypeError, AttributeError, OverflowError, struct.error, RecursionError):
         raise ValueError("the file is not valid glTF: a part is missing; export the blocks again") from None
 
@@ -49,9 +69,12 @@ class _Gltf:
 
     tree: dict[str, Any]  #: the JSON part of the file
     binary: bytes  #: the binary part of the file; empty in text files
+    folder: Path  #: folder of the file, and of .bin files to which it refers
+    largest: int  #: largest total size of the buffers, in bytes
+    buffers: dict[int, bytes] = field(default_factory=dict)  #: buffers that were read, by number
 
     @classmethod
-    def of(cls, data: bytes) -> "_Gltf":
+    def of(cls, data: bytes, folder: Path, largest: int) -> "_Gltf":
         """Divide a file into its JSON part and its binary part."""
         text, binary = data, b""
         if data[:4] == _HEADER[0]:
@@ -72,7 +95,7 @@ class _Gltf:
             raise ValueError(
                 "the file is not valid glTF: the JSON part is not an object; export the blocks again"
             )
-        return cls(tree, binary)
+        return cls(tree, binary, folder, largest)
 
     def meshes(self) -> list[Mesh]:
         """Return one mesh for each node with triangles, with the names of its parent nodes as layers."""
@@ -157,26 +180,91 @@ class _Gltf:
                 "the file is not valid glTF: it is cut off, so corners are missing; export the blocks again"
             )
         numbers = np.ndarray((count, columns), kind, buffer, start, (stride, kind.itemsize)).astype(float)
+        uri = self.tree["buffers"][view["buffer"]].get("uri")
+        if _is_bin(uri) and _is_out_of_range(numbers, accessor):
+            raise ValueError(
+                f"'{_shown(uri)}' does not belong to the file, because its coordinates differ from the range "
+                "that the file states: export the blocks again, with a different name for each .bin file"
+            )
         if accessor.get("normalized"):
             numbers = np.maximum(numbers / np.iinfo(kind).max, -1.0)
         return numbers
 
     def _buffer(self, number: int) -> bytes:
-        """Return a buffer: the binary part of the file, or data that the JSON part contains as text."""
-        uri = self.tree["buffers"][number].get("uri")
+        """Return the content of a buffer, which is read once."""
+        if number not in self.buffers:
+            self.buffers[number] = self._read_buffer(self.tree["buffers"][number])
+        return self.buffers[number]
+
+    def _read_buffer(self, buffer: dict[str, Any]) -> bytes:
+        """Return a buffer: the binary part of the file, text of the JSON part, or the content of a file."""
+        uri = buffer.get("uri")
         if uri is None:
             return self.binary
+        if _is_bin(uri):
+            return self._read_bin(uri, buffer["byteLength"])
         head, _, content = uri.partition(",")
-        if not head.startswith("data:") or not head.endswith(";base64"):
-            raise ValueError(
-                f"the file refers to another file ({stones.block_name(uri)[:60]}): export one .glb file"
-            )
         try:
-            return base64.b64decode(content, validate=True)
+            if head.endswith(";base64"):
+                return base64.b64decode(content, validate=True)
         except binascii.Error:
+            pass
+        raise ValueError("the file is not valid glTF: a buffer is not base64 text; export the blocks again")
+
+    def _read_bin(self, uri: str, size: int) -> bytes:
+        """Return the content of a .bin file, which must be in the folder of the glTF file or in a subfolder.
+
+        ``size`` is the least number of bytes of the file.
+        """
+        # Windows paths have all separators and drives of other systems too.
+        place = PureWindowsPath(unquote(uri))
+        name = _shown(uri)
+        if "://" in uri or place.anchor or ".." in place.parts:
             raise ValueError(
-                "the file is not valid glTF: a buffer is not base64 text; export the blocks again"
-            ) from None
+                f"the file refers to '{name}', which is not in its folder and was not read: "
+                "export one .glb file, or a .gltf file with the .bin file in the same folder"
+            )
+        path = self.folder.joinpath(*place.parts)
+        if not os.path.isfile(path):  # False also for paths that the system does not accept
+            raise ValueError(
+                f"the file needs '{name}', which is missing: copy it into the folder of the file, "
+                "or export one .glb file"
+            )
+        if path.stat().st_size + sum(map(len, self.buffers.values())) > self.largest:
+            raise ValueError(
+                f"the file needs more than {self.largest // 1_000_000} MB of .bin files: simplify the blocks"
+            )
+        content = read_bytes(path, self.largest, "simplify the blocks")
+        if len(content) < size:
+            raise ValueError(
+                f"'{name}' is cut off: it has {len(content)} bytes instead of {size}: copy it again, "
+                "or export one .glb file"
+            )
+        return content
+
+
+def _is_bin(uri: Any) -> bool:
+    """Return True if a buffer is in another file, whose path is ``uri``."""
+    return uri is not None and not uri.startswith("data:")
+
+
+def _shown(uri: str) -> str:
+    """Return the path of a .bin file for error messages."""
+    return stones.block_name(unquote(uri))
+
+
+def _is_out_of_range(numbers: np.ndarray, accessor: dict[str, Any]) -> bool:
+    """Return True if the range of numbers differs from the range that their accessor states, if any."""
+    if "min" not in accessor or "max" not in accessor or not len(numbers):
+        return False
+    actual = np.array([numbers.min(axis=0), numbers.max(axis=0)])
+    try:
+        stated = np.array([accessor["min"], accessor["max"]], dtype=float).reshape(actual.shape)
+    except ValueError:
+        raise ValueError(
+            "the file is not valid glTF: the range of coordinates is wrong; export the blocks again"
+        ) from None
+    return not (np.abs(actual - stated) <= _RANGE_ERROR * np.abs(stated).max()).all()
 
 
 def _triangles_of(order: np.ndarray, mode: int) -> np.ndarray:

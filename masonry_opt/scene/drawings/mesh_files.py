@@ -78,7 +78,7 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
     The blocks depend on the type of the file:
 
     - OBJ: the objects of the file, or its groups if it has no objects.
-    - glTF: the nodes with a mesh.
+    - glTF: the nodes with a mesh. Their corners may be in ``.bin`` files in the folder of the file.
     - A file with a single mesh, such as a PLY or STL file: the closed surfaces of the mesh.
     - A folder: each file is a block, whose name is the file name without the ending. A DrawingWarning names
       files of formats that cannot be read, such as ``.dae``, and subfolders with meshes.
@@ -145,7 +145,7 @@ def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
     try:
         visible = _visible_files(folder)
         files = [file for file in visible if _is_mesh(file)]
-        size = sum(file.stat().st_size for file in files)
+        size = sum(file.stat().st_size for file in visible if _is_mesh(file) or file.suffix.lower() == ".bin")
         subfolders = [file for file in visible if file.is_dir() and _has_meshes(file)]
     except OSError as error:
         raise ValueError(f"the folder cannot be read: {error.strerror}") from None
@@ -244,7 +244,7 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
     elif ending in (".ply", ".stl"):
         meshes = _triangles(data, ending[1:])
     else:
-        meshes = read_gltf(data)
+        meshes = read_gltf(data, path.parent, _LARGEST_MESH)
     if not meshes:
         raise ValueError(
             "the file has no complete faces: export closed surfaces, in the format of the file extension"
