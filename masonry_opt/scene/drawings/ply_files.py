@@ -15,7 +15,7 @@ from masonry_opt.scene.drawings import stones
 from masonry_opt.scene.drawings.meshes import Mesh, used
 
 #: Numpy types by the names of the PLY format. Each type has an old and a new name.
-_TYPES = {
+_NUMBER_TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
     "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "float": "f4", "float32": "f4",
     "double": "f8", "float64": "f8",
@@ -83,7 +83,7 @@ def _corners_and_faces(data: bytes) -> tuple[np.ndarray, list[list[int]]]:
     byte_order, elements, content = _divided(data)
     body: _Body = _Bytes(content, byte_order) if byte_order else _Words(content.split())
     points = np.zeros((0, 3))
-    rings: list[list[int]] = []
+    faces: list[list[int]] = []
     for element in elements:
         columns = body.columns(element)
         if element.name == "vertex" and element.count:
@@ -91,9 +91,9 @@ def _corners_and_faces(data: bytes) -> tuple[np.ndarray, list[list[int]]]:
             points = np.column_stack([np.asarray(axis, dtype=float) for axis in axes])
         elif element.name == "face" and element.count:
             corners = columns[element.number_of(*_CORNERS, is_list=True)]
-            rings = [ring.astype(int).tolist() for ring in corners]
-    faces = [ring for ring in rings if len(ring) >= _FEWEST_CORNERS]
-    if any(not 0 <= min(face) <= max(face) < len(points) for face in faces):
+            rings = corners if isinstance(corners, list) else corners.astype(int).tolist()
+            faces = [[*map(int, ring)] for ring in rings if len(ring) >= _FEWEST_CORNERS]
+    if faces and not 0 <= min(map(min, faces)) <= max(map(max, faces)) < len(points):
         raise ValueError("a face refers to a corner that does not exist")
     return points, faces
 
@@ -111,10 +111,12 @@ def _divided(data: bytes) -> tuple[str, list[_Element], bytes]:
                 byte_order = _BYTE_ORDERS[name]
             case ["element", name, count] if count.isascii() and count.isdigit() and len(count) < 16:
                 elements.append(_Element(name, int(count), []))
-            case ["property", "list", count, kind, name] if elements and {count, kind} <= _TYPES.keys():
-                elements[-1].properties.append(_Property(name, _TYPES[kind], _TYPES[count]))
-            case ["property", kind, name] if elements and kind in _TYPES:
-                elements[-1].properties.append(_Property(name, _TYPES[kind]))
+            case ["property", "list", count, kind, name] if (
+                elements and {count, kind} <= _NUMBER_TYPES.keys()
+            ):
+                elements[-1].properties.append(_Property(name, _NUMBER_TYPES[kind], _NUMBER_TYPES[count]))
+            case ["property", kind, name] if elements and kind in _NUMBER_TYPES:
+                elements[-1].properties.append(_Property(name, _NUMBER_TYPES[kind]))
             case [] | ["comment" | "obj_info", *_]:
                 pass
             case _:
