@@ -382,6 +382,13 @@ def _blocks(
             raise ValueError(
                 f"'live_layers' (--live-layer): no movable block is on layer '{layer}' ({layers})"
             )
+    if all(block.fixed for block in blocks):
+        reasons = ", ".join(f"{layer} ({reason})" for layer, reason in unread.items())
+        others = f"; layers not read: {reasons}" if reasons else ""
+        raise ValueError(
+            f"every block is a support: draw the movable blocks as closed outlines, or mark fewer blocks as "
+            f"supports ({layers}{others})"
+        )
     if not any(block.fixed for block in blocks):
         named = f"with {' or '.join(map(repr, words))} in its name ({layers})"
         for layer, reason in unread.items():

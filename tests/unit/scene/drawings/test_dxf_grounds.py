@@ -150,3 +150,16 @@ def test_lines_whose_ends_nearly_meet_are_sides_of_an_outline(tmp_path):
 
 def test_a_line_without_blocks_is_no_support(tmp_path):
     assert "is open near" in refusal(drawing(tmp_path, [GROUND], [], layer="fixed"))
+
+
+def test_a_drawing_without_movable_blocks_names_the_layers_that_were_not_read(tmp_path):
+    """Stones that are drawn as hatches are not outlines."""
+    path = drawing(tmp_path, [], [], layer="fixed")
+    document = ezdxf.readfile(path)
+    space = document.modelspace()
+    space.add_lwpolyline([(-1, -1), (4, -1), (4, 0), (-1, 0)], close=True, dxfattribs={"layer": "fixed"})
+    space.add_hatch(dxfattribs={"layer": "stones"}).paths.add_polyline_path(STACK[0], is_closed=True)
+    document.saveas(path)
+    message = refusal(path)
+    assert message.startswith(f"{path}: every block is a support: draw the movable blocks as closed outlines")
+    assert message.endswith("(layers of blocks: fixed; layers not read: stones (no outlines))")
