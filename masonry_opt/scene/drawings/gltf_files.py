@@ -30,6 +30,15 @@ _STRIP = 5
 #: Code of a primitive that is a fan of triangles.
 _FAN = 6
 
+#: Beginnings of the names of glTF extensions that do not change shapes. A file may require them.
+_SHAPELESS_EXTENSIONS = (
+    "KHR_materials_",
+    "KHR_texture_",
+    "KHR_lights_",
+    "KHR_mesh_quantization",
+    "EXT_texture_",
+)
+
 #: Largest total number of corners of all nodes. A file with more corners raises an error. Even a small file
 #: may have more corners, because many nodes can refer to one mesh.
 _MOST_GLTF_CORNERS = 5_000_000
@@ -95,7 +104,16 @@ class _Gltf:
             raise ValueError(
                 "the file is not valid glTF: the JSON part is not an object; export the blocks again"
             )
+        required = tree.get("extensionsRequired", [])
+        _refuse_extensions([name for name in required if not name.startswith(_SHAPELESS_EXTENSIONS)])
         return cls(tree, binary, folder, largest)
+
+    def _entry(self, key: str, number: Any) -> dict[str, Any]:
+        """Return an entry of a list of the file. Raises IndexError if there is no entry of this number."""
+        if number < 0:  # a negative number would count from the end of the list
+            raise IndexError
+        entry: dict[str, Any] = self.tree[key][number]
+        return entry
 
     def meshes(self) -> list[Mesh]:
         """Return one mesh for each node with triangles, with the names of its parent nodes as layers."""
@@ -104,7 +122,8 @@ class _Gltf:
         for node, matrix, layers in self._nodes():
             if "mesh" not in node:
                 continue
-            drawn = self.tree["meshes"][node["mesh"]]
+            _refuse_extensions([name for name in node.get("extensions", {}) if "instancing" in name])
+            drawn = self._entry("meshes", node["mesh"])
             points, faces = self._primitives(drawn["primitives"])
             corners += len(points)
             if corners > _MOST_GLTF_CORNERS:
@@ -130,7 +149,7 @@ class _Gltf:
                     "the file is not valid glTF: a node has two parents; export the blocks again"
                 )
             visited.add(number)
-            node = nodes[number]
+            node = self._entry("nodes", number)
             try:
                 matrix = above @ _transformation(node)
             except ValueError:
@@ -147,9 +166,7 @@ class _Gltf:
         faces: list[list[int]] = []
         first = 0
         for primitive in primitives:
-            compressed = [key for key in primitive.get("extensions", {}) if "compression" in key]
-            if compressed:
-                raise ValueError(f"the file is compressed ({compressed[0]}): export without compression")
+            _refuse_extensions([name for name in primitive.get("extensions", {}) if "compression" in name])
             points = self._numbers(primitive["attributes"]["POSITION"], 3)
             order = np.arange(len(points))
             if "indices" in primitive:
@@ -165,10 +182,11 @@ class _Gltf:
 
     def _numbers(self, number: int, columns: int) -> np.ndarray:
         """Return the array that an accessor of the file describes, shape (count, columns)."""
-        accessor = self.tree["accessors"][number]
+        accessor = self._entry("accessors", number)
         if "sparse" in accessor or "bufferView" not in accessor:
             raise ValueError("the file has a sparse accessor: export the blocks without shape keys")
-        view = self.tree["bufferViews"][accessor["bufferView"]]
+        view = self._entry("bufferViews", accessor["bufferView"])
+        _refuse_extensions([name for name in view.get("extensions", {}) if "compression" in name])
         kind = np.dtype(_COMPONENT_TYPES[accessor["componentType"]])
         row = columns * kind.itemsize
         stride = view.get("byteStride", row)
@@ -180,7 +198,7 @@ class _Gltf:
                 "the file is not valid glTF: it is cut off, so corners are missing; export the blocks again"
             )
         numbers = np.ndarray((count, columns), kind, buffer, start, (stride, kind.itemsize)).astype(float)
-        uri = self.tree["buffers"][view["buffer"]].get("uri")
+        uri = self._entry("buffers", view["buffer"]).get("uri")
         if _is_bin(uri) and _is_out_of_range(numbers, accessor):
             raise ValueError(
                 f"'{_shown(uri)}' does not belong to the file, because its coordinates differ from the range "
@@ -193,7 +211,7 @@ class _Gltf:
     def _buffer(self, number: int) -> bytes:
         """Return the content of a buffer, which is read once."""
         if number not in self.buffers:
-            self.buffers[number] = self._read_buffer(self.tree["buffers"][number])
+            self.buffers[number] = self._read_buffer(self._entry("buffers", number))
         return self.buffers[number]
 
     def _read_buffer(self, buffer: dict[str, Any]) -> bytes:
@@ -243,12 +261,21 @@ class _Gltf:
         return content
 
 
+def _refuse_extensions(names: list[str]) -> None:
+    """Raise ValueError that names the first of several extensions of glTF that cannot be read."""
+    if names and "compression" in names[0]:
+        raise ValueError(f"the file is compressed ({names[0]}): export without compression")
+    if names:
+        name = stones.block_name(names[0])[:60]
+        raise ValueError(f"the file has the glTF extension {name}, which cannot be read: export without it")
+
+
 def _is_bin(uri: Any) -> bool:
     """Return True if a buffer is in another file, whose path is ``uri``."""
     return uri is not None and not uri.startswith("data:")
 
 
-def _shown(uri: str) -> str:
+def _shown(uri: Any) -> str:
     """Return the path of a .bin file for error messages."""
     return stones.block_name(unquote(uri))
 
@@ -282,16 +309,32 @@ def _triangles_of(order: np.ndarray, mode: int) -> np.ndarray:
 
 
 def _transformation(node: dict[str, Any]) -> np.ndarray:
-    """Return the transformation of a node relative to its parent node, shape (4, 4)."""
+    """Return the transformation of a node relative to its parent node, shape (4, 4).
+
+    Raises ValueError if the transformation is wrong.
+    """
     if "matrix" in node:
         return np.array(node["matrix"], dtype=float).reshape(4, 4).T
-    x, y, z, w = np.array(node.get("rotation", (0.0, 0.0, 0.0, 1.0)), dtype=float)
+    quaternion = _vector(node, "rotation", (0.0, 0.0, 0.0, 1.0))
+    length = float(np.linalg.norm(quaternion))
+    if not length > 0:
+        raise ValueError
+    # Rounded quaternions are not unit vectors. Without this correction they would change the size of a block.
+    x, y, z, w = quaternion / length
     rotation = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
     ]
     matrix = np.eye(4)
-    matrix[:3, :3] = np.array(rotation) * np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=float)
-    matrix[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
+    matrix[:3, :3] = np.array(rotation) * _vector(node, "scale", (1.0, 1.0, 1.0))
+    matrix[:3, 3] = _vector(node, "translation", (0.0, 0.0, 0.0))
     return matrix
+
+
+def _vector(node: dict[str, Any], key: str, default: tuple[float, ...]) -> np.ndarray:
+    """Return a vector of a node. Raises ValueError if it has another number of entries than the default."""
+    vector = np.array(node.get(key, default), dtype=float)
+    if vector.shape != (len(default),):
+        raise ValueError
+    return vector
