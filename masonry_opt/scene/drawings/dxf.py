@@ -103,8 +103,8 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
     DrawingWarning reports a unit ($INSUNITS) that does not fit the size of the drawing.
 
     In a net of joint lines, the blocks are the closed cells between all lines, which may cross and branch.
-    The supports are closed outlines. Cells are named by layer and number, from the bottom upwards and from
-    left to right.
+    The supports are closed outlines or straight lines. Cells are named by layer and number, from the bottom
+    upwards and from left to right.
 
     Raises CaseError if the file cannot be read, if an outline is not a block, or if the blocks do not form a
     valid scene. The message names the file, and all wrong entities by handle, layer and place. Raises
