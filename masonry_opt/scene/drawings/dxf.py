@@ -250,7 +250,7 @@ def _outlines(
     whole = [curve for curve in curves if not drawing.net or _is_support(curve, drawing)]
     closed, copies, straight = loops.closed_outlines(whole, short, min(rounding, short), defects)
     on_layer = partial(_is_support, drawing=drawing)
-    closed += grounds.support_outlines(straight, curves, on_layer, apart, defects)
+    closed += grounds.support_outlines(straight, curves, closed, on_layer, apart, defects)
     is_support = [_is_support(curve, drawing) for curve in closed]
     option = "tolerance" if drawing.outline_tolerance is None else "outline_tolerance"
     tolerance = OutlineTolerance(option, short, min(rounding, short))

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import shapely
 
 from masonry_opt.scene.drawings import dxf_layers
 from masonry_opt.scene.drawings.defects import Defect, Defects, near
@@ -14,14 +15,15 @@ from masonry_opt.scene.drawings.stones import SLAB_THICKNESS, SUPPORT_WORDS
 def support_outlines(
     lines: Sequence[OpenLine],
     curves: Sequence[Curve],
+    closed: Sequence[Curve],
     is_support: Callable[[Curve], bool],
     tolerance: float,
     defects: Defects,
 ) -> list[Curve]:
     """Return the outlines of supports whose surfaces are straight lines: slabs on the side without blocks.
 
-    A line is the surface of a support if it is on a layer of supports, and blocks are on only one of its
-    sides. Other lines are added to the defects.
+    A line is the surface of a support if it is on a layer of supports, blocks are on only one of its sides,
+    and the slab overlaps no outline. Other lines are added to the defects.
 
     Parameters
     ----------
@@ -29,6 +31,8 @@ def support_outlines(
         Straight lines that are not part of a closed outline.
     curves : sequence of Curve
         All curves of the drawing.
+    closed : sequence of Curve
+        Closed outlines of the drawing.
     is_support : callable
         Function that returns True for a curve on a layer of supports.
     tolerance : float
@@ -39,20 +43,27 @@ def support_outlines(
     handles = {curve.handle for line in lines for curve in line.curves}
     others = [curve for curve in curves if curve.handle not in handles]
     movable = [curve.points for curve in others if not is_support(curve)]
-    outlines = []
+    outlines: list[Curve] = []
     for line in lines:
         normal, heights = _towards_blocks(line.ends, movable)
         is_clear = bool(len(heights)) and heights.min() >= -tolerance
-        if is_clear and is_support(line.curves[0]):
-            back = line.ends[::-1] - SLAB_THICKNESS * line.length * normal
-            corners = np.concatenate([line.ends, back])
-            outlines.append(line.curves[0]._replace(points=corners, closed=True))
-        elif is_clear and heights.min() <= WIDEST_ERROR * line.length:
+        back = line.ends[::-1] - SLAB_THICKNESS * line.length * normal
+        slab = line.curves[0]._replace(points=np.concatenate([line.ends, back]), closed=True)
+        if is_clear and is_support(slab) and not _overlaps(slab, [*closed, *outlines], tolerance):
+            outlines.append(slab)
+        elif is_clear and not is_support(slab) and heights.min() <= WIDEST_ERROR * line.length:
             supports = [curve for curve in others if is_support(curve)]
             defects.add(_ground_defect(line, others, supports))
         else:
             defects.add(line.defect)
     return outlines
+
+
+def _overlaps(slab: Curve, outlines: Sequence[Curve], tolerance: float) -> bool:
+    """Return True if a slab overlaps one of several outlines by more than the tolerance."""
+    polygon = shapely.Polygon(slab.points)
+    drawn = [shapely.make_valid(shapely.Polygon(curve.points)) for curve in outlines if len(curve.points) > 2]
+    return bool((shapely.area(shapely.intersection(polygon, drawn)) > tolerance * polygon.length).any())
 
 
 def _towards_blocks(ends: np.ndarray, movable: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

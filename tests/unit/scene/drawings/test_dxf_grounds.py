@@ -148,6 +148,17 @@ def test_lines_whose_ends_nearly_meet_are_sides_of_an_outline(tmp_path):
     assert "4 outlines are open" in refusal(drawing(tmp_path, sides, layer="fixed"))
 
 
+@pytest.mark.parametrize(
+    "more",
+    [((-2, -1), (5, -1), (5, 0), (-2, 0), (-2, -1)), ((-0.5, -0.1), (3.5, -0.1))],
+    ids=["a floor", "a second line"],
+)
+def test_a_ground_that_is_drawn_twice_is_refused(tmp_path, more):
+    """The slab of the line would be a hole in the other ground."""
+    message = refusal(drawing(tmp_path, [GROUND, more], layer="fixed"))
+    assert "on layer 'fixed' is open near (-" in message
+
+
 def test_a_line_without_blocks_is_no_support(tmp_path):
     assert "is open near" in refusal(drawing(tmp_path, [GROUND], [], layer="fixed"))
 
