@@ -15,6 +15,7 @@ from typing import Any
 from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.files import JSON_KEY, write_whole
 from masonry_opt.scene.mistakes import repeated
+from masonry_opt.scene.syntax_advice import advice_on_line, other_content
 
 #: Largest size of a case file, in bytes. Larger files are refused, because reading needs memory of about 80
 #: times the size, up to 400 times for a malicious file. A file of this size has about 90,000 blocks, more
@@ -62,6 +63,10 @@ def read_tables(path: Path) -> dict[str, Any]:
     if not isinstance(case, dict):
         raise CaseError(f"{path}: the file must contain a single JSON object with the keys of a case file")
     case.pop(JSON_KEY, None)
+    if "dtype" in case and "data" in case:
+        raise CaseError(f"{path}: this is COMPAS data: convert it to a case file with the command 'convert'")
+    if "certificate" in case and "status" in case:
+        raise CaseError(f"{path}: this is the result of an analysis: give the path of the case file instead")
     for key, value in case.items():
         if isinstance(value, list) and len(value) > _MOST_ENTRIES:
             raise CaseError(
@@ -81,7 +86,8 @@ def parse_file(path: Path) -> Any:
     if path.suffix.lower() not in _PARSERS:
         raise CaseError(f"{path}: the name of a case file must end in .toml or .json")
     try:
-        return _PARSERS[path.suffix.lower()](data.decode("utf-8-sig"))
+        text = data.decode("utf-8-sig")
+        return _PARSERS[path.suffix.lower()](text)
     except UnicodeDecodeError:
         raise CaseError(f"{path}: the file is not UTF-8 text: save it in the encoding UTF-8") from None
     except RecursionError:
@@ -94,14 +100,17 @@ def parse_file(path: Path) -> Any:
             why = "a whole number has thousands of digits"
         if len(why) > 300:
             why = why[:297] + "..."
-        raise CaseError(f"{path}: the file is not valid {path.suffix[1:].upper()}: {why}") from None
+        advice = advice_on_line(text, why, path.suffix.lower())
+        reason = f"{why}: {advice}" if advice else why
+        raise CaseError(f"{path}: the file is not valid {path.suffix[1:].upper()}: {reason}") from None
 
 
 def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
     """Return the content of a file.
 
     Raises CaseError if the file does not exist, is not a regular file, or is larger than ``largest`` bytes.
-    The error for a large file ends with ``remedy``.
+    The error for a large file ends with ``remedy``. CaseError is also raised for files of other kinds, such
+    as web pages.
     """
     data = b""
     try:
@@ -117,6 +126,9 @@ def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
         raise CaseError(f"{path}: this is a folder: give the path of a file")
     if not stat.S_ISREG(mode):
         raise CaseError(f"{path}: this is a pipe or device: give the path of a regular file")
+    other = other_content(data)
+    if other:
+        raise CaseError(f"{path}: {other}")
     if len(data) > largest:
         raise CaseError(f"{path}: the file is larger than {largest // 1_000_000} MB: {remedy}")
     return data

@@ -80,7 +80,7 @@ def convex_solids(mesh: Mesh, tolerance: float) -> list[MeshSolid]:
     if len(whole.sides) < FEWEST_SIDES:
         raise ValueError(
             f"the block is not a solid within the tolerance {rounded(tolerance)}: lower 'tolerance', "
-            "or check the unit of the drawing"
+            "check the unit of the drawing, or give the block a thickness"
         )
     if whole.convex(tolerance):
         return [whole]

@@ -5,6 +5,7 @@ import math
 import warnings
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,7 +25,7 @@ from masonry_opt.errors import (
 )
 from masonry_opt.files import MARK, refuse_replacing
 from masonry_opt.scene.blocks import Block, Name, Number, Positive, YesNo
-from masonry_opt.scene.drawings import block_references, dxf_layers, loops, nesting, outlines, stones
+from masonry_opt.scene.drawings import block_references, dxf_layers, grounds, loops, nesting, outlines, stones
 from masonry_opt.scene.drawings.defects import Defects
 from masonry_opt.scene.drawings.nesting import OutlineTolerance
 from masonry_opt.scene.drawings.outlines import Curve, Outline
@@ -102,8 +103,8 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
     DrawingWarning reports a unit ($INSUNITS) that does not fit the size of the drawing.
 
     In a net of joint lines, the blocks are the closed cells between all lines, which may cross and branch.
-    The supports are closed outlines. Cells are named by layer and number, from the bottom upwards and from
-    left to right.
+    The supports are closed outlines or straight lines. Cells are named by layer and number, from the bottom
+    upwards and from left to right.
 
     Raises CaseError if the file cannot be read, if an outline is not a block, or if the blocks do not form a
     valid scene. The message names the file, and all wrong entities by handle, layer and place. Raises
@@ -122,7 +123,8 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
     layers: Layers to read, including the layers of supports (default: all).
     without_layers: Layers to leave out.
     fixed_layers: Words that mark supports. A block is a support if the name of its layer contains one of
-        these words, in upper or lower case.
+        these words, in upper or lower case. A straight line on such a layer, with all blocks on one side, is
+        read as the surface of a support.
     fixed_below: Blocks that reach down to this height y of the drawing, or below, are supports too.
     net: True if lines are joints, and the cells between the lines are blocks.
     window_layers: Words that mark windows in a net. A region is not a block if lines enclose it that are on
@@ -246,7 +248,9 @@ def _outlines(
     apart = drawing.tolerance or rounding
     short = drawing.outline_tolerance or apart
     whole = [curve for curve in curves if not drawing.net or _is_support(curve, drawing)]
-    closed, copies = loops.closed_outlines(whole, short, min(rounding, short), defects)
+    closed, copies, straight = loops.closed_outlines(whole, short, min(rounding, short), defects)
+    on_layer = partial(_is_support, drawing=drawing)
+    closed += grounds.support_outlines(straight, curves, closed, on_layer, apart, defects)
     is_support = [_is_support(curve, drawing) for curve in closed]
     option = "tolerance" if drawing.outline_tolerance is None else "outline_tolerance"
     tolerance = OutlineTolerance(option, short, min(rounding, short))
@@ -263,7 +267,7 @@ def _outlines(
         supports = [outline.polygon for outline in found]
         found = [*outlines.net_cells(joints, windows, supports, near, defects), *found]
     nesting.add_smaller_copies(found, short, defects)
-    nesting.add_frames(found, lambda curve: _is_support(curve, drawing), _are_fixed(found, drawing), defects)
+    nesting.add_frames(found, on_layer, _are_fixed(found, drawing), defects)
     return found, [*copies, *nested.copies]
 
 
@@ -378,6 +382,13 @@ def _blocks(
             raise ValueError(
                 f"'live_layers' (--live-layer): no movable block is on layer '{layer}' ({layers})"
             )
+    if all(block.fixed for block in blocks):
+        reasons = ", ".join(f"{layer} ({reason})" for layer, reason in unread.items())
+        others = f"; layers not read: {reasons}" if reasons else ""
+        raise ValueError(
+            f"every block is a support: draw the movable blocks as closed outlines, or mark fewer blocks as "
+            f"supports ({layers}{others})"
+        )
     if not any(block.fixed for block in blocks):
         named = f"with {' or '.join(map(repr, words))} in its name ({layers})"
         for layer, reason in unread.items():

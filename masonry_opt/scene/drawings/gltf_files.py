@@ -3,15 +3,19 @@
 import base64
 import binascii
 import json
+import os
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path, PureWindowsPath
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 
 from masonry_opt.scene.drawings import stones
 from masonry_opt.scene.drawings.meshes import Mesh, used
+from masonry_opt.scene.tables import read_bytes
 
 #: First four bytes of a binary glTF file, and the only supported version of glTF.
 _HEADER = (b"glTF", 2)
@@ -26,19 +30,44 @@ _STRIP = 5
 #: Code of a primitive that is a fan of triangles.
 _FAN = 6
 
+#: Beginnings of the names of glTF extensions that do not change shapes. A file may require them.
+_SHAPELESS_EXTENSIONS = (
+    "KHR_materials_",
+    "KHR_texture_",
+    "KHR_lights_",
+    "KHR_mesh_quantization",
+    "EXT_texture_",
+)
+
 #: Largest total number of corners of all nodes. A file with more corners raises an error. Even a small file
 #: may have more corners, because many nodes can refer to one mesh.
 _MOST_GLTF_CORNERS = 5_000_000
 
+#: Largest difference between the range of corners that a glTF file states and their range in a .bin file,
+#: relative to the largest coordinate. A larger value accepts more .bin files of another export. A range that
+#: is written with six digits has an error of up to 5e-6.
+_RANGE_ERROR = 1e-5
 
-def read_gltf(data: bytes) -> list[Mesh]:
+
+def read_gltf(data: bytes, folder: Path, largest: int) -> list[Mesh]:
     """Return the nodes of a glTF file that have a mesh, with their transformations applied.
 
-    ``data`` is the content of the file. The name of a mesh is empty if neither its node nor the mesh of the
-    file has a name. Raises ValueError if the file is not valid, is compressed, or refers to other files.
+    The name of a mesh is empty if neither its node nor the mesh of the file has a name.
+
+    Raises ValueError if the file is not valid, is compressed, or refers to a .bin file that is missing, is
+    outside the folder, or does not belong to the file.
+
+    Parameters
+    ----------
+    data : bytes
+        Content of the file.
+    folder : Path
+        Folder of the file, in which .bin files with the corners are read.
+    largest : int
+        Largest total size of the .bin files, in bytes.
     """
     try:
-        return _Gltf.of(data).meshes()
+        return _Gltf.of(data, folder, largest).meshes()
     except (KeyError, IndexError, TypeError, AttributeError, OverflowError, struct.error, RecursionError):
         raise ValueError("the file is not valid glTF: a part is missing; export the blocks again") from None
 
@@ -49,9 +78,12 @@ class _Gltf:
 
     tree: dict[str, Any]  #: the JSON part of the file
     binary: bytes  #: the binary part of the file; empty in text files
+    folder: Path  #: folder of the file, and of .bin files to which it refers
+    largest: int  #: largest total size of the buffers, in bytes
+    buffers: dict[int, bytes] = field(default_factory=dict)  #: buffers that were read, by number
 
     @classmethod
-    def of(cls, data: bytes) -> "_Gltf":
+    def of(cls, data: bytes, folder: Path, largest: int) -> "_Gltf":
         """Divide a file into its JSON part and its binary part."""
         text, binary = data, b""
         if data[:4] == _HEADER[0]:
@@ -72,7 +104,16 @@ class _Gltf:
             raise ValueError(
                 "the file is not valid glTF: the JSON part is not an object; export the blocks again"
             )
-        return cls(tree, binary)
+        required = tree.get("extensionsRequired", [])
+        _refuse_extensions([name for name in required if not name.startswith(_SHAPELESS_EXTENSIONS)])
+        return cls(tree, binary, folder, largest)
+
+    def _entry(self, key: str, number: Any) -> dict[str, Any]:
+        """Return an entry of a list of the file. Raises IndexError if there is no entry of this number."""
+        if number < 0:  # a negative number would count from the end of the list
+            raise IndexError
+        entry: dict[str, Any] = self.tree[key][number]
+        return entry
 
     def meshes(self) -> list[Mesh]:
         """Return one mesh for each node with triangles, with the names of its parent nodes as layers."""
@@ -81,7 +122,8 @@ class _Gltf:
         for node, matrix, layers in self._nodes():
             if "mesh" not in node:
                 continue
-            drawn = self.tree["meshes"][node["mesh"]]
+            _refuse_extensions([name for name in node.get("extensions", {}) if "instancing" in name])
+            drawn = self._entry("meshes", node["mesh"])
             points, faces = self._primitives(drawn["primitives"])
             corners += len(points)
             if corners > _MOST_GLTF_CORNERS:
@@ -107,7 +149,7 @@ class _Gltf:
                     "the file is not valid glTF: a node has two parents; export the blocks again"
                 )
             visited.add(number)
-            node = nodes[number]
+            node = self._entry("nodes", number)
             try:
                 matrix = above @ _transformation(node)
             except ValueError:
@@ -124,9 +166,7 @@ class _Gltf:
         faces: list[list[int]] = []
         first = 0
         for primitive in primitives:
-            compressed = [key for key in primitive.get("extensions", {}) if "compression" in key]
-            if compressed:
-                raise ValueError(f"the file is compressed ({compressed[0]}): export without compression")
+            _refuse_extensions([name for name in primitive.get("extensions", {}) if "compression" in name])
             points = self._numbers(primitive["attributes"]["POSITION"], 3)
             order = np.arange(len(points))
             if "indices" in primitive:
@@ -142,10 +182,11 @@ class _Gltf:
 
     def _numbers(self, number: int, columns: int) -> np.ndarray:
         """Return the array that an accessor of the file describes, shape (count, columns)."""
-        accessor = self.tree["accessors"][number]
+        accessor = self._entry("accessors", number)
         if "sparse" in accessor or "bufferView" not in accessor:
             raise ValueError("the file has a sparse accessor: export the blocks without shape keys")
-        view = self.tree["bufferViews"][accessor["bufferView"]]
+        view = self._entry("bufferViews", accessor["bufferView"])
+        _refuse_extensions([name for name in view.get("extensions", {}) if "compression" in name])
         kind = np.dtype(_COMPONENT_TYPES[accessor["componentType"]])
         row = columns * kind.itemsize
         stride = view.get("byteStride", row)
@@ -157,26 +198,100 @@ class _Gltf:
                 "the file is not valid glTF: it is cut off, so corners are missing; export the blocks again"
             )
         numbers = np.ndarray((count, columns), kind, buffer, start, (stride, kind.itemsize)).astype(float)
+        uri = self._entry("buffers", view["buffer"]).get("uri")
+        if _is_bin(uri) and _is_out_of_range(numbers, accessor):
+            raise ValueError(
+                f"'{_shown(uri)}' does not belong to the file, because its coordinates differ from the range "
+                "that the file states: export the blocks again, with a different name for each .bin file"
+            )
         if accessor.get("normalized"):
             numbers = np.maximum(numbers / np.iinfo(kind).max, -1.0)
         return numbers
 
     def _buffer(self, number: int) -> bytes:
-        """Return a buffer: the binary part of the file, or data that the JSON part contains as text."""
-        uri = self.tree["buffers"][number].get("uri")
+        """Return the content of a buffer, which is read once."""
+        if number not in self.buffers:
+            self.buffers[number] = self._read_buffer(self._entry("buffers", number))
+        return self.buffers[number]
+
+    def _read_buffer(self, buffer: dict[str, Any]) -> bytes:
+        """Return a buffer: the binary part of the file, text of the JSON part, or the content of a file."""
+        uri = buffer.get("uri")
         if uri is None:
             return self.binary
+        if _is_bin(uri):
+            return self._read_bin(uri, buffer["byteLength"])
         head, _, content = uri.partition(",")
-        if not head.startswith("data:") or not head.endswith(";base64"):
-            raise ValueError(
-                f"the file refers to another file ({stones.block_name(uri)[:60]}): export one .glb file"
-            )
         try:
-            return base64.b64decode(content, validate=True)
+            if head.endswith(";base64"):
+                return base64.b64decode(content, validate=True)
         except binascii.Error:
+            pass
+        raise ValueError("the file is not valid glTF: a buffer is not base64 text; export the blocks again")
+
+    def _read_bin(self, uri: str, size: int) -> bytes:
+        """Return the content of a .bin file, which must be in the folder of the glTF file or in a subfolder.
+
+        ``size`` is the least number of bytes of the file.
+        """
+        # Windows paths have all separators and drives of other systems too.
+        place = PureWindowsPath(unquote(uri))
+        name = _shown(uri)
+        if "://" in uri or place.anchor or ".." in place.parts:
             raise ValueError(
-                "the file is not valid glTF: a buffer is not base64 text; export the blocks again"
-            ) from None
+                f"the file refers to '{name}', which is not in its folder and was not read: "
+                "export one .glb file, or a .gltf file with the .bin file in the same folder"
+            )
+        path = self.folder.joinpath(*place.parts)
+        if not os.path.isfile(path):  # False also for paths that the system does not accept
+            raise ValueError(
+                f"the file needs '{name}', which is missing: copy it into the folder of the file, "
+                "or export one .glb file"
+            )
+        if path.stat().st_size + sum(map(len, self.buffers.values())) > self.largest:
+            raise ValueError(
+                f"the file needs more than {self.largest // 1_000_000} MB of .bin files: simplify the blocks"
+            )
+        content = read_bytes(path, self.largest, "simplify the blocks")
+        if len(content) < size:
+            raise ValueError(
+                f"'{name}' is cut off: it has {len(content)} bytes instead of {size}: copy it again, "
+                "or export one .glb file"
+            )
+        return content
+
+
+def _refuse_extensions(names: list[str]) -> None:
+    """Raise ValueError that names the first of several extensions of glTF that cannot be read."""
+    if names and "compression" in names[0]:
+        raise ValueError(f"the file is compressed ({names[0]}): export without compression")
+    if names:
+        name = stones.block_name(names[0])[:60]
+        raise ValueError(f"the file has the glTF extension {name}, which cannot be read: export without it")
+
+
+def _is_bin(uri: Any) -> bool:
+    """Return True if a buffer is in another file, whose path is ``uri``."""
+    return uri is not None and not uri.startswith("data:")
+
+
+def _shown(uri: Any) -> str:
+    """Return the path of a .bin file for error messages."""
+    return stones.block_name(unquote(uri))
+
+
+def _is_out_of_range(numbers: np.ndarray, accessor: dict[str, Any]) -> bool:
+    """Return True if the range of numbers differs from the range that their accessor states, if any."""
+    if "min" not in accessor or "max" not in accessor or not len(numbers):
+        return False
+    actual = np.array([numbers.min(axis=0), numbers.max(axis=0)])
+    try:
+        stated = np.array([accessor["min"], accessor["max"]], dtype=float).reshape(actual.shape)
+    except ValueError:
+        raise ValueError(
+            "the file is not valid glTF: the range of coordinates is wrong; export the blocks again"
+        ) from None
+    return not (np.abs(actual - stated) <= _RANGE_ERROR * np.abs(stated).max()).all()
 
 
 def _triangles_of(order: np.ndarray, mode: int) -> np.ndarray:
@@ -194,16 +309,32 @@ def _triangles_of(order: np.ndarray, mode: int) -> np.ndarray:
 
 
 def _transformation(node: dict[str, Any]) -> np.ndarray:
-    """Return the transformation of a node relative to its parent node, shape (4, 4)."""
+    """Return the transformation of a node relative to its parent node, shape (4, 4).
+
+    Raises ValueError if the transformation is wrong.
+    """
     if "matrix" in node:
         return np.array(node["matrix"], dtype=float).reshape(4, 4).T
-    x, y, z, w = np.array(node.get("rotation", (0.0, 0.0, 0.0, 1.0)), dtype=float)
+    quaternion = _vector(node, "rotation", (0.0, 0.0, 0.0, 1.0))
+    length = float(np.linalg.norm(quaternion))
+    if not length > 0:
+        raise ValueError
+    # Rounded quaternions are not unit vectors. Without this correction they would change the size of a block.
+    x, y, z, w = quaternion / length
     rotation = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
         [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
     ]
     matrix = np.eye(4)
-    matrix[:3, :3] = np.array(rotation) * np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=float)
-    matrix[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
+    matrix[:3, :3] = np.array(rotation) * _vector(node, "scale", (1.0, 1.0, 1.0))
+    matrix[:3, 3] = _vector(node, "translation", (0.0, 0.0, 0.0))
     return matrix
+
+
+def _vector(node: dict[str, Any], key: str, default: tuple[float, ...]) -> np.ndarray:
+    """Return a vector of a node. Raises ValueError if it has another number of entries than the default."""
+    vector = np.array(node.get(key, default), dtype=float)
+    if vector.shape != (len(default),):
+        raise ValueError
+    return vector

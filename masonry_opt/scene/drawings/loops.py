@@ -2,7 +2,8 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,25 +15,36 @@ from masonry_opt.scene.drawings.outlines import Curve
 #: A gap of an open outline is probably an error of the drawing if it is at most this fraction of the
 #: outline's length. The message about a wider gap advises drawing the missing side. With a larger value, the
 #: message would also advise tolerances that are as large as stones.
-_WIDEST_ERROR = 0.05
+WIDEST_ERROR = 0.05
+
+
+class OpenLine(NamedTuple):
+    """Curves in succession that do not form a closed outline, as a line between their ends."""
+
+    ends: np.ndarray  #: ends of the line, shape (2, 2)
+    length: float  #: total length of the curves
+    gap: float  #: distance to the nearest end of another open outline, infinite if there is none
+    curves: list[Curve]  #: curves of which the line consists
+    defect: Defect  #: defect of an open outline
 
 
 def closed_outlines(
     curves: Sequence[Curve], tolerance: float, rounding: float, defects: Defects
-) -> tuple[list[Curve], list[tuple[Curve, Curve]]]:
+) -> tuple[list[Curve], list[tuple[Curve, Curve]], list[OpenLine]]:
     """Return the closed curves of a drawing, and the closed loops formed by the open curves of each layer.
 
     Curves and loops are in the order of the drawing. Two ends of curves are joined if their distance is
     within the rounding, or if it is within the tolerance and no third free end is as near. Open curves that
-    do not belong to a simple loop are added to the defects.
+    do not belong to a simple loop are added to the defects, except straight lines.
 
     The second list contains the copies of open curves on the same layer, which are left out, each with its
-    original.
+    original. The third list contains straight lines that do not belong to a loop.
     """
     outlines = []
     open_ones: defaultdict[str, list[tuple[int, Curve]]] = defaultdict(list)
     originals: dict[tuple[str, bytes], Curve] = {}
     copies = []
+    lines: list[OpenLine] = []
     for number, curve in enumerate(curves):
         extent = np.ptp(curve.points, axis=0).max()
         if curve.closed or math.dist(curve.points[0], curve.points[-1]) <= tolerance < extent:
@@ -48,16 +60,16 @@ def closed_outlines(
         originals[key] = curve
         open_ones[curve.layer].append((number, curve))
     for curves_of_layer in open_ones.values():
-        outlines += _loops(curves_of_layer, (rounding, tolerance), defects)
-    return [curve for _, curve in sorted(outlines, key=lambda entry: entry[0])], copies
+        outlines += _loops(curves_of_layer, (rounding, tolerance), lines, defects)
+    return [curve for _, curve in sorted(outlines, key=lambda entry: entry[0])], copies, lines
 
 
 def _loops(
-    curves: list[tuple[int, Curve]], tolerances: Sequence[float], defects: Defects
+    curves: list[tuple[int, Curve]], tolerances: Sequence[float], lines: list[OpenLine], defects: Defects
 ) -> list[tuple[int, Curve]]:
     """Return the closed loops that open curves form, each with the index of its first curve.
 
-    See :func:`closed_outlines` for the tolerances and the defects.
+    See :func:`closed_outlines` for the tolerances, the lines and the defects.
     """
     ends = np.array([curve.points[end] for _, curve in curves for end in (0, -1)])
     partner: dict[int, int] = {}
@@ -74,7 +86,8 @@ def _loops(
             break
     drawn = [curve for _, curve in curves]
     is_alone = meeting == 1
-    _add_open(ends, free[is_alone], partner, drawn, defects)
+    for line in _open_chains(ends, free[is_alone], partner, drawn):
+        _add_open(line, tolerances[0], lines, defects)
     branches = np.unique(node[~is_alone], return_index=True)[1]
     for branch, others in zip(free[~is_alone][branches], meeting[~is_alone][branches] - 1, strict=True):
         mistake = f"touches {others} other ends of curves, but can be joined to only one"
@@ -98,10 +111,13 @@ def _loops(
     return loops
 
 
-def _add_open(
-    ends: np.ndarray, free: np.ndarray, partner: dict[int, int], drawn: Sequence[Curve], defects: Defects
-) -> None:
-    """Add a defect for each open chain of curves. ``free`` lists the ends without another end nearby."""
+def _open_chains(
+    ends: np.ndarray, free: np.ndarray, partner: dict[int, int], drawn: Sequence[Curve]
+) -> Iterator[OpenLine]:
+    """Yield each open chain of curves as a line between its ends.
+
+    ``free`` lists the ends without another end nearby.
+    """
     seen = set()
     for start in free.tolist():
         if start in seen:
@@ -116,19 +132,35 @@ def _add_open(
         nearest = float(np.sort(distance)[1]) if len(free) > 1 else math.inf
         gap = f", {rounded(nearest)} from the nearest free end" if len(free) > 1 else ""
         place = f"{near(*ends[start])}{gap}"
-        remedy = _remedy(_closing(chain, math.dist(ends[start], ends[end ^ 1]), nearest))
-        defects.add(Defect(chain[0].where, "is open", "outlines are open", remedy, place))
+        length = sum(float(np.hypot(*np.diff(curve.points, axis=0).T).sum()) for curve in chain)
+        remedy = _remedy(_closing(chain, length, math.dist(ends[start], ends[end ^ 1]), nearest))
+        defect = Defect(chain[0].where, "is open", "outlines are open", remedy, place)
+        own = [start, end ^ 1]
+        others = ends[free[~np.isin(free, own)]]
+        gap_width = min(float(np.hypot(*(others - ends[tip]).T).min(initial=math.inf)) for tip in own)
+        yield OpenLine(ends[own], length, gap_width, chain, defect)
 
 
-def _closing(chain: Sequence[Curve], own_gap: float, nearest: float) -> str:
-    """Return advice on how to close an open chain of curves.
+def _add_open(line: OpenLine, tolerance: float, lines: list[OpenLine], defects: Defects) -> None:
+    """Add an open chain of curves to the lines or to the defects.
+
+    The lines are straight within the tolerance, and are not near other ends, as sides of an outline are.
+    """
+    distance = math.dist(*line.ends)
+    if distance > 0 and line.length - distance <= tolerance and line.gap > WIDEST_ERROR * line.length:
+        lines.append(line)
+    else:
+        defects.add(line.defect)
+
+
+def _closing(chain: Sequence[Curve], length: float, own_gap: float, nearest: float) -> str:
+    """Return advice on how to close an open chain of curves with a given total length.
 
     The distance of its ends is ``own_gap``, and the distance to the nearest free end is ``nearest``.
     """
-    length = sum(float(np.hypot(*np.diff(curve.points, axis=0).T).sum()) for curve in chain)
     raising = "raise 'outline_tolerance' (--outline-tolerance) to close the gaps"
-    is_near = nearest <= _WIDEST_ERROR * length
-    if own_gap > _WIDEST_ERROR * length and all(len(curve.points) > 2 for curve in chain):
+    is_near = nearest <= WIDEST_ERROR * length
+    if own_gap > WIDEST_ERROR * length and all(len(curve.points) > 2 for curve in chain):
         flag = "set the flag 'closed' of polylines that lack their last side"
         return f"{flag}, {raising}" if is_near else flag
     return raising if is_near else "draw the missing sides"

@@ -18,6 +18,7 @@ from masonry_opt.scene.blocks import LARGEST_NUMBER
 from masonry_opt.scene.drawings import stones
 from masonry_opt.scene.drawings.gltf_files import read_gltf
 from masonry_opt.scene.drawings.meshes import Mesh, used
+from masonry_opt.scene.drawings.ply_files import read_ply
 from masonry_opt.scene.drawings.surfaces import divide_into_surfaces
 from masonry_opt.scene.mistakes import repeated
 from masonry_opt.scene.scene import Scene
@@ -78,7 +79,7 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
     The blocks depend on the type of the file:
 
     - OBJ: the objects of the file, or its groups if it has no objects.
-    - glTF: the nodes with a mesh.
+    - glTF: the nodes with a mesh. Their corners may be in ``.bin`` files in the folder of the file.
     - A file with a single mesh, such as a PLY or STL file: the closed surfaces of the mesh.
     - A folder: each file is a block, whose name is the file name without the ending. A DrawingWarning names
       files of formats that cannot be read, such as ``.dae``, and subfolders with meshes.
@@ -91,8 +92,8 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
     the block. Other blocks that are not convex are divided into convex parts.
 
     Raises CaseError if a file cannot be read, if a block is not a closed surface, or if there are no
-    supports. The message names the file and each wrong block. Raises OptionError if a PLY or STL file is
-    given and trimesh is not installed, which is part of the extra "meshes".
+    supports. The message names the file and each wrong block. Raises OptionError if an STL file is given and
+    trimesh is not installed, which is part of the extra "meshes".
 
     Parameters
     ----------
@@ -145,7 +146,7 @@ def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
     try:
         visible = _visible_files(folder)
         files = [file for file in visible if _is_mesh(file)]
-        size = sum(file.stat().st_size for file in files)
+        size = sum(file.stat().st_size for file in visible if _is_mesh(file) or file.suffix.lower() == ".bin")
         subfolders = [file for file in visible if file.is_dir() and _has_meshes(file)]
     except OSError as error:
         raise ValueError(f"the folder cannot be read: {error.strerror}") from None
@@ -241,10 +242,12 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
     ending = path.suffix.lower()
     if ending == ".obj":
         meshes = _objects(data)
-    elif ending in (".ply", ".stl"):
-        meshes = _triangles(data, ending[1:])
+    elif ending == ".ply":
+        meshes = read_ply(data)
+    elif ending == ".stl":
+        meshes = _triangles(data)
     else:
-        meshes = read_gltf(data)
+        meshes = read_gltf(data, path.parent, _LARGEST_MESH)
     if not meshes:
         raise ValueError(
             "the file has no complete faces: export closed surfaces, in the format of the file extension"
@@ -330,24 +333,17 @@ def _objects(data: bytes) -> list[Mesh]:
     return [used(key[1], corners, mesh, layers[key]) for key, mesh in faces.items()]
 
 
-def _triangles(data: bytes, kind: str) -> list[Mesh]:
-    """Return the meshes of a PLY or STL file. If there is only one mesh, it has no name."""
-    trimesh = library(
-        "trimesh", "reading PLY and STL files needs trimesh: install it with pip install '.[meshes]'"
-    )
-    with broken(
-        lambda reason: ValueError(f"the file is not valid {kind.upper()}: {reason}; save the mesh again")
-    ):
+def _triangles(data: bytes) -> list[Mesh]:
+    """Return the meshes of an STL file. If there is only one mesh, it has no name."""
+    trimesh = library("trimesh", "reading STL files needs trimesh: install it with pip install '.[meshes]'")
+    with broken(lambda reason: ValueError(f"the file is not valid STL: {reason}; save the mesh again")):
         # Switch off the processing of trimesh, which would merge the corners of touching blocks.
-        scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
+        scene = trimesh.load_scene(io.BytesIO(data), file_type="stl", process=False)
         meshes = [
             (stones.block_name(name), np.array(mesh.vertices, dtype=float), mesh.faces.tolist())
             for name, mesh in scene.geometry.items()
             if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)
         ]
-        for _, points, faces in meshes:
-            if not 0 <= np.min(faces) <= np.max(faces) < len(points):
-                raise ValueError("a face refers to a corner that does not exist")
     if len(meshes) == 1:
         meshes = [("", *meshes[0][1:])]
     return [used(name, points, faces) for name, points, faces in meshes]

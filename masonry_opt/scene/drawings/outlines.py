@@ -93,12 +93,18 @@ def read_document(path: Path) -> Any:
     read_bytes(path, _LARGEST_DXF, "delete all layers except the layers of the blocks")
     with broken(
         lambda reason: CaseError(
-            f"{path}: the file is not valid DXF ({reason}): save the drawing as DXF again"
+            f"{path}: the file is not valid DXF ({_without_path(reason, path)}): "
+            "save the drawing as DXF again"
         )
     ):
         document = reader.readfile(path)
         document.modelspace()  # raises an error if the document has no model space
     return document
+
+
+def _without_path(reason: str, path: Path) -> str:
+    """Return the reason of an error without the path of the file, which the message names already."""
+    return reason.replace(f"File '{path}'", "it").rstrip(".")
 
 
 def metres(document: Any) -> float | None:

@@ -40,8 +40,9 @@ SUPPORT_WORDS = ("fixed", "support")
 #: decimal places count as not rounded.
 _MOST_DECIMALS = 7
 
-#: Thickness of the slab that replaces a single-face support, relative to the square root of the face's area.
-_SLAB_THICKNESS = 0.1
+#: Thickness of the slab that replaces a support that is drawn as a single face or line, relative to the
+#: square root of the face's area or to the length of the line.
+SLAB_THICKNESS = 0.1
 
 
 class Drawing(Record):
@@ -291,7 +292,7 @@ def _slab(mesh: Mesh, middle: np.ndarray) -> Mesh:
     if not size > 0:
         raise ValueError("the block is a face without area: remove the face")
     towards = np.sign((middle - top.mean(axis=0)) @ area) or 1.0
-    bottom = top - towards * _SLAB_THICKNESS * area / np.sqrt(size)
+    bottom = top - towards * SLAB_THICKNESS * area / np.sqrt(size)
     faces = prism(top.tolist(), bottom.tolist())["faces"]
     return replace(mesh, points=np.concatenate([top, bottom]), faces=faces)
 

@@ -6,6 +6,7 @@ from itertools import chain
 
 import numpy as np
 
+from masonry_opt.scene.drawings.cells import COINCIDENT_ANGLE, stones_between_faces
 from masonry_opt.scene.drawings.meshes import (
     FEWEST_SIDES,
     Edge,
@@ -22,9 +23,6 @@ from masonry_opt.scene.drawings.meshes import (
 from masonry_opt.scene.drawings.winding import fan, winding_number
 from masonry_opt.scene.rows import linked, steps_round
 
-#: Angle between two faces at a common edge, in radians, below which the faces count as coincident.
-_COINCIDENT_ANGLE = 1e-4
-
 
 def divide_into_surfaces(mesh: Mesh) -> list[Mesh]:
     """Divide a mesh into its closed surfaces, which may touch each other. Each surface is a block.
@@ -34,7 +32,8 @@ def divide_into_surfaces(mesh: Mesh) -> list[Mesh]:
     two of these faces belong to one block if no other block lies between them. If the mesh has faces in both
     orientations, surfaces around the outside of blocks are left out.
 
-    Raises ValueError if the surfaces cannot be separated, because their faces are oriented inconsistently.
+    Raises ValueError if the surfaces cannot be separated, because their faces are oriented inconsistently, or
+    because the common face of two blocks is drawn only once.
     """
     merged = merge_equal_corners(mesh)
     distinct = distinct_faces(merged)
@@ -45,6 +44,8 @@ def divide_into_surfaces(mesh: Mesh) -> list[Mesh]:
             # If faces are oriented at random, the common face of two touching blocks may occur twice in the
             # same orientation. Then keep both.
             surfaces = _successive_surfaces(dict(enumerate(merged)))
+        if surfaces is None:
+            surfaces = stones_between_faces(mesh.points, merged)
     if surfaces is None:
         surfaces = _connected_surfaces(mesh.points, distinct)
     if len(surfaces) < 2:
@@ -99,8 +100,8 @@ def _has_reverses(keys: set[tuple[int, ...]], faces: list[list[int]]) -> bool:
 def _successive_surfaces(faces: dict[int, list[int]]) -> list[list[int]] | None:
     """Return the indices of the faces of each surface, if the faces of a surface follow one another.
 
-    Programs usually write one stone after another. Return None if successive faces do not form closed
-    surfaces of at least four faces each.
+    Programs usually write one stone after another. Return None if successive faces do not form closed and
+    connected surfaces of at least four faces each.
     """
     surfaces: list[list[int]] = []
     present: list[int] = []
@@ -115,12 +116,18 @@ def _successive_surfaces(faces: dict[int, list[int]]) -> list[list[int]] | None:
                 return None
             single ^= {edge}
         if not single:
-            if len(present) < FEWEST_SIDES:
+            if len(present) < FEWEST_SIDES or not _is_connected([faces[number] for number in present]):
                 return None
             surfaces.append(present)
             present = []
             count.clear()
     return None if single else surfaces
+
+
+def _is_connected(faces: list[list[int]]) -> bool:
+    """Return True if the faces are connected by edges that two faces share."""
+    pairs = [having for having in by_edge(faces).values() if len(having) == 2]
+    return not linked(len(faces), *np.array(pairs, dtype=int).reshape(-1, 2).T).any()
 
 
 def _connected_surfaces(points: np.ndarray, distinct: dict[int, list[int]]) -> list[list[int]]:
@@ -197,5 +204,5 @@ def _through_inside(
     for number, angle in angles[True] if angles[False] else ():
         # Coincident faces of two blocks have no volume between them. Subtract a small angle, so that a
         # coincident face is chosen last.
-        behind = [((angle - other - _COINCIDENT_ANGLE) % (2 * np.pi), mate) for mate, other in angles[False]]
+        behind = [((angle - other - COINCIDENT_ANGLE) % (2 * np.pi), mate) for mate, other in angles[False]]
         yield [number, min(behind)[1]]

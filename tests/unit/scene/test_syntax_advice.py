@@ -1,0 +1,138 @@
+"""Files that are not what their names say, and mistakes of TOML and JSON, are named with a remedy."""
+
+import json
+
+import pytest
+from scenes import CASES
+
+import masonry_opt as mo
+
+GOOD = """[joints]
+friction = 0.6
+
+[[block]]
+name = "base"
+vertices = [[0, -1], [4, -1], [4, 0], [0, 0]]
+fixed = true
+
+[[block]]
+name = "A–B, 0,5 // 'x'"
+vertices = [[0, 0], [1, 0], [1, 1], [0, 1]]
+weight = 1.0
+live = [1.0, 0.0]
+"""
+
+#: Mistakes in a TOML file: a text of the correct file, its replacement, the line, and the advice.
+TOML = {
+    "typographic quotation marks": ('"base"', "“base”", 5, "use straight quotation marks"),
+    "a typographic minus sign": ("-1]", "\N{MINUS SIGN}1]", 6, "write a minus sign as '-'"),
+    "a no-break space": ("weight =", "weight\u00a0=", 12, "replace the special space"),
+    "a colon": ("friction =", "friction:", 2, "write '=' between key and value"),
+    "a decimal comma": ("0.6", "0,6", 2, "write numbers with a decimal point"),
+    "no digit before the point": ("0.6", ".6", 2, "write a digit before the decimal point"),
+    "no digit after the point": ("1.0\n", "1.\n", 12, "write a digit after the decimal point"),
+    "a unit": ("weight = 1.0", "weight = 1.0 kN", 12, "write numbers without a unit"),
+    "a truth value of Python": ("true", "True", 7, "write true or false"),
+    "a path of Windows": ('"base"', '"C:\\Users\\base"', 5, "write paths with '/'"),
+    "text without quotation marks": ('"base"', "base", 5, "write text between quotation marks"),
+    "no value": ("= 1.0", "=", 12, "write a value after '='"),
+    "a key alone": ("weight = 1.0", "weight", 12, "write 'key = value'"),
+    "a table twice": (
+        '[[block]]\nname = "A',
+        '[joints]\nname = "A',
+        9,
+        "write [[name]] for each table of a list",
+    ),
+}
+
+#: Mistakes in a JSON file, and the advice.
+JSON = {
+    "typographic quotation marks": ("{“joints”: 1}", "use straight quotation marks"),
+    "TOML": (GOOD, "write the keys of TOML to a file whose name ends in .toml"),
+    "a comment": ('{"joints": 1, // μ\n "block": []}', "remove comments"),
+    "a comma at the end of a list": ('{"block": [\n1,\n]}', "remove the comma before the bracket"),
+    "a comma at the end of an object": ('{"block": {"a": 1,}}', "remove the comma before the bracket"),
+    "single quotation marks": ("{'joints': 1}", "between double quotation marks"),
+    "a decimal comma": ('{"weight": 0,5}', "write numbers with a decimal point"),
+    "no digit before the point": ('{"weight": .5}', "write a digit before the decimal point"),
+    "a truth value of Python": ('{"fixed": True}', "write true, false or null"),
+}
+
+#: Beginnings of files of other kinds, and the remedy.
+OTHERS = {
+    "Git LFS": (
+        b"version https://git-lfs.github.com/spec/v1\noid sha256:12\nsize 9\n",
+        "with 'git lfs pull'",
+    ),
+    "a web page": (b"\n<!DOCTYPE HTML>\n<html></html>", "is a web page: download the file itself"),
+    "a web page without type": (b"<html lang='en'></html>", "is a web page: download the file itself"),
+    "ZIP": (b"PK\3\4" + bytes(40), "is a ZIP archive: unpack it"),
+    "gzip": (b"\x1f\x8b" + bytes(40), "is compressed: unpack it"),
+    "DWG": (b"AC1032\0" + bytes(400), "is a DWG drawing: save the drawing as DXF"),
+}
+READERS = {
+    ".toml": mo.load,
+    ".json": mo.load,
+    ".dxf": lambda path: mo.read_dxf(path, friction=0.6, unit_weight=1),
+    **{
+        ending: lambda path: mo.read_mesh(path, friction=0.6, unit_weight=1)
+        for ending in (".obj", ".ply", ".stl", ".glb", ".gltf")
+    },
+}
+
+
+def refusal(path, content, read=mo.load):
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(mo.CaseError) as error:
+        read(path)
+    message = str(error.value)
+    assert message.startswith(f"{path}: ")
+    return message
+
+
+def test_the_correct_file_is_read(tmp_path):
+    """A block slides on the ground at λ = μ. A text may contain all characters."""
+    path = tmp_path / "case.toml"
+    path.write_text(GOOD)
+    assert mo.solve(path, "static").required() == pytest.approx(0.6, rel=1e-6)
+
+
+@pytest.mark.parametrize(("old", "new", "line", "advice"), TOML.values(), ids=TOML)
+def test_mistakes_of_toml_are_named_with_line_and_advice(tmp_path, old, new, line, advice):
+    assert old in GOOD
+    message = refusal(tmp_path / "case.toml", GOOD.replace(old, new, 1))
+    assert "the file is not valid TOML: " in message
+    assert f"line {line}, " in message
+    assert advice in message
+
+
+def test_json_in_a_toml_file_is_named(tmp_path):
+    message = refusal(tmp_path / "case.toml", '{"joints": {"friction": 0.6}}')
+    assert message.endswith(": write the keys of JSON to a file whose name ends in .json")
+
+
+@pytest.mark.parametrize(("content", "advice"), JSON.values(), ids=JSON)
+def test_mistakes_of_json_are_named_with_advice(tmp_path, content, advice):
+    message = refusal(tmp_path / "case.json", content)
+    assert "the file is not valid JSON: " in message
+    assert advice in message
+
+
+@pytest.mark.parametrize(("ending", "content"), [(".toml", "x = 1 = 2"), (".json", '{"x"'), (".json", "")])
+def test_other_mistakes_have_no_advice(tmp_path, ending, content):
+    message = refusal(tmp_path / f"case{ending}", content)
+    assert message.endswith(")")
+
+
+@pytest.mark.parametrize("ending", READERS)
+@pytest.mark.parametrize(("content", "remedy"), OTHERS.values(), ids=OTHERS)
+def test_files_of_other_kinds_are_named(tmp_path, content, remedy, ending):
+    assert remedy in refusal(tmp_path / f"a{ending}", content, READERS[ending])
+
+
+def test_results_and_compas_data_are_no_case_files(tmp_path):
+    result = mo.solve(CASES / "ferris_tinloi" / "wall_1.toml", "static").to_json()
+    text = result if isinstance(result, str) else json.dumps(result)
+    assert "this is the result of an analysis" in refusal(tmp_path / "a.json", text)
+    compas = '{"dtype": "compas_assembly.datastructures/Assembly", "data": {}}'
+    assert "this is COMPAS data: convert it to a case file" in refusal(tmp_path / "b.json", compas)
