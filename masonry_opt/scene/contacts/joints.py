@@ -38,13 +38,9 @@ from masonry_opt.scene.geometry import (
     Extents,
     raise_for,
 )
+from masonry_opt.scene.positions import coordinate_rounding
 from masonry_opt.scene.rows import following, linked, ranges
 from masonry_opt.scene.scene import Scene
-
-#: Largest difference of coordinates that counts as a rounding error, relative to the spacing of
-#: floating-point numbers at the largest coordinate. With a larger value, small errors of a drawing count as
-#: rounding errors and are not corrected.
-_COORDINATE_ROUNDING = 64.0
 
 
 @dataclass(frozen=True)
@@ -289,7 +285,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     middle = np.concatenate([shared.middle, (contacts.start + contacts.end) / 2])[order]
     point = point[ranges((np.cumsum(count) - count)[rings], count[rings])]
     joint, ring = np.repeat(joint[rings], count[rings]), np.repeat(np.arange(len(rings)), count[rings])
-    rounding = _COORDINATE_ROUNDING * float(np.spacing(np.abs(shapes.boxes + shapes.origin).max()))
+    rounding = coordinate_rounding(shapes)
     ends = pairs[owner[order]]
     after = aligned(DrawnContacts(ends, normal, accuracy, point, joint, ring, shapes.tolerance, rounding))
     tangent = np.where(after.turn[:, None] > 0, square_to(tangent[order], after.normal), tangent[order])
