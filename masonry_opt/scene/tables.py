@@ -14,7 +14,7 @@ from typing import Any
 
 from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.files import JSON_KEY, write_whole
-from masonry_opt.scene.mistakes import repeated
+from masonry_opt.scene.mistakes import did_you_mean, repeated
 
 #: Largest size of a case file, in bytes. Larger files are refused, because reading needs memory of about 80
 #: times the size, up to 400 times for a malicious file. A file of this size has about 90,000 blocks, more
@@ -94,7 +94,16 @@ def parse_file(path: Path) -> Any:
             why = "a whole number has thousands of digits"
         if len(why) > 300:
             why = why[:297] + "..."
+        why += _decimal_comma(why, data)
         raise CaseError(f"{path}: the file is not valid {path.suffix[1:].upper()}: {why}") from None
+
+
+def _decimal_comma(why: str, data: bytes) -> str:
+    """Return a remedy if the line that an error message names has a number with a decimal comma."""
+    line = re.search(r"at line (\d+)", why)
+    text = data.decode("utf-8-sig").splitlines()[int(line[1]) - 1] if line else ""
+    number = re.search(r"=\s*([-+]?\d+),(\d+)", text)
+    return f": write decimals with a point, such as {number[1]}.{number[2]}" if number else ""
 
 
 def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
@@ -110,7 +119,7 @@ def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
             with path.open("rb") as stream:
                 data = stream.read(largest + 1)
     except FileNotFoundError:
-        raise CaseError(f"{path}: no such file") from None
+        raise CaseError(f"{path}: no such file{_similar_file(path)}") from None
     except (OSError, ValueError) as error:  # ValueError means that the path has an invalid character
         raise CaseError(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from None
     if stat.S_ISDIR(mode):
@@ -120,6 +129,19 @@ def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
     if len(data) > largest:
         raise CaseError(f"{path}: the file is larger than {largest // 1_000_000} MB: {remedy}")
     return data
+
+
+def _similar_file(path: Path) -> str:
+    """Return a clause that suggests a file with a similar name in the same folder, or an empty text."""
+    if not path.parent.is_dir():
+        return f", because the folder {path.parent} does not exist"
+    try:
+        names = [entry.name for entry in path.parent.iterdir() if entry.is_file()]
+    except OSError:  # the user may not list the folder
+        return ""
+    # Names without their ending are frequent, so a case file with this name comes first.
+    same_stem = [name for name in names if name in (f"{path.name}.toml", f"{path.name}.json")]
+    return did_you_mean(path.name, same_stem or names) or did_you_mean(f"{path.name}.toml", same_stem)
 
 
 def write_file(path: Path, content: str | bytes, refusal: type[MasonryError]) -> None:
