@@ -12,6 +12,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from masonry_opt.cli.imports import garbage_collection_paused
+from masonry_opt.cli.slips import with_remedies
 from masonry_opt.errors import InterruptedByUserError, MasonryError, OptionError, OutputError, ReaderGoneError
 from masonry_opt.reporting.terminal import print_text, results_alone
 
@@ -75,6 +76,7 @@ def load(name: str) -> Any:
     paragraphs = [" ".join(paragraph.split()) for paragraph in command.help.split("\n\n")]
     command.help = "\n\n".join([COMMANDS[name], *paragraphs])
     command.format_help = _negated_in_help(command)
+    command.parse_args = with_remedies(command)
     # Standard output is reserved for print_text and print_result. All other output of a command goes to
     # standard error.
     command.invoke = results_alone()(command.invoke)

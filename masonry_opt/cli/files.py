@@ -247,4 +247,8 @@ def _refuse(arguments: CommandArguments, known: Container[str], what: str) -> No
     """Raise OptionError if the user typed an option that does not apply to the input."""
     for name in arguments:
         if name not in known:
-            raise OptionError(f"{what} does not take {arguments.called[name]}")
+            option = arguments.called[name]
+            remedy = f"omit {option}"
+            if name == "fixed" and "fixed_layers" in known:
+                remedy = "draw supports on a layer with 'fixed' in its name, or use --fixed-layer"
+            raise OptionError(f"{what} does not take {option}: {remedy}")

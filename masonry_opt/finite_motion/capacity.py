@@ -33,6 +33,7 @@ from masonry_opt.reporting.names import labelled, some, warning_lines
 from masonry_opt.reporting.sentences import message, numeral
 from masonry_opt.result import Result
 from masonry_opt.scene.mistakes import suggests_arguments
+from masonry_opt.scene.positions import in_scene
 from masonry_opt.scene.rows import dots, lengths, sums
 from masonry_opt.scene.typical_sizes import GRAVITY
 from masonry_opt.solution.reasons import Code, Reason
@@ -267,7 +268,7 @@ class Capacity:
         # If a corner of a block touches an edge of another block, the joint has only one contact point. Such
         # a joint is a hinge as long as its point is closed.
         hinged = (state == "hinged") | ((touching == 1) & (points == 1))
-        position = placed(at, step.poses[joints.first]) + assembly.geometry.origin
+        position = in_scene(assembly.geometry, placed(at, step.poses[joints.first]))
         position[~hinged] = np.nan
         angle = lengths((step.poses[joints.first] - step.poses[joints.second])[:, dimension:])
         table: dict[str, Any] = {

@@ -52,6 +52,19 @@ def refuse_idle(assembly: Assembly, freed_of: Assembly, supports: np.ndarray) ->
         raise OptionError(f"{scene.origin}: {idle}, so its settlement has no effect: choose another support")
 
 
+def refuse_overlapping(assembly: Assembly, supports: np.ndarray) -> None:
+    """Raise OptionError if a block rests on one of the given supports where it overlaps another support."""
+    overlaps = assembly.joints.overlaps
+    rows = overlaps[np.isin(overlaps[:, 1:], supports).any(axis=1)]
+    if len(rows):
+        block, *pair = assembly.names(rows[0])
+        raise OptionError(
+            f"{assembly.scene.origin}: supports '{pair[0]}' and '{pair[1]}' overlap where block '{block}' "
+            "rests on both, so one of them cannot settle without the other: let the supports end where they "
+            "meet, or draw them as one block"
+        )
+
+
 def reaction_at_rest(held: Problem, settling: Problem, own: int) -> tuple[float, np.ndarray] | None:
     """Compute the reaction of supports at rest, and the joint forces, both with elastic contacts.
 

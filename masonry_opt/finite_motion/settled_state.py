@@ -10,7 +10,13 @@ import scipy.sparse as sp
 
 from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
-from masonry_opt.finite_motion.freed_supports import freed_along, reaction_at_rest, refuse_idle, supports_of
+from masonry_opt.finite_motion.freed_supports import (
+    freed_along,
+    reaction_at_rest,
+    refuse_idle,
+    refuse_overlapping,
+    supports_of,
+)
 from masonry_opt.finite_motion.moved_blocks import overlapping
 from masonry_opt.finite_motion.settled_contacts import Contacts, SettlementBlockedError
 from masonry_opt.methods.associative import associative
@@ -50,9 +56,9 @@ def settled_scene(scene: Scene, settled: Movements | None) -> Scene:
     Raises
     ------
     OptionError
-        If a support does not exist, is a movable block or touches no movable block; if a movement is not two
-        or three numbers, or is so large that the mechanism changes; if blocks are solids; if the scene is
-        unstable, or does not follow the supports.
+        If a support does not exist, is a movable block, touches no movable block, or overlaps another support
+        where a block rests on both; if a movement is not two or three numbers, or is so large that the
+        mechanism changes; if blocks are solids; if the scene is unstable, or does not follow the supports.
     CaseError
         If the scene is wrong.
     """
@@ -74,6 +80,7 @@ def settled_scene(scene: Scene, settled: Movements | None) -> Scene:
         )
     names = sorted(movements, key=[block.name for block in scene.blocks].index)
     supports = supports_of(scene, names)
+    refuse_overlapping(assembly, supports)
     motions = np.array([movements[name] for name in names])
     units = np.array([1.0, 1.0, assembly.problem.length_unit])
     free = freed_along(assembly, supports, motions * units)

@@ -18,7 +18,8 @@ from masonry_opt.problem.names import ProblemNames, labels_of, legal_name
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.settled import SettledState
 from masonry_opt.scene.case_file import as_scene
-from masonry_opt.scene.contacts.joints import Joints, find_joints, joint_properties, shapes_of
+from masonry_opt.scene.contacts.joints import Joints, find_joints, shapes_of
+from masonry_opt.scene.contacts.properties import joint_properties
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.scene import Scene
 
@@ -182,8 +183,8 @@ def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
     if any(getattr(scene, name) != getattr(assembly.scene, name) for name in _MATRIX_KEYS):
         return None
     joints, before = assembly.joints, assembly.problem
-    ends, gaps = (joints.first, joints.second), (joints.gaps, joints.closing)
-    joints = replace(joints, **joint_properties(scene, *ends, *gaps))
+    known = ((joints.first, joints.second), joints.overlaps, joints.gaps, joints.closing)
+    joints = replace(joints, **joint_properties(scene, *known))
     if any(getattr(scene, name) != getattr(assembly.scene, name) for name in _LOAD_KEYS):
         return _assembled(scene, assembly.geometry, joints, assembly.filled_pieces, before.matrices)
     problem = replace(before, law=_law(scene, joints, assembly.limited, before.force_unit))

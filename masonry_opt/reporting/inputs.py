@@ -239,12 +239,6 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"fixed {blocks(v['blocks'])} {verb(len(v['blocks']), 'touch')} no movable block, tie or prop: close "
         "the gap if blocks should rest on the support"
     ),
-    Code.DOUBLED_JOINTS: lambda v: (
-        f"supports overlap at joints with {blocks(v['blocks'])}: {pairs(v)}. The strength, cohesion and "
-        "stiffness of these joints count twice, and 'settle' moves only one of the supports: let them end "
-        "where they meet, or remove one of them; to build a generated part without its support, set "
-        "'base = false' or 'abutments = false'"
-    ),
     Code.HELD_BY_CLAMPING: lambda v: (
         f"no load presses on some joints that hold blocks between supports by friction: {pairs(v)}; add the "
         "load that clamps these joints, or set their friction to 0"

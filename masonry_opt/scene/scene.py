@@ -157,9 +157,12 @@ class Scene(SceneKeys):
         by_name = {case.name: case for case in self.load_cases}
         if name in by_name:
             return self.with_load_case(by_name[name])
+        if not by_name:
+            raise OptionError(
+                f"{self.origin}: the scene has no load cases, so {name!r} cannot be chosen: omit the name"
+            )
         known = ", ".join(map(repr, by_name))
-        remedy = f"; there are: {known}" if known else "; it has none: leave the name out"
-        near = did_you_mean(str(name), by_name) or remedy
+        near = did_you_mean(str(name), by_name) or f"; there are: {known}"
         raise OptionError(f"{self.origin}: no load case {name!r}{near}")
 
     def with_load_case(self, case: LoadCase | None) -> Self:
@@ -184,7 +187,7 @@ class Scene(SceneKeys):
         if self.load_cases and self.load_case is None:
             raise OptionError(
                 f"{self.origin}: the scene has load cases "
-                f"({', '.join(case.name for case in self.load_cases)}): "
+                f"({', '.join(repr(case.name) for case in self.load_cases)}): "
                 "choose one with 'load_case' (--load-case; in Python, scene.in_case(name)), or "
                 "compute all of them with 'solve' (mo.solve_cases)"
             )

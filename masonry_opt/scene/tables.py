@@ -14,7 +14,7 @@ from typing import Any
 
 from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.files import JSON_KEY, write_whole
-from masonry_opt.scene.mistakes import repeated
+from masonry_opt.scene.mistakes import did_you_mean, repeated
 from masonry_opt.scene.syntax_advice import advice_on_line, other_content
 
 #: Largest size of a case file, in bytes. Larger files are refused, because reading needs memory of about 80
@@ -119,7 +119,7 @@ def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
             with path.open("rb") as stream:
                 data = stream.read(largest + 1)
     except FileNotFoundError:
-        raise CaseError(f"{path}: no such file") from None
+        raise CaseError(f"{path}: no such file{_similar_file(path)}") from None
     except (OSError, ValueError) as error:  # ValueError means that the path has an invalid character
         raise CaseError(f"{path}: cannot be read: {getattr(error, 'strerror', error)}") from None
     if stat.S_ISDIR(mode):
@@ -132,6 +132,19 @@ def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
     if len(data) > largest:
         raise CaseError(f"{path}: the file is larger than {largest // 1_000_000} MB: {remedy}")
     return data
+
+
+def _similar_file(path: Path) -> str:
+    """Return a clause that suggests a file with a similar name in the same folder, or an empty text."""
+    if not path.parent.is_dir():
+        return f", because the folder {path.parent} does not exist"
+    try:
+        names = [entry.name for entry in path.parent.iterdir() if entry.is_file()]
+    except OSError:  # the user may not list the folder
+        return ""
+    # Names without their ending are frequent, so a case file with this name comes first.
+    same_stem = [name for name in names if name in (f"{path.name}.toml", f"{path.name}.json")]
+    return did_you_mean(path.name, same_stem or names) or did_you_mean(f"{path.name}.toml", same_stem)
 
 
 def write_file(path: Path, content: str | bytes, refusal: type[MasonryError]) -> None:

@@ -8,6 +8,7 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.faces import parabola
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.problem import ShearLimits
+from masonry_opt.scene.positions import in_scene
 from masonry_opt.scene.rows import dots, lengths, sums
 from masonry_opt.solution.load_history import LoadHistory, LoadStep
 from masonry_opt.solution.motion import fastest, joints_that_move, relative_rotation, velocities
@@ -42,7 +43,7 @@ def block_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
     rotations = problem.moments(d) / problem.length_unit
     columns = {
         "block": assembly.names(assembly.movable),
-        **_columns("", shapes.centroid[assembly.movable] + shapes.origin),
+        **_columns("", in_scene(shapes, shapes.centroid[assembly.movable])),
         **_columns("v", problem.forces(d)),
         **(_columns("w", rotations) if assembly.scene.dimension == 3 else {"omega": rotations[:, 0]}),
     }
@@ -62,7 +63,7 @@ def joint_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
     columns = {
         "first": assembly.names(joints.first),
         "second": assembly.names(joints.second),
-        **_columns("", joints.middle + assembly.geometry.origin),
+        **_columns("", in_scene(assembly.geometry, joints.middle)),
         extent: joints.extent,
         **forces(assembly, q, u, d),
         "utilisation": np.where(used < 0, np.nan, used),
@@ -86,7 +87,7 @@ def contact_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame | Non
         "joint": joint,
         "first": assembly.names(joints.first[joint]),
         "second": assembly.names(joints.second[joint]),
-        **_columns("", joints.point + assembly.geometry.origin),
+        **_columns("", in_scene(assembly.geometry, joints.point)),
         "n": n * problem.force_unit,
         "s": lengths(force - n[:, None] * normal) * problem.force_unit,
         **_columns("f", force * problem.force_unit),
@@ -182,7 +183,7 @@ def _forces(assembly: Assembly, q: np.ndarray, u: np.ndarray, d: np.ndarray) -> 
 
 def _resultants(assembly: Assembly, q: np.ndarray, _: np.ndarray, d: np.ndarray) -> dict[str, np.ndarray]:
     """Return the table columns of the normals, resultants and rates of joints in a scene in space."""
-    joints, problem, origin = assembly.joints, assembly.problem, assembly.geometry.origin
+    joints, problem, shapes = assembly.joints, assembly.problem, assembly.geometry
     joint, normal, middle, count = joints.joint, joints.normal, joints.middle, len(joints.first)
     of_points, n_of_points = _vectors(assembly, q), problem.normal_forces(q)
     resultant, n = sums(joint, of_points, count), np.bincount(joint, n_of_points)
@@ -203,14 +204,14 @@ def _resultants(assembly: Assembly, q: np.ndarray, _: np.ndarray, d: np.ndarray)
         "n": n * problem.force_unit,
         "s": lengths(resultant - n[:, None] * normal) * problem.force_unit,
         **_columns("f", resultant * problem.force_unit),
-        **_columns("p", acts + origin),
+        **_columns("p", in_scene(shapes, acts)),
         "torsion": torsion * problem.force_unit,
         "slip": lengths(motion - opening[:, None] * normal),
         "opening": opening,
         **_columns("v", motion),
         "rotation": lengths(turned) / problem.length_unit,
         **_columns("w", turned / problem.length_unit),
-        **_columns("a", np.where(turns, on_axis, np.nan) + origin),
+        **_columns("a", in_scene(shapes, np.where(turns, on_axis, np.nan))),
     }
 
 

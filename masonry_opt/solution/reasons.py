@@ -289,9 +289,6 @@ class Code(StrEnum):
     # Some supports have no function, because no movable block, fill, tie or prop touches them. Value:
     # ``blocks``, the names of these supports.
     IDLE_SUPPORTS = "idle supports"
-    # Two supports overlap at a joint, so that a block that rests on both has two joints there. The value
-    # ``pairs`` lists the two supports of each overlap, and ``blocks`` the movable blocks at these joints.
-    DOUBLED_JOINTS = "doubled joints"
     # Some joints transfer friction only because of self-stress. Value: ``pairs``, the two blocks of each such
     # joint.
     HELD_BY_CLAMPING = "held by clamping"

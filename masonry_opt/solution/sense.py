@@ -9,12 +9,11 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.fill import fill_forces
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import weights
-from masonry_opt.scene.contacts.joints import Gaps
+from masonry_opt.scene.contacts.gaps import Gaps
 from masonry_opt.scene.contacts.mortar import wedge_at_corners
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.road import SMALL_FRICTION_ANGLE
 from masonry_opt.scene.rows import linked
-from masonry_opt.solution.doubled_joints import doubled_joints
 from masonry_opt.solution.force_units import (
     is_per_area,
     lower_median,
@@ -116,7 +115,6 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
     return (
         *_joints(assembly),
         *_idle_supports(assembly),
-        *doubled_joints(assembly),
         *_clamping(assembly, solution),
         *_small_gaps(assembly, of_wedges),
         *_gaps_of(assembly, Code.LOST_JOINTS, joints.lost),
@@ -161,14 +159,15 @@ def _joints(assembly: Assembly) -> Iterator[Reason]:
 def _idle_supports(assembly: Assembly) -> list[Reason]:
     """Return a list with a warning that names the supports without function, or an empty list.
 
-    A support has a function if it has a joint with a movable block, if a fill touches it, or if a tie or prop
-    ends at it.
+    A support has a function if it touches a movable block, if a fill touches it, or if a tie or prop ends at
+    it.
     """
     idle = np.ones(len(assembly.scene.blocks), dtype=bool)
     idle[[piece.block for piece in assembly.filled_pieces]] = False
     ends = [action.block for force in assembly.limited for action in force.actions]
     idle[[block for block in ends if block >= 0]] = False
     idle[assembly.movable] = idle[assembly.joints.first] = idle[assembly.joints.second] = False
+    idle[assembly.joints.overlaps] = False
     return [reason(Code.IDLE_SUPPORTS, blocks=assembly.names(np.flatnonzero(idle)))] if idle.any() else []
 
 

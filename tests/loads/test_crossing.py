@@ -382,6 +382,12 @@ def test_a_bound_is_lowered_for_rounding_alone():
     assert replace(found, worst=replace(found.worst, solution=lower)).bound == less
 
 
+def at_first_position(trials):
+    """Return the answers of a passage at its first position alone."""
+    first = min(trials.answers)
+    return replace(trials, answers={first: trials.answers[first]}, associative_trials=None)
+
+
 def test_a_position_that_is_zero_but_for_rounding_is_printed_as_zero():
     """The road begins at 1.5e-9, and the first position is 5e-9 behind its start. The last position is 3."""
     blocks = [slab(), slab("second", 1.0), support(-0.5, 0.5), support(1.5, 2.5)]
@@ -394,3 +400,8 @@ def test_a_position_that_is_zero_but_for_rounding_is_printed_as_zero():
     column = table["columns"].index("first axle at")
     printed = [row[column] for row in table["rows"]]
     assert printed == ["0", *(f"{position:.6g}" for position in sorted(positions)[1:])]
+    assert found.notebook_table["position"].tolist() == [0.0, *sorted(positions)[1:]]
+    # The text of the worst position prints such a position in the same way.
+    first = replace(found, passages=tuple(at_first_position(trials) for trials in found.passages))
+    assert first.at == [positions.min()]
+    assert first.facts()["position"] == "axles at x = 0"

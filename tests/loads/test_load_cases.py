@@ -186,7 +186,7 @@ def test_cases_that_load_nothing_and_cases_there_are_not():
         mo.solve(of, load_case="b")
     with pytest.raises(mo.OptionError, match="load_case"):
         mo.solve_cases(plain)
-    with pytest.raises(mo.OptionError, match="it has none"):
+    with pytest.raises(mo.OptionError, match="the scene has no load cases"):
         plain.in_case("a")
     with pytest.raises(mo.OptionError, match="every"):
         mo.directions(box_on_floor(), every=0)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mappings import mapped, turned
+from scenes import CASES
 
 import masonry_opt as mo
 from masonry_opt.scene.blocks import rectangle
@@ -204,6 +205,7 @@ def test_openings_of_three_hinges(tmp_path, in_space):
     assert written.count("0.0025") == 2
     assert "after a movement of 0.02" in " ".join(text.get_text() for text in moved.texts).replace("\n", " ")
     found.save(tmp_path / "a.html")
+    assert "Lengths and forces are in the units of the case." in (tmp_path / "a.html").read_text("utf-8")
     page = (tmp_path / "a.html").read_text(encoding="utf-8")
     assert "Openings per unit of movement, at the least reaction" in page
     assert "_at_movement" not in page  # the headings are words
@@ -236,6 +238,17 @@ def wedged(*floor: mo.Block) -> mo.Scene:
 
 
 @pytest.mark.slow
+def test_coordinates_of_an_arch_that_begin_at_zero_are_zero():
+    """The joints at the abutments lie at y = 0, of which trigonometric functions of the arch yield 1e-15."""
+    found = mo.settle(f"{CASES}/casapulla_lauro/arch.toml", "abutment 2", RIGHT, method="static")
+    at_abutments = found.greatest.openings.query("second.str.startswith('abutment')")
+    assert at_abutments["x"].abs().tolist() == pytest.approx([9.45, 9.45])
+    assert at_abutments["y"].tolist() == [0.0, 0.0]
+    result = found.least.result
+    assert result.joints.query("second.str.startswith('abutment')")["y"].tolist() == [0.0, 0.0]
+    assert result.blocks.set_index("block").loc["v14", "x"] == 0.0
+
+
 def test_a_reaction_without_limit_is_said_to_be_so():
     found = mo.settle(wedged(block("floor", 0, 1, -1, 0, fixed=True)), "R", RIGHT)
     assert found.least.associative == pytest.approx(0.0, abs=1e-6)

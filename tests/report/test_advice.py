@@ -18,6 +18,71 @@ def advised(message):
     return [shlex.split(found) for found in re.findall(r"\(masonry-opt ([^)]*)\)", message)]
 
 
+#: Mistakes on the command line, words of the advice, and the arguments that follow the advice.
+SLIPS = {
+    "name of the file": (["solve", "ston.toml"], "did you mean 'stone.toml'?", ["solve", "stone.toml"]),
+    "ending of the file": (["solve", "stone"], "did you mean 'stone.toml'?", ["solve", "stone.toml"]),
+    "folder": (["solve", "a/stone.toml"], "the folder a does not exist", ["solve", "stone.toml"]),
+    "option of the method": (
+        ["solve", "stone.toml", "--search", "0.1"],
+        "written as -o search=VALUE",
+        ["solve", "stone.toml", "-o", "search=0.1"],
+    ),
+    "unit": (
+        ["solve", "stone.toml", "--time-limit", "1min"],
+        "write one number without a unit",
+        ["solve", "stone.toml", "--time-limit", "60"],
+    ),
+    "decimal comma": (
+        ["least", "stone.toml", "--vary", "joints.friction=0.1:1", "--load", "0,5"],
+        "with a point before decimals",
+        ["least", "stone.toml", "--vary", "joints.friction=0.1:1", "--load", "0.5"],
+    ),
+    "two numbers": (
+        ["settle", "stone.toml", "--support", "floor", "--method", "static", "--direction", "0", "-1"],
+        "with commas and without spaces, such as 0,-1",
+        ["settle", "stone.toml", "--support", "floor", "--method", "static", "--direction", "0,-1"],
+    ),
+    "quotation marks": (
+        ["report", "stone.toml", "--method", "static", "--units", "m,", "kN"],
+        "enclose text that contains spaces in quotation marks",
+        ["report", "stone.toml", "--method", "static", "--units", "m, kN"],
+    ),
+    "no load case": (
+        ["solve", "stone.toml", "--load-case", "wind"],
+        "the scene has no load cases, so 'wind' cannot be chosen: omit the name",
+        ["solve", "stone.toml"],
+    ),
+    "decimal comma in a file": (
+        ["solve", "comma.toml"],
+        "write numbers with a decimal point",
+        ["solve", "stone.toml"],
+    ),
+}
+
+
+@pytest.mark.parametrize(("typed", "advice", "followed"), SLIPS.values(), ids=SLIPS)
+def test_a_slip_of_the_command_line_is_answered_with_its_remedy(
+    command, monkeypatch, tmp_path, typed, advice, followed
+):
+    monkeypatch.chdir(tmp_path)
+    mo.save(block_on_floor(friction=0.65), "stone.toml")
+    content = (tmp_path / "stone.toml").read_text("utf-8")
+    assert "friction = 0.65" in content
+    (tmp_path / "comma.toml").write_text(content.replace("0.65", "0,65"), "utf-8")
+    assert advice in re.sub(r"[\s│]+", " ", command.refused(*typed))
+    command(*followed)
+
+
+def test_supports_of_a_drawing_are_on_their_layer(command, tmp_path):
+    drawing, case = tmp_path / "blocks.dxf", tmp_path / "case.toml"
+    mo.write_dxf(two_blocks(), drawing)
+    error = command.refused("convert", drawing, case, *DRAWN, "--fixed", "support")
+    assert "does not take --fixed: draw supports on a layer with 'fixed' in its name, or use" in error
+    command("convert", drawing, case, *DRAWN, "--fixed-layer", "fixed")
+    assert [block.name for block in mo.load(case).blocks if block.fixed]
+
+
 @pytest.mark.parametrize("scene", [two_blocks(), mo.extrude(block_on_floor(), 1.0)], ids=["plane", "space"])
 def test_a_case_file_is_not_converted(command, monkeypatch, tmp_path, scene):
     monkeypatch.chdir(tmp_path)

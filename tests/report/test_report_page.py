@@ -104,6 +104,8 @@ def test_every_answer_says_what_was_not_checked_and_needs_no_network(answer_and_
     assert ("for λ = 1" in page.text) == (name != "settlement")
     assert ("so no state has a lower load factor" in page.text) == (name == "associative")
     assert ("The table shows each residual" in page.text) == (not without)
+    # The case ends the page, so that the versions are not alone on the last page on paper.
+    assert page.text.rfind("The case as it was read") > page.text.rfind("Versions")
     assert page.sources
     assert all(source.startswith("data:") for source in page.sources)
 
@@ -208,7 +210,9 @@ def test_a_crossing_begins_with_its_verdict_in_the_named_units(tmp_path):
     assert "in kN: axle loads 14.4 = λ × 3" in page.text
     assert "the force unit" not in page.text
     assert "kN, with the factors of load case 'normal'" in page.text
+    assert "Lengths are in m, forces in kN, moments in kN m." in head
     early = reported(tmp_path, replace(found, interrupted=True, time_limit=7.0))
+    assert "Lengths, forces and moments are in the units of the case." in early.text.partition("What was")[0]
     assert "stopped by the time limit, so that λ may be less than λ = 4.8" in early.text
 
 

@@ -12,7 +12,7 @@ from masonry_opt.scene.contacts import sides
 from masonry_opt.scene.contacts.bisectors import Sectors, contact_normals
 from masonry_opt.scene.contacts.sides import SMALL_LENGTH_RATIO, Items, Meetings, Touches, near_items, to_line
 from masonry_opt.scene.geometry import Geometry
-from masonry_opt.scene.rows import lengths
+from masonry_opt.scene.rows import dots, lengths, spaces
 from masonry_opt.scene.scene import Scene
 
 #: Two edges coincide if their distance is at most this value, relative to the tolerance. Corners of
@@ -129,6 +129,37 @@ class FacingEdges(sides.Facing):
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
         """Return the distance of each point from the segment with the index ``number``, shape (points,)."""
         return to_line(points, self.start[number], self.end[number])
+
+    def common_breadth(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Return the length that two segments in one line share, shape (rows,); see :class:`.Facing`."""
+        low, high = self._along(one, other)
+        return np.maximum(np.minimum(high, self.extent[one]) - np.maximum(low, 0.0), 0.0)
+
+    def uncovered(self, row: int, others: np.ndarray, tolerance: float) -> "FacingEdges":
+        """Return the parts of a segment that other segments do not cover; see :class:`.Facing`."""
+        covered = zip(*self._along(np.full(len(others), row), others), strict=True)
+        parts = spaces(0.0, float(self.extent[row]), covered, _SHORTEST_PARALLEL * tolerance)
+        start, end = (
+            self.start[row] + np.outer(x, self._direction[row]) for x in np.reshape(parts, (-1, 2)).T
+        )
+        columns = (self.pair, self.most, self.accuracy, self.angle, self.shorter)
+        pair, most, accuracy, *lean = (np.full(len(parts), column[row]) for column in columns)
+        return FacingEdges.between(pair, most, (start, end), accuracy, (lean[0], lean[1]))
+
+    @property
+    def _direction(self) -> np.ndarray:
+        """Return the unit vector from the start to the end of each segment, shape (n, 2)."""
+        direction: np.ndarray = (self.end - self.start) / self.extent[:, None]
+        return direction
+
+    def _along(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower and the upper coordinate of other segments along given segments, shape (rows,).
+
+        The coordinate is zero at the start of the segment with the index ``one``.
+        """
+        ends = (dots(end[other] - self.start[one], self._direction[one]) for end in (self.start, self.end))
+        x = np.stack([*ends])
+        return x.min(axis=0), x.max(axis=0)
 
 
 def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -> FacingEdges:

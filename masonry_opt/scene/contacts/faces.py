@@ -100,6 +100,32 @@ class FacingFaces(sides.Facing):
         flat = shapely.points(self.frame.down(points, number))
         return np.hypot(shapely.distance(flat, self.polygon[number]), self.frame.above(points, number))
 
+    def common_breadth(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Return the mean breadth of the polygon that two polygons share, shape (rows,).
+
+        See :class:`.Facing`.
+        """
+        common = shapely.intersection(self.polygon[one], self._projections(one, other))
+        return mean_thickness(shapely.area(common), shapely.length(common))
+
+    def uncovered(self, row: int, others: np.ndarray, tolerance: float) -> "FacingFaces":
+        """Return the parts of a polygon that other polygons in its plane do not cover.
+
+        See :class:`.Facing`.
+        """
+        cover = shapely.union_all(self._projections(np.full(len(others), row), others))
+        rest = np.array([shapely.difference(self.polygon[row], cover)])
+        pieces, _ = _without_tails(rest, np.zeros(1, dtype=int), NARROWEST * tolerance)
+        pieces = without_straight_corners(pieces, tolerance / 2)
+        parts = self.where(np.full(len(pieces), row))
+        centroids = shapely.get_coordinates(shapely.centroid(pieces))
+        middle = parts.frame.up(centroids, np.arange(len(pieces)))
+        return replace(parts, extent=shapely.area(pieces), middle=middle, polygon=pieces)
+
+    def _projections(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Return the projections of the polygons ``other`` onto the planes of the polygons ``one``."""
+        return _projected(self.polygon[other], self.frame.where(one), self.frame.where(other))
+
 
 def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> FacingFaces:
     """Return the polygons that faces of pairs of blocks share.

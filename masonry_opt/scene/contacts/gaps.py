@@ -20,9 +20,23 @@ from masonry_opt.scene.tolerance_advice import set_contact_tolerance, set_tolera
 #: ``TOLERANCE_OVER_ERROR`` times e. A larger ratio aligns more joints than necessary.
 _TOLERANCE_OVER_DIFFERENCE = 4.0
 
+#: Type of a dict of gaps, which maps the indices of two blocks to the largest width of the gap between them.
+Gaps = dict[tuple[int, int], float]
+
 #: Scene option that closes gaps: ``tolerance`` corrects errors of a drawing and aligns its joints;
 #: ``contact_tolerance`` bridges intended gaps, such as undrawn mortar.
 ClosingOption = Literal["tolerance", "contact_tolerance"]
+
+
+def widest_gaps(pairs: np.ndarray, across: Facing) -> Gaps:
+    """Return the largest width of the gaps between the two blocks of each pair that has gaps.
+
+    ``across`` has the sides that face each other across the gaps.
+    """
+    gaps: Gaps = {}
+    for (i, j), width in zip(pairs[across.pair].tolist(), across.most.tolist(), strict=True):
+        gaps[i, j] = max(gaps.get((i, j), 0.0), width)
+    return gaps
 
 
 class Closing(NamedTuple):

@@ -2,18 +2,19 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from masonry_opt.brief import brief
-from masonry_opt.errors import CaseError, rounded, rounded_up
+from masonry_opt.errors import rounded
 from masonry_opt.scene.contacts.alignment import AlignedContacts, aligned, square_to
 from masonry_opt.scene.contacts.drawn import DrawnContacts
 from masonry_opt.scene.contacts.gaps import (
     Closing,
+    Gaps,
     closing,
     near_misses,
+    widest_gaps,
 )
 from masonry_opt.scene.contacts.mortar import (
     Bridge,
@@ -29,23 +30,17 @@ from masonry_opt.scene.contacts.neighbours import (
     has_sides_at_small_angle,
     near_pairs,
 )
+from masonry_opt.scene.contacts.overlapping_supports import count_once
 from masonry_opt.scene.contacts.overlaps import refuse_overlaps
+from masonry_opt.scene.contacts.properties import joint_properties
 from masonry_opt.scene.geometry import (
     MORTAR,
     Extents,
     raise_for,
 )
-from masonry_opt.scene.joints import JointDefaults
+from masonry_opt.scene.positions import coordinate_rounding
 from masonry_opt.scene.rows import following, linked, ranges
 from masonry_opt.scene.scene import Scene
-
-#: Largest difference of coordinates that counts as a rounding error, relative to the spacing of
-#: floating-point numbers at the largest coordinate. With a larger value, small errors of a drawing count as
-#: rounding errors and are not corrected.
-_COORDINATE_ROUNDING = 64.0
-
-#: Type of a dict of gaps, which maps the indices of two blocks to the largest width of the gap between them.
-Gaps = dict[tuple[int, int], float]
 
 
 @dataclass(frozen=True)
@@ -93,6 +88,9 @@ class Joints:
     #: Compressive strength of each joint per unit of its length (in space: area), ``inf`` if unlimited, shape
     #: (joints,).
     strength: np.ndarray
+    #: Blocks that rest on two supports where these overlap, shape (k, 3): the indices of the block, of the
+    #: support with the joint, and of the support without it.
+    overlaps: np.ndarray
     fixed_pairs: int  #: number of pairs of blocks that touch but have no joint because both are fixed
     gaps: Gaps  #: small gaps between blocks, with the largest width of each gap
     closing: Closing  #: option that turns all small gaps into joints, with the smallest value that does so
@@ -203,7 +201,8 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     Two blocks, of which at least one can move, have a joint wherever their sides face each other without a
     third block between them. Over the whole shared length or area, the distance of the sides must not exceed
     the option ``contact_tolerance`` of the scene (its default is the option ``tolerance``). The joint lies on
-    the bisecting line or plane of the sides.
+    the bisecting line or plane of the sides. Where a block rests on two supports that overlap, only one of
+    the two supports has a joint with the block.
 
     - In the plane, sides are edges. The length that two edges share is a joint. In a scene without
       ``contact_tolerance``, lengths below ten times ``tolerance`` are joints only if the edges are nearly
@@ -261,10 +260,14 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     is_lost = np.array([tuple(pair) in lost for pair in pairs[at_corners.pair].tolist()], dtype=bool)
     at_corners = at_corners.where(~np.isin(at_corners.pair, across.pair) & ~is_lost)
     contacts = contacts.then(at_corners)
-    gaps: Gaps = {}
-    for (i, j), width in zip(pairs[across.pair].tolist(), across.most.tolist(), strict=True):
-        gaps[i, j] = max(gaps.get((i, j), 0.0), width)
+    gaps = widest_gaps(pairs, across)
     closes_gaps = closing(scene, shapes, pairs, across)
+    meeting, meets = corners.without_normal(pairs, asked, (shared, contacts))
+    # Exclude pairs of blocks with a gap or a lost joint, because other warnings name these pairs.
+    named = {*gaps, *lost}
+    has_no_gap = np.array([tuple(pair) not in named for pair in pairs[meeting].tolist()], dtype=bool)
+    bridged, aligning = bridged_by_tolerance(scene, shapes, pairs, shared)
+    shared, overlaps = count_once(scene, shapes, pairs, shared)
     # Order the joints by pair of blocks. Within a pair, shared sides precede contacts along edges and at
     # points.
     owner = np.concatenate([shared.pair, contacts.pair])
@@ -274,10 +277,6 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     joint = np.argsort(order)[owner_of_ring]
     rings = np.argsort(joint, kind="stable")
     first, second = pairs[owner[order]].T
-    meeting, meets = corners.without_normal(pairs, asked, (shared, contacts))
-    # Exclude pairs of blocks with a gap or a lost joint, because other warnings name these pairs.
-    named = {*gaps, *lost}
-    has_no_gap = np.array([tuple(pair) not in named for pair in pairs[meeting].tolist()], dtype=bool)
     if not floating:
         refuse_floating(scene, shapes, (first, second), closes_gaps)
     normal = np.concatenate([shared.normal, contacts.normal])[order]
@@ -286,9 +285,8 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     middle = np.concatenate([shared.middle, (contacts.start + contacts.end) / 2])[order]
     point = point[ranges((np.cumsum(count) - count)[rings], count[rings])]
     joint, ring = np.repeat(joint[rings], count[rings]), np.repeat(np.arange(len(rings)), count[rings])
-    rounding = _COORDINATE_ROUNDING * float(np.spacing(np.abs(shapes.boxes + shapes.origin).max()))
+    rounding = coordinate_rounding(shapes)
     ends = pairs[owner[order]]
-    bridged, aligning = bridged_by_tolerance(scene, shapes, pairs, shared)
     after = aligned(DrawnContacts(ends, normal, accuracy, point, joint, ring, shapes.tolerance, rounding))
     tangent = np.where(after.turn[:, None] > 0, square_to(tangent[order], after.normal), tangent[order])
     if scene.dimension == 2:
@@ -306,7 +304,8 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         point=after.point,
         joint=joint,
         ring=ring,
-        **joint_properties(scene, first, second, gaps, closes_gaps),
+        **joint_properties(scene, (first, second), overlaps, gaps, closes_gaps),
+        overlaps=overlaps,
         fixed_pairs=fixed_pairs,
         gaps=gaps,
         closing=closes_gaps,
@@ -333,52 +332,6 @@ def _measure_moved(
     end = after.point[np.searchsorted(joint, moved, side="right") - 1]
     extent[moved], middle[moved] = np.hypot(*(end - start).T), (start + end) / 2
     return extent, middle
-
-
-def joint_properties(
-    scene: Scene, first: np.ndarray, second: np.ndarray, gaps: Gaps, closes_gaps: Closing
-) -> dict[str, Any]:
-    """Return friction, cohesion, dilatancy and strength of all joints, named as in :class:`Joints`.
-
-    Raises CaseError if the two blocks of an exception do not touch. If one of the small ``gaps`` separates
-    the two blocks, the message names the option that closes all small gaps.
-    """
-    properties = {
-        name: np.full((len(first), *np.shape(value)), value) for name, value in _values(scene.joints).items()
-    }
-    index = {block.name: number for number, block in enumerate(scene.blocks)}
-    for exception in scene.exceptions:
-        block, neighbour = sorted(index[name] for name in exception.between)
-        of_both = (first == block) & (second == neighbour)
-        if not of_both.any():
-            both_fixed = scene.blocks[block].fixed and scene.blocks[neighbour].fixed
-            why = "are both fixed" if both_fixed else "do not touch"
-            where = f"joint between {list(exception.between)}"
-            remedy = "Remove the entry for this joint, or correct the names of the blocks"
-            if (block, neighbour) in gaps:
-                width = rounded_up(gaps[block, neighbour], 2)
-                remedy = f"The gap between the blocks is up to {width} wide: {closes_gaps.advice}"
-            raise CaseError(
-                f"{scene.origin}: {where}: the blocks {why}, "
-                f"so they have no joint whose properties could be set. {remedy}"
-            )
-        for name, value in _values(exception.over(scene.joints)).items():
-            properties[name][of_both] = value
-    return properties
-
-
-def _values(joint: JointDefaults) -> dict[str, float | tuple[float, float]]:
-    """Return the properties of a joint by name. The value ``inf`` means that there is no limit."""
-    # A joint with unlimited friction cannot slide, so cohesion and dilatancy have no effect and are set to
-    # zero.
-    slides = np.isfinite(joint.friction)
-    return {
-        "friction": joint.friction,
-        "cohesion": joint.cohesion if slides else 0.0,
-        "dilatancy": joint.dilatancy if slides else 0.0,
-        "dilatancy_stress": joint.dilatancy_stress or (np.inf, np.inf),
-        "strength": joint.strength or np.inf,
-    }
 
 
 def refuse_floating(

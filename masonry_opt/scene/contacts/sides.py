@@ -10,6 +10,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
+from typing import Self
 
 import numpy as np
 
@@ -192,6 +193,21 @@ class Facing(Rows, ABC):
         """Return the distance of each point from the segment or polygon with the index ``number``.
 
         The shape is (points,).
+        """
+
+    @abstractmethod
+    def common_breadth(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Return the breadth of the part that two rows of the table share, shape (rows,).
+
+        The breadth is a length, in space the mean breadth of a polygon. ``one`` and ``other`` have the
+        indices of pairs of rows that lie in one line (in space: plane).
+        """
+
+    @abstractmethod
+    def uncovered(self, row: int, others: np.ndarray, tolerance: float) -> Self:
+        """Return the parts of a row that other rows in its line (in space: plane) do not cover.
+
+        Parts as narrow as errors of the drawing, whose points are uncertain by ``tolerance``, are left out.
         """
 
 

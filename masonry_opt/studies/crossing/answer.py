@@ -23,9 +23,6 @@ from masonry_opt.studies.writing import StudyAnswer, frame_table, records, rende
 if TYPE_CHECKING:
     from masonry_opt.drawing.figure import Picture
 
-#: Tables of pages show a position as zero if its magnitude is at most this fraction of the largest magnitude.
-_ZERO_POSITION = 1e-6
-
 
 @dataclass(frozen=True, kw_only=True)
 class Crossing(CrossingLoadFactors, StudyAnswer):
@@ -55,7 +52,8 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
     @property
     def notebook_table(self) -> pd.DataFrame:
         """Table that a notebook displays: position, λ, mechanism and status from the table ``governing``."""
-        return self.governing[[*PLACE_COLUMNS, *self._case, "load_factor", "mechanism", "status"]]
+        table = self.governing[[*PLACE_COLUMNS, *self._case, "load_factor", "mechanism", "status"]]
+        return table.assign(position=self.printed_positions(table["position"].tolist()))
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
@@ -163,9 +161,5 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
 
     def page_tables(self) -> dict[str, dict[str, Any]]:
         """Return the tables of the HTML page, by heading."""
-        # A position that differs from zero by a rounding error is shown as zero.
-        position = self.notebook_table["position"]
-        is_zero = position.abs() <= _ZERO_POSITION * position.abs().max()
-        shown = self.notebook_table.assign(position=position.mask(is_zero, 0.0))
-        rows = frame_table(shown, position="first axle at", load_case="load case that governs")
+        rows = frame_table(self.notebook_table, position="first axle at", load_case="load case that governs")
         return {f"Every position solved ({len(self.notebook_table)})": rows}

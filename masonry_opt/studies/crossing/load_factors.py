@@ -1,10 +1,12 @@
 """Load factors of a crossing: the worst position, its load factor, and tables by position."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from masonry_opt.problem.load_factor_scale import LoadFactorScale
@@ -16,6 +18,9 @@ from masonry_opt.studies.run_columns import columns, framed
 from masonry_opt.studies.writing import records
 
 PLACE_COLUMNS = ["axles", "direction", "position"]  #: Columns that identify a position.
+
+#: Texts and tables show a position as zero if its magnitude is at most this fraction of the road's length.
+_ZERO_POSITION = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -181,6 +186,11 @@ class CrossingLoadFactors:
         """Records of the undecided positions: axles, direction, position, and the load case (if any)."""
         unknown = self.table["load_factor"].isna() & ~self.table["any_load"].astype(bool)
         return records(self.table.loc[unknown, [*self._case, *PLACE_COLUMNS]])
+
+    def printed_positions(self, positions: Sequence[float]) -> list[float]:
+        """Return positions for output: a position that differs from zero by a rounding error becomes zero."""
+        length = max((float(np.ptp(trials.passage.road.breaks)) for trials in self.passages), default=0.0)
+        return [0.0 if abs(x) <= _ZERO_POSITION * length else float(x) for x in positions]
 
     @property
     def _case(self) -> list[str]:

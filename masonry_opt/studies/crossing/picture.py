@@ -39,7 +39,8 @@ def crossing_picture(answer: CrossingLoadFactors) -> Picture:
         bridge = picture.add_subplot()
         if worst.load_factor is not None:
             handles = draw_mechanism(worst, bridge)
-            where = f"'{answer.axles}' at {numeral(least.position, '.4g')}, travelling {answer.direction}"
+            [position] = answer.printed_positions([least.position])
+            where = f"'{answer.axles}' at {numeral(position, '.4g')}, travelling {answer.direction}"
             governing = "" if answer.interrupted else "governing "
             load_factor = named_factor(worst, answer.load_factor_name)
             heading = printable(f"{governing}{load_factor}\nwith {where}")

@@ -34,7 +34,14 @@ def facts(answer: CrossingLoadFactors) -> dict[str, str]:
     if answer.undecided:
         template = "{position:.6g} ('{axles}', {direction}"
         template += ", in '{load_case}')" if len(answer.by_case) > 1 else ")"
-        places = some([template.format(**place) for place in answer.undecided_at])
+        undecided = answer.undecided_at
+        positions = answer.printed_positions([place["position"] for place in undecided])
+        places = some(
+            [
+                template.format(**place | {"position": x})
+                for place, x in zip(undecided, positions, strict=True)
+            ]
+        )
         count = counted(answer.undecided, "position")
         lines["undecided"] = f"the least λ is uncertain, because λ could not be computed at {count}: {places}"
     return lines
@@ -137,9 +144,9 @@ def _where(answer: CrossingLoadFactors) -> str:
     """Return a text with the positions of the axles and of the uniform loads at the worst position."""
     parts = []
     if answer.at:
-        first, *others = (numeral(x, ".6g") for x in answer.at)
+        first, *others = (numeral(x, ".6g") for x in answer.printed_positions(answer.at))
         parts.append(f"axles at x = {first}{' (first)' if others else ''}{''.join(f', {x}' for x in others)}")
-    for start, end in answer.uniform_at:
+    for start, end in map(answer.printed_positions, answer.uniform_at):
         parts.append(f"uniform load from x = {numeral(start, '.6g')} to {numeral(end, '.6g')}")
     return "; ".join(parts)
 

@@ -6,6 +6,7 @@ import pandas as pd
 from masonry_opt.reporting.names import some
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result
+from masonry_opt.scene.positions import in_scene
 from masonry_opt.solution.frames import unsigned
 from masonry_opt.solution.motion import fastest, joint_motion
 from masonry_opt.solution.thresholds import NEGLIGIBLE_SHARE
@@ -53,7 +54,7 @@ def joint_openings(result: Result) -> pd.DataFrame:
     opening = np.where(opening > rounding, opening, 0.0)[moves] / movement
     sliding = np.where(sliding > rounding, sliding, 0.0)[moves] / movement
     first, second = np.array(assembly.pairs_of(moves), dtype=object).reshape(-1, 2).T
-    at = (joints.point[widest] + assembly.geometry.origin)[moves]
+    at = in_scene(assembly.geometry, joints.point[widest[moves]])
     frame = pd.DataFrame(dict(zip(columns, (moves, first, second, *at.T, opening, sliding), strict=True)))
     widths = frame[["opening", "sliding"]].max(axis=1).sort_values(ascending=False, kind="stable")
     return unsigned(frame.loc[widths.index]).reset_index(drop=True)

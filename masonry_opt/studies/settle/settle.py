@@ -15,7 +15,13 @@ import numpy as np
 from masonry_opt.analysis import prepare
 from masonry_opt.effort import Effort, phases_from
 from masonry_opt.errors import OptionError, rounded
-from masonry_opt.finite_motion.freed_supports import freed, reaction_at_rest, refuse_idle, supports_of
+from masonry_opt.finite_motion.freed_supports import (
+    freed,
+    reaction_at_rest,
+    refuse_idle,
+    refuse_overlapping,
+    supports_of,
+)
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.methods.task import Task
@@ -70,9 +76,10 @@ def settle(
     CaseError
         If the case file or the scene is wrong.
     OptionError
-        If a support does not exist, can move already, or touches no block that can move; if the direction is
-        not a vector of the scene's dimension; if the movement is not above zero, or so large that openings of
-        small motions are inaccurate; or for the reasons of :func:`~masonry_opt.solve`.
+        If a support does not exist, can move already, touches no block that can move, or overlaps another
+        support where a block rests on both; if the direction is not a vector of the scene's dimension; if the
+        movement is not above zero, or so large that openings of small motions are inaccurate; or for the
+        reasons of :func:`~masonry_opt.solve`.
     """
     phases = phases_from(options)
     session = prepare(method, function=settle, **options)
@@ -85,6 +92,7 @@ def settle(
     along = _unit_of(scene, direction)
     effort.begins("finding joints")
     assembly = assemble(scene)
+    refuse_overlapping(assembly, supports)
     problem = assembly.problem
     unit = problem.force_unit * (float(problem.force_sizes(problem.dead).sum()) or 1.0)
     settling = freed(assembly, supports, along, unit, turns)

@@ -1,0 +1,56 @@
+"""Add remedies to Typer's messages about wrong arguments, which only say what is wrong."""
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import typer
+
+#: Base class of Typer's errors about wrong arguments. Typer exports only some of its subclasses.
+_UsageError: Any = typer.BadParameter.__base__
+
+#: Pairs of a pattern and a remedy. The remedy replaces a message in which Typer found no number, and follows
+#: all other messages.
+_REMEDIES_OF_SLIPS = (
+    (r"valid (number|float)", "write one number without a unit, with a point before decimals, such as 0.5"),
+    (r"valid int", "write one whole number, such as 5"),
+    (r"No such option: -\.?\d", "write several numbers with commas and without spaces, such as 0,-1"),
+    (r"unexpected extra argument", "enclose text that contains spaces in quotation marks"),
+)
+
+
+def with_remedies(command: Any) -> Callable[..., Any]:
+    """Return a function that parses the arguments of a command, with remedies in its errors."""
+    parse = command.parse_args
+
+    def parse_args(ctx: Any, typed: list[str]) -> Any:
+        """Parse the arguments of a command."""
+        try:
+            return parse(ctx, typed)
+        except _UsageError as error:
+            _add_remedy(error, command)
+            raise
+
+    return parse_args
+
+
+def _add_remedy(error: Any, command: Any) -> None:
+    """Add a remedy to the message of an error if the mistake is a frequent one."""
+    message = str(error.message)
+    option = str(getattr(error, "option_name", "")).removeprefix("--").replace("-", "_")
+    takes_options = any("--option" in parameter.opts for parameter in command.params)
+    if "No such option" in message and takes_options and option in _method_options():
+        error.possibilities = None
+        error.message = f"{message}; '{option}' is an option of the method, written as -o {option}=VALUE"
+        return
+    for pattern, remedy in _REMEDIES_OF_SLIPS:
+        if re.search(pattern, message):
+            error.message = remedy if pattern.startswith("valid") else f"{message}; {remedy}"
+            return
+
+
+def _method_options() -> set[str]:
+    """Return the names of the options of all methods."""
+    from masonry_opt.methods.registry import METHODS
+
+    return {name for method in METHODS.values() if method.options for name in method.options.model_fields}

@@ -1,0 +1,82 @@
+"""Count joints on overlapping supports once: where a block rests on two supports, it has one joint.
+
+Supports may overlap, unlike blocks that can move. Without this module, a block would have two joints where it
+rests on both supports, and cohesion and strength would count twice.
+"""
+
+import numpy as np
+import shapely
+
+from masonry_opt.scene.contacts.sides import Facing
+from masonry_opt.scene.geometry import Extents
+from masonry_opt.scene.rows import bounds, dots
+from masonry_opt.scene.scene import Scene
+
+
+def count_once(scene: Scene, shapes: Extents, pairs: np.ndarray, shared: Facing) -> tuple[Facing, np.ndarray]:
+    """Leave out the parts of joints on supports where the same block has a joint with another support.
+
+    Of two supports that overlap, the support nearer to the block has the joint, or the first in the scene if
+    both touch the block. Supports that overlap by at most the contact tolerance do not count as overlapping.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    shapes : Extents
+        Shapes of the blocks of the scene.
+    pairs : ndarray, shape (pairs, 2)
+        Pairs of blocks that are near each other.
+    shared : Facing
+        Lengths or polygons that the pairs share. At least one block of each pair can move.
+
+    Returns
+    -------
+    shared : Facing
+        Lengths or polygons without the parts that would count twice.
+    overlaps : ndarray, shape (k, 3)
+        Blocks that rest on two supports where these overlap: the block, the support with the joint, and the
+        support without it. The rows are in ascending order.
+    """
+    ends = pairs[shared.pair]
+    is_fixed = scene.fixed[ends]
+    at_support = np.flatnonzero(is_fixed.any(axis=1))
+    support = np.where(is_fixed[:, 0], *ends.T)
+    block = ends.sum(axis=1) - support
+    one, other = _near_rows(shared, at_support, shapes.contact_tolerance)
+    # Gaps within the tolerance count as zero, so that rounding errors do not choose between two supports.
+    gap = np.where(shared.most <= shapes.tolerance, 0.0, shared.most)
+    rank = np.argsort(np.lexsort((support, gap)))
+    asked = (block[one] == block[other]) & (support[one] != support[other]) & (rank[one] < rank[other])
+    one, other = one[asked], other[asked]
+    # Sides of a block do not cross, so two joints whose middles are in one line are on one side of the block.
+    distance = np.abs(dots(shared.normal[one], shared.middle[other] - shared.middle[one]))
+    in_line = distance <= shapes.contact_tolerance
+    one, other = one[in_line], other[in_line]
+    overlap = shared.common_breadth(one, other) > shapes.contact_tolerance
+    one, other = one[overlap], other[overlap]
+    if not len(one):
+        return shared, np.zeros((0, 3), dtype=int)
+    doubled = np.unique(other)
+    uncovered = [shared.uncovered(row, one[other == row], shapes.tolerance) for row in doubled.tolist()]
+    once = shared.where(np.delete(np.arange(len(shared.pair)), doubled)).then(*uncovered)
+    overlaps = np.unique(np.column_stack([block[one], support[one], support[other]]), axis=0)
+    return once.where(np.argsort(once.pair, kind="stable")), overlaps
+
+
+def _near_rows(shared: Facing, asked: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pairs of rows whose bounding boxes are within the tolerance of each other, in both orders.
+
+    ``asked`` has the indices of the rows to compare.
+    """
+    if len(asked) < 2:
+        return asked[:0], asked[:0]
+    _, row, count, corners = shared.where(asked).outlines()
+    low, high = bounds(np.repeat(row, count), corners, len(asked))
+    low, high = low - tolerance, high + tolerance
+    # The search tree has two axes. In space, choose the two axes along which the joints extend farthest.
+    axes = np.argsort(np.ptp(low, axis=0))[-2:]
+    boxes = shapely.box(*low[:, axes].T, *high[:, axes].T)
+    one, other = shapely.STRtree(boxes).query(boxes)
+    near = ((low[one] <= high[other]) & (low[other] <= high[one])).all(axis=1)
+    return asked[one[near]], asked[other[near]]

@@ -1,0 +1,162 @@
+"""A block that rests on two supports where these overlap has one joint there, so nothing counts twice."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from atlas.small_scenes import rectangle
+from mappings import mapped, turned
+from touching_solids import contacts_of
+
+import masonry_opt as mo
+
+#: Supports of a block from x = 0 to 1, as the intervals of x over which they extend.
+LAYOUTS = {
+    "half each": [(-5, 0.7), (0.3, 6)],
+    "one inside": [(-5, 6), (0.3, 0.6)],
+    "one over all": [(0, 1), (-5, 6)],
+    "both over all": [(-5, 6), (-4, 5)],
+    "three": [(-5, 0.5), (0.3, 0.9), (0.4, 6)],
+    "beside": [(-5, 0.5), (0.5, 6)],
+    "alone": [(-5, 6)],
+}
+
+
+def on_supports(*spans, **joints):
+    """Return a block of width 1, height 2 and weight 10 on supports with given spans, pushed at its centroid.
+
+    The supports differ in depth, so that they also overlap below the joints.
+    """
+    blocks = [
+        rectangle(f"{number}", left, -1 - number, right, 0) for number, (left, right) in enumerate(spans)
+    ]
+    block = rectangle("A", 0, 0, 1, 2, weight=10, live=(1, 0))
+    return mo.Scene(joints=mo.JointDefaults(**({"friction": 0.6} | joints)), blocks=[block, *blocks])
+
+
+def layouts():
+    """Return all layouts of supports, in both directions."""
+    return [
+        pytest.param(spans, id=f"{name} {number}")
+        for name, layout in LAYOUTS.items()
+        for number, spans in enumerate((layout, layout[::-1]))
+    ]
+
+
+@pytest.mark.parametrize("shaped", [lambda scene: scene, mo.extrude], ids=["plane", "space"])
+@pytest.mark.parametrize("spans", layouts())
+def test_cohesion_counts_once(spans, shaped):
+    """The block slides at 0.1 · 10 + 2 · 1 = 3. If cohesion counted twice, it would slide at up to 5."""
+    scene = shaped(on_supports(*spans, friction=0.1, cohesion=2))
+    joints = contacts_of(scene)
+    assert joints.extent.sum() == pytest.approx(1.0)
+    result = mo.solve(scene)
+    assert result.lowest == pytest.approx(3.0)
+    assert result.incremental == pytest.approx(3.0)
+    assert not result.warnings
+
+
+@pytest.mark.parametrize("spans", layouts())
+def test_strength_counts_once(spans):
+    """The block tips about a crushed length of 10 / 20, at 10 · (1 / 2 - 1 / 4) = 2.5.
+
+    If strength counted twice, the crushed length would be 10 / 40, and the load factor 3.75.
+    """
+    result = mo.solve(on_supports(*spans, strength=20), method="static", solver="clarabel")
+    assert result.load_factor == pytest.approx(2.5)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, np.pi / 4, np.pi / 2])
+@pytest.mark.parametrize("shaped", [lambda scene: scene, mo.extrude], ids=["plane", "space"])
+def test_joints_of_overlapping_supports(angle, shaped):
+    """The first support has the whole shared part. The joints meet at its end, at all angles."""
+    scene = shaped(mapped(on_supports((-5, 0.7), (0.3, 6)), turned(angle)))
+    joints = contacts_of(scene)
+    assert joints.second.tolist() == [1, 2]
+    assert joints.extent == pytest.approx([0.7, 0.3])
+    assert joints.overlaps.tolist() == [[0, 1, 2]]
+    distance = np.linalg.norm(joints.middle[1] - joints.middle[0])
+    assert distance == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("shaped", [lambda scene: scene, mo.extrude], ids=["plane", "space"])
+def test_a_support_leaves_a_joint_on_either_side(shaped):
+    """The first support is in the middle, so the second support has two joints."""
+    joints = contacts_of(shaped(on_supports((0.3, 0.6), (-5, 6))))
+    assert sorted(zip(joints.second.tolist(), joints.extent.round(9).tolist(), strict=True)) == [
+        (1, 0.3),
+        (2, 0.3),
+        (2, 0.4),
+    ]
+
+
+def test_a_support_in_the_middle_of_a_face():
+    """The second joint is a square with a square hole, and has the remaining area of the face."""
+    floor = mo.box("floor", (-5, 5), (-5, 5), (-1, 0), fixed=True)
+    pedestal = mo.box("pedestal", (0.25, 0.75), (0.25, 0.75), (-2, 0), fixed=True)
+    block = mo.box("A", (0, 1), (0, 1), (0, 2), weight=10, live=(1, 0, 0))
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.1, cohesion=2), blocks=[block, pedestal, floor])
+    joints = contacts_of(scene)
+    assert joints.extent == pytest.approx([0.25, 0.75])
+    assert np.bincount(joints.joint).tolist() == [4, 8]
+    assert mo.solve(scene).lowest == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_nearer_support_has_the_joint(order):
+    """The floor is 0.015 below the slab and the block, and the scene bridges gaps of 0.02."""
+    floor, slab = rectangle("floor", -5, -1, 6, -0.015), rectangle("slab", 0.7, -0.5, 6, 0)
+    block = rectangle("A", 0, 0, 1, 2, weight=10, live=(1, 0))
+    supports = [floor, slab][::order]
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=[block, *supports], contact_tolerance=0.02)
+    joints = contacts_of(scene)
+    names = [scene.blocks[index].name for index in joints.second]
+    assert dict(zip(names, joints.extent, strict=True)) == pytest.approx({"floor": 0.7, "slab": 0.3})
+
+
+def test_supports_that_overlap_beside_two_sides_of_a_block():
+    """The block touches the floor below and the wall beside it, and the two supports overlap below both."""
+    scene = on_supports((-5, 6))
+    joints = contacts_of(scene.replace(blocks=[*scene.blocks, rectangle("wall", 1, -1, 2, 3)]))
+    assert sorted(joints.extent.tolist()) == pytest.approx([1, 2])
+    assert not len(joints.overlaps)
+
+
+def test_many_supports_that_overlap():
+    """Each of five supports overlaps the next one by half of its width. The joints adjoin each other."""
+    supports = [rectangle(f"{n}", n, -1, n + 1.5, 0) for n in range(5)]
+    scene = mo.Scene(
+        joints=mo.JointDefaults(friction=0.5), blocks=[rectangle("A", 0, 0, 5.5, 2, weight=1), *supports]
+    )
+    joints = contacts_of(scene)
+    assert joints.extent == pytest.approx([1.5, 1, 1, 1, 1])
+    assert joints.overlaps.tolist() == [[0, *pair] for pair in pairwise(range(1, 6))]
+
+
+@pytest.mark.parametrize("spans", [[(-5, 0.7), (0.3, 6)], [(-5, 6), (0.3, 0.6)]])
+def test_joints_with_different_properties_are_refused(spans):
+    """If the two joints have the same properties, they are accepted, even if one of them has no length."""
+    scene = on_supports(*spans, friction=0.1)
+    one, other = (mo.Joint(between=("A", name), friction=0.3, cohesion=1) for name in "01")
+    message = "supports '0' and '1' overlap where block 'A' rests on both, .* differ in friction and cohesion"
+    with pytest.raises(mo.CaseError, match=message):
+        mo.solve(scene.replace(exceptions=[other]))
+    same = scene.replace(exceptions=[one, other])
+    assert mo.solve(same).lowest == pytest.approx(0.3 * 10 + 1)
+    with pytest.raises(mo.CaseError, match="differ in friction:"):
+        mo.solve(same.replace(exceptions=[one, other.replace(friction=0.2)]))
+
+
+def test_supports_that_overlap_cannot_settle_apart():
+    """The shared part of the joint would move with either of the two. A third support can settle."""
+    scene = on_supports((-5, 0.4), (0.2, 0.6), (0.7, 6))
+    message = "supports '0' and '1' overlap where block 'A' rests on both"
+    for name in "01":
+        with pytest.raises(mo.OptionError, match=message):
+            mo.settle(scene, name, (0, -1))
+        with pytest.raises(mo.OptionError, match=message):
+            mo.solve(scene, settled={name: (0, -0.01)})
+    # The block is stable without the third support. It tips about x = 0 if the edge at 0.7 is pushed up.
+    settlement = mo.settle(scene, "2", (0, -1))
+    assert settlement.least.reaction == pytest.approx(0.0, abs=1e-9)
+    assert settlement.greatest.reaction == pytest.approx(10 * 0.5 / 0.7)
