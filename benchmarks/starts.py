@@ -46,10 +46,6 @@ def starts_of(search: Search, task: Task, best: ExactState, starts: int) -> Iter
         ("random forces", partial(search.random_forces, best)),
         ("load history from other self-stress", partial(search.with_self_stress, best)),
     ]
-    if task.problem.matrices.limited:
-        for share in SEARCH.strength_shares:
-            name = f"random forces, ties at {share:g} of their strength"
-            drawn.append((name, partial(search.random_forces, best, strength_share=share)))
     for start in drawn:
         yield from [start] * starts
 

@@ -45,7 +45,6 @@ class LowerState:
 
         - "start": the state of the steps before the search, or the result that the user passed;
         - "random forces";
-        - "ties at 0.75 of their strength" (or 0.5, 0.25);
         - "self-stress": a load history with another self-stress;
         - "fixed point";
         - "neighbour": forces close to the forces of the lowest state;

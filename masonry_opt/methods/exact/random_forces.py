@@ -26,15 +26,6 @@ class RandomForces:
     def __init__(self, problem: Problem, effort: Effort, settings: SearchSettings) -> None:
         self._problem, self._settings = problem, settings
         self._statics = HighsSession(programs(problem)[0], effort, _RANDOM_FORCES_PURPOSE)
-        finite = np.isfinite(problem.highest - problem.lowest)
-        #: Column numbers of the forces with two finite limits, such as forces of ties and props.
-        self._between_limits = (3 * problem.joints + np.flatnonzero(finite)).astype(np.int32)
-        self._lowest, self._highest = problem.lowest[finite], problem.highest[finite]
-
-    @property
-    def has_limited_forces(self) -> bool:
-        """Return True if the scene has a tie, a prop or another force with two finite limits."""
-        return len(self._between_limits) > 0
 
     def largest_load_factor(self, seconds: float = inf) -> float | None:
         """Return the largest λ with admissible forces in equilibrium, or None if no largest λ is found."""
@@ -45,13 +36,10 @@ class RandomForces:
             return None
         return float(self._statics.values("load_factor")[0])
 
-    def draw(
-        self, load_factor: float, rng: np.random.Generator, strength_share: float = 1.0, seconds: float = inf
-    ) -> np.ndarray | None:
+    def draw(self, load_factor: float, rng: np.random.Generator, seconds: float = inf) -> np.ndarray | None:
         """Return random forces in equilibrium at a load factor, or None if no forces are found in time.
 
-        The forces have shape (3c + t,). A force with two finite limits may use at most ``strength_share`` of
-        the range between its limits.
+        The forces have shape (3c + t,).
         """
         problem, settings = self._problem, self._settings
         share = rng.uniform(*settings.yielding_shares)
@@ -59,9 +47,6 @@ class RandomForces:
         self._statics.set_bounds("load_factor", load_factor, load_factor)
         self._statics.set_costs("load_factor", np.zeros(1))
         self._statics.set_costs("q", problem.true_yield.T @ (yields / problem.steep))
-        if self.has_limited_forces:
-            most = self._lowest + strength_share * (self._highest - self._lowest)
-            self._statics.set_bounds_of_columns(self._between_limits, -inf, most)
         if self._statics.solve(seconds) is not Verdict.OPTIMAL:
             return None
         return self._statics.values("q")

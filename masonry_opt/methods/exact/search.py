@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import cycle, islice
 from math import inf
 from typing import TypeVar
@@ -149,19 +149,6 @@ class Search:
         for _, state in islice(self.endless(lowest, 0), self._settings.starts_in_space):
             yield state
 
-    @property
-    def _starts_with_weaker_ties(self) -> dict[str, "_Start"]:
-        """Return functions that draw random forces in which ties use at most a fraction of their strength.
-
-        There is one function for each fraction. The keys are the names of the starts. If a scene has ties or
-        other limited forces, these starts come first, because states with a lower λ may exist in which a tie
-        does not yield.
-        """
-        return {
-            f"ties at {share:g} of their strength": partial(Search.random_forces, strength_share=share)
-            for share in self._settings.strength_shares
-        }
-
     def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
         """Run starts without end, and yield the kind of each start and the state found from this start.
 
@@ -170,9 +157,6 @@ class Search:
         mechanism that is possible under these forces may lead to a lower load factor.
         """
         kinds: tuple[str, ...] = _KINDS_IN_SPACE if self.problem.layout.round else _KINDS_IN_PLANE
-        if self._random.has_limited_forces:
-            kinds = (*self._starts_with_weaker_ties, *kinds)
-        functions = _START_FUNCTIONS | self._starts_with_weaker_ties
         repeated: ExactState | None = None
         for number, kind in enumerate(cycle(kinds)):
             while self.problem.layout.round and best is not None and best is not repeated:
@@ -182,18 +166,14 @@ class Search:
                 yield _LOWEST, state
             rng = np.random.default_rng((seed, number))
             best = lower_of(best, self.known, self.met.scale)
-            state = self.start(functions[kind](self, best, rng))
+            state = self.start(_START_FUNCTIONS[kind](self, best, rng))
             best = lower_of(best, state, self.met.scale)
             yield kind, state
 
-    def random_forces(
-        self, best: ExactState | None, rng: np.random.Generator, strength_share: float = 1.0
-    ) -> np.ndarray | None:
+    def random_forces(self, best: ExactState | None, rng: np.random.Generator) -> np.ndarray | None:
         """Return random forces in equilibrium at a random fraction of the lowest known load factor.
 
-        If no positive load factor is known, the largest load factor that statics permit is used. Ties, props
-        and other forces with two limits use at most ``strength_share`` of their strength, because a tie that
-        does not yield may permit a state with a lower λ.
+        If no positive load factor is known, the largest load factor that statics permit is used.
         """
         known = self._largest_load_factor
         if best is not None and best.load_factor > self.met.scale.zero:
@@ -202,7 +182,7 @@ class Search:
             return None
         self._finder.check_time()
         load_factor = known * rng.uniform(*self._settings.load_shares)
-        return self._random.draw(load_factor, rng, strength_share, self._finder.seconds_left)
+        return self._random.draw(load_factor, rng, self._finder.seconds_left)
 
     def _loaded(self, problem: Problem) -> np.ndarray | None:
         """Return the forces at the end of a load history, or None if the history ends without collapse."""

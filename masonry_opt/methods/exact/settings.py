@@ -57,11 +57,6 @@ class SearchSettings(Settings):
     #: but at least one. With a larger fraction, starts lead to a greater variety of states.
     released_share: float = zero_or_more(0.02)
 
-    #: Each round of starts begins with one start for each of these fractions. In such a start, ties and other
-    #: forces with two limits have only this fraction of their strength. With more fractions, the search finds
-    #: more states in which ties do not yield.
-    strength_shares: tuple[float, ...] = (0.75, 0.5, 0.25)
-
     #: Largest number of linear programs in a fixed-point iteration, which is one kind of start of the search.
     #: More programs seldom change the state.
     fixed_point_iterations: int = 15

@@ -43,24 +43,28 @@ def count_once(scene: Scene, shapes: Extents, pairs: np.ndarray, shared: Facing)
     at_support = np.flatnonzero(is_fixed.any(axis=1))
     support = np.where(is_fixed[:, 0], *ends.T)
     block = ends.sum(axis=1) - support
-    one, other = _near_rows(shared, at_support, shapes.contact_tolerance)
+    nearer, farther = _near_rows(shared, at_support, shapes.contact_tolerance)
     # Gaps within the tolerance count as zero, so that rounding errors do not choose between two supports.
     gap = np.where(shared.most <= shapes.tolerance, 0.0, shared.most)
     rank = np.argsort(np.lexsort((support, gap)))
-    asked = (block[one] == block[other]) & (support[one] != support[other]) & (rank[one] < rank[other])
-    one, other = one[asked], other[asked]
+    asked = (
+        (block[nearer] == block[farther])
+        & (support[nearer] != support[farther])
+        & (rank[nearer] < rank[farther])
+    )
+    nearer, farther = nearer[asked], farther[asked]
     # Sides of a block do not cross, so two joints whose middles are in one line are on one side of the block.
-    distance = np.abs(dots(shared.normal[one], shared.middle[other] - shared.middle[one]))
+    distance = np.abs(dots(shared.normal[nearer], shared.middle[farther] - shared.middle[nearer]))
     in_line = distance <= shapes.contact_tolerance
-    one, other = one[in_line], other[in_line]
-    overlap = shared.common_breadth(one, other) > shapes.contact_tolerance
-    one, other = one[overlap], other[overlap]
-    if not len(one):
+    nearer, farther = nearer[in_line], farther[in_line]
+    overlap = shared.common_breadth(nearer, farther) > shapes.contact_tolerance
+    nearer, farther = nearer[overlap], farther[overlap]
+    if not len(nearer):
         return shared, np.zeros((0, 3), dtype=int)
-    doubled = np.unique(other)
-    uncovered = [shared.uncovered(row, one[other == row], shapes.tolerance) for row in doubled.tolist()]
+    doubled = np.unique(farther)
+    uncovered = [shared.uncovered(row, nearer[farther == row], shapes.tolerance) for row in doubled.tolist()]
     once = shared.where(np.delete(np.arange(len(shared.pair)), doubled)).then(*uncovered)
-    overlaps = np.unique(np.column_stack([block[one], support[one], support[other]]), axis=0)
+    overlaps = np.unique(np.column_stack([block[nearer], support[nearer], support[farther]]), axis=0)
     return once.where(np.argsort(once.pair, kind="stable")), overlaps
 
 
@@ -77,6 +81,6 @@ def _near_rows(shared: Facing, asked: np.ndarray, tolerance: float) -> tuple[np.
     # The search tree has two axes. In space, choose the two axes along which the joints extend farthest.
     axes = np.argsort(np.ptp(low, axis=0))[-2:]
     boxes = shapely.box(*low[:, axes].T, *high[:, axes].T)
-    one, other = shapely.STRtree(boxes).query(boxes)
-    near = ((low[one] <= high[other]) & (low[other] <= high[one])).all(axis=1)
-    return asked[one[near]], asked[other[near]]
+    first, second = shapely.STRtree(boxes).query(boxes)
+    near = ((low[first] <= high[second]) & (low[second] <= high[first])).all(axis=1)
+    return asked[first[near]], asked[second[near]]

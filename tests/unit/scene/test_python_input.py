@@ -199,7 +199,7 @@ def test_a_scene_with_other_values_is_solved_with_these(keys, load_factor):
         (BLOCK, {"friction": 0.3, "joints": {"friction": 0.2}}, "a key of joints"),
         (two_blocks(), {"friction": 0.3}, "'friction' is a key of joints and exceptions: change it in a"),
         (box_on_floor((1, 1, 1)), {"strength": 1.0}, "'strength' is only for joints in the plane"),
-        (CASED, {"load_cases": []}, "no load case 'push'"),
+        (CASED, {"load_cases": []}, "the scene has no load cases, so 'push' cannot be chosen"),
     ],
 )
 def test_what_a_call_refuses_is_refused(scene, keys, named):
