@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact.refiner import programs
+from masonry_opt.methods.exact.refiner import last_refiner_of, programs
 from masonry_opt.methods.exact.settings import SEARCH
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem, State
@@ -103,7 +103,7 @@ def with_associative(task: Task, of: Solution) -> Solution:
         return of
     task.effort.begins("associative load factor")
     with task.effort.measure("associative"):
-        answer = _by_simplex(task.problem, task.effort)
+        answer = _by_simplex(task)
         if answer is not None:
             return replace(of, associative=answer.load_factor, associative_ended=Status.OPTIMAL)
         own = Task(task.problem, cache=task.cache)
@@ -112,18 +112,22 @@ def with_associative(task: Task, of: Solution) -> Solution:
     return replace(of, associative=solution.load_factor, associative_ended=solution.status)
 
 
-def _by_simplex(problem: Problem, effort: Effort) -> Answer | None:
+def _by_simplex(task: Task) -> Answer | None:
     """Solve a plane scene with associative flow by the simplex method.
 
-    The program is built from the matrices, without a modelling language. None is returned for scenes in
-    space, for large scenes, and if the simplex method finds no answer.
+    The program is built from the matrices, without a modelling language. If exact states of the same problem
+    were looked for before, the simplex method starts from the last forces of this search. None is returned
+    for scenes in space, for large scenes, and if the simplex method finds no answer.
     """
+    problem = task.problem
     if problem.layout.round or problem.joints > SEARCH.simplex_up_to:
         return None
-    statics = HighsSession(
-        programs(problem)[0], Effort(), _ASSOCIATIVE_PURPOSE, small_matrix_value=SMALLEST_COEFFICIENT
-    )
-    effort.uses("highs", _ASSOCIATIVE_PURPOSE)
+    refiner = last_refiner_of(task)
+    program = programs(problem)[0] if refiner is None else refiner.statics.lp
+    statics = HighsSession(program, Effort(), _ASSOCIATIVE_PURPOSE, small_matrix_value=SMALLEST_COEFFICIENT)
+    if refiner is not None:
+        statics.start_from(refiner.statics)
+    task.effort.uses("highs", _ASSOCIATIVE_PURPOSE)
     statics.set_costs("load_factor", np.array([-problem.live_norm]))
     if statics.solve() is not Verdict.OPTIMAL:
         return None

@@ -88,7 +88,11 @@ class CvxpyEngine:
         check_time()
         if engine in _TIME_LIMITS and math.isfinite(seconds_left()):
             options = {**options, _TIME_LIMITS[engine]: seconds_left()}
-        run_solver = partial(chain.solve_via_data, program, solver_opts=dict(options))
+        # ``chain.solve_via_data`` would keep the solver with its factors for a warm start, but no solve is
+        # warm-started. On large scenes the factors need more memory than the program.
+        run_solver = partial(
+            chain.solver.solve_via_data, warm_start=False, verbose=False, solver_opts=dict(options)
+        )
         status = ""
         start = time.perf_counter()
         try:

@@ -126,9 +126,9 @@ class ProgramCache:
     (:meth:`~.problem.Problem.same_program` is True). Its method ``again_for(problem, effort)`` prepares it
     for such a problem.
 
-    The cache changes the time of an analysis, but not its load factor, because every solve starts cold.
-    Forces of an earlier scene may however show that a scene is stable although a solver alone could not
-    decide.
+    The cache changes the time of an analysis, but not its load factor, because no solve starts from the
+    solution of another problem. Forces of an earlier scene may however show that a scene is stable although a
+    solver alone could not decide.
     """
 
     def __init__(self, keeps: bool = False) -> None:
@@ -150,6 +150,15 @@ class ProgramCache:
         if self.keeps or own:
             self._entries[key] = problem, entry
         return entry
+
+    def store(self, key: Hashable, problem: Problem, entry: Any) -> None:
+        """Store an entry, which :meth:`stored` returns for the same problem."""
+        self._entries[key] = problem, entry
+
+    def stored(self, key: Hashable, problem: Problem) -> Any:
+        """Return the entry that was stored for a key and exactly this problem, or None if there is none."""
+        before, entry = self._entries.get(key, (None, None))
+        return entry if before is problem else None
 
     def driver(
         self, problem: Problem, formulation: str, solver: Solver, effort: Effort, **how: Any

@@ -157,6 +157,18 @@ class HighsSession:
             self._highs.setOptionValue(name, value)
         self._highs.passModel(_loaded(lp))
 
+    def start_from(self, session: "HighsSession") -> None:
+        """Start the next solve from the last basis of another session, whose program has the same matrix.
+
+        The primal simplex method is used, because a basis that is optimal for other costs remains feasible.
+        Nothing changes if the other session has no basis yet.
+        """
+        basis = session._highs.getBasis()
+        if basis.valid:
+            self._highs.setBasis(basis)
+            primal = highspy.simplex_constants.SimplexStrategy.kSimplexStrategyPrimal
+            self._highs.setOptionValue("simplex_strategy", int(primal))
+
     def set_costs(self, variable: Any, costs: np.ndarray) -> None:
         """Set the cost coefficients of a variable, one for each of its columns."""
         columns = self.columns(variable)

@@ -159,10 +159,11 @@ class Refiner(StateFinder):
         super().__init__(problem, effort)
         self._settings, self._descends = settings, descends
         forces, motion = programs(problem)
-        self._statics = HighsSession(
+        #: Program of forces, loaded in HiGHS. Its last basis is a start for other programs of forces.
+        self.statics = HighsSession(
             forces, effort, _REFINEMENT_PURPOSE, small_matrix_value=SMALLEST_COEFFICIENT
         )
-        self._statics.accept_rays_up_to(_RAY_TOLERANCE)
+        self.statics.accept_rays_up_to(_RAY_TOLERANCE)
         self.size = forces.size
         self._kinematics = HighsSession(motion, effort, _REFINEMENT_PURPOSE)
         self.undecided = 0
@@ -193,8 +194,8 @@ class Refiner(StateFinder):
         support = rates > self._settings.at_rest
         if not self._forces_at(self.problem.live_norm, np.zeros(self.problem.B.shape[1]), support):
             return None
-        load_factor, q = float(self._statics.values("load_factor")[0]), self._statics.values("q")
-        duals = np.where(support, np.abs(self._statics.duals("yield")), 0.0)
+        load_factor, q = float(self.statics.values("load_factor")[0]), self.statics.values("q")
+        duals = np.where(support, np.abs(self.statics.duals("yield")), 0.0)
         return ExactState(self.problem, load_factor, q, d, rates, duals)
 
     def state_near(self, q: np.ndarray) -> ExactState | None:
@@ -262,7 +263,7 @@ class Refiner(StateFinder):
                 return state
             if not self._forces_at(*self.problem.energy_costs(mechanism[0], self._settings.weight)):
                 return None
-            q = self._statics.values("q")
+            q = self.statics.values("q")
             repairs += 1
 
     def _lower(self, state: ExactState) -> ExactState | None:
@@ -300,14 +301,14 @@ class Refiner(StateFinder):
         problem = self.problem
         if not self._forces_at(-problem.live_norm, problem.N.T @ cost):
             return None
-        return self._statics.values("q"), np.abs(self._statics.duals("yield")) / problem.steep
+        return self.statics.values("q"), np.abs(self.statics.duals("yield")) / problem.steep
 
     def _forces_at(self, load_cost: float, force_cost: np.ndarray, held: np.ndarray | bool = False) -> bool:
         """Minimise the cost of forces, with the faces ``held`` at yield. Return True if this succeeds."""
-        self._statics.set_costs("load_factor", np.array([load_cost]))
-        self._statics.set_costs("q", force_cost)
-        self._statics.set_room("yield", np.where(held, 0.0, np.full(self.problem.faces, inf)))
-        return self._solved(self._statics)
+        self.statics.set_costs("load_factor", np.array([load_cost]))
+        self.statics.set_costs("q", force_cost)
+        self.statics.set_room("yield", np.where(held, 0.0, np.full(self.problem.faces, inf)))
+        return self._solved(self.statics)
 
     def _solved(self, session: HighsSession) -> bool:
         """Solve a program, and return True if it has an optimum.
@@ -325,9 +326,17 @@ class Refiner(StateFinder):
 
 
 def refiner_of(task: Task, settings: SearchSettings = SEARCH, descends: bool = True) -> Refiner:
-    """Return a new :class:`Refiner` for the problem of a task."""
+    """Return a new :class:`Refiner` for the problem of a task, and store it in the cache of the task."""
     with task.effort.measure("build"):
-        return Refiner(task.problem, task.effort, settings, descends)
+        refiner = Refiner(task.problem, task.effort, settings, descends)
+    task.cache.store(_REFINEMENT_PURPOSE, task.problem, refiner)
+    return refiner
+
+
+def last_refiner_of(task: Task) -> Refiner | None:
+    """Return the last :class:`Refiner` that was made for the problem of a task, or None."""
+    refiner: Refiner | None = task.cache.stored(_REFINEMENT_PURPOSE, task.problem)
+    return refiner
 
 
 class ConeRefiner(StateFinder):

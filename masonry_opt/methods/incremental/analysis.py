@@ -30,6 +30,7 @@ from masonry_opt.methods.incremental.equilibrium import (
     Equilibrium,
     EquilibriumSolver,
     SlowMotion,
+    Step,
 )
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.methods.incremental.stiffness import StiffnessMatrix
@@ -220,6 +221,8 @@ class _LoadRaising:
         #: Load factor at which the root mean square of the live load equals the mean contact force.
         self.unit = 1 / solver.size(self.problem.live)
         self.last_increment = inf
+        #: Last two load factors for which a step was predicted from the last equilibrium, with these steps.
+        self.predicted: list[tuple[float, Step]] = []
         self._record(preload)
 
     @cached_property
@@ -235,14 +238,12 @@ class _LoadRaising:
             if self.not_carried < inf:
                 self._narrow()
                 continue
-            increment = self._choose_increment()
-            if self.solver.size_of_motion(self.rate) > 0:
-                increment = self._extend_linearly(increment)
-            if increment == inf:
+            load_factor = self._extend_linearly(self._choose_increment())
+            if load_factor == inf:
                 return self._result(End.UNBOUNDED)
             if self.carried > self.settings.unbounded * self.unit:
                 return self._result(End.TOO_LARGE_LOAD)
-            self._raise_to(self.carried + increment)
+            self._raise_to(load_factor)
             if self.slow and not self._pass_slow_motion():
                 return self._result(End.SLOW)
         return self._result(End.TOO_MANY_INCREMENTS)
@@ -277,8 +278,8 @@ class _LoadRaising:
 
     def _reach(self, load_factor: float) -> bool:
         """Try to reach equilibrium under a larger load by Newton's method. Return True if it converges."""
-        predictor = (load_factor - self.carried) * self.rate
-        equilibrium = self.solver.find_equilibrium(self.reached.state, self._load(load_factor), predictor)
+        first = self._predict(load_factor)
+        equilibrium = self.solver.find_equilibrium(self.reached.state, self._load(load_factor), first)
         if equilibrium is None:
             self.unreached = load_factor
             return False
@@ -290,6 +291,7 @@ class _LoadRaising:
         last = self.carried
         self.reached, self.carried, self.last_increment = equilibrium, load_factor, load_factor - last
         self.__dict__.pop("rate", None)
+        self.predicted = []
         self.slow = []
         self._record(equilibrium)
         if self.state is not None and not self._may_be_limit(self.state):
@@ -376,25 +378,38 @@ class _LoadRaising:
         return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
 
     def _extend_linearly(self, increment: float) -> float:
-        """Double an increment as long as no contact changes its state during it, and return the result.
+        """Double an increment as long as no contact changes its state during it, and return the load factor.
 
         Return infinity if no contact changes its state, even during a very large increment.
         """
-        limit = self.settings.unbounded * max(
-            self.carried, self.unit, 1 / self.solver.size_of_motion(self.rate)
-        )
+        motion = self.solver.size_of_motion(self.rate)
+        if motion == 0:
+            return self.carried + increment
+        limit = self.settings.unbounded * max(self.carried, self.unit, 1 / motion)
         longer = increment
-        while self._is_linear_up_to(longer):
+        while self._is_linear_up_to(self.carried + longer):
             if longer > limit:
                 return inf
             increment, longer = longer, 2 * longer
-        return increment
+        return self.carried + increment
 
-    def _is_linear_up_to(self, increment: float) -> bool:
-        """Return True if no contact changes its state during an increment of the load factor."""
-        trial = self.reached.state.trial + increment * self.solver.trial_change(self.rate)
-        load = self._load(self.carried + increment)
-        return self.solver.is_balanced(self.solver.unbalanced(self.solver.law.respond(trial), load), load)
+    def _is_linear_up_to(self, load_factor: float) -> bool:
+        """Return True if no contact changes its state while the load grows to a larger load factor."""
+        return self.solver.is_balanced(self._predict(load_factor).unbalanced, self._load(load_factor))
+
+    def _predict(self, load_factor: float) -> Step:
+        """Return the step to a larger load factor along the derivative of the displacements.
+
+        The two last steps are stored: the load is often raised to one of the load factors for which a linear
+        response was tested.
+        """
+        for known, step in self.predicted:
+            if known == load_factor:
+                return step
+        displacement = (load_factor - self.carried) * self.rate
+        step = self.solver.evaluate(self.reached.state, self._load(load_factor), 0.0, displacement)
+        self.predicted = [*self.predicted[-1:], (load_factor, step)]
+        return step
 
     def _is_bracketed(self) -> bool:
         """Return True if the bracket of the collapse load is narrow enough."""

@@ -71,7 +71,7 @@ class SlowMotion:
 
 
 @dataclass(frozen=True)
-class _Step:
+class Step:
     """Displacement of the blocks from a state, with the contact forces and the residuals that result."""
 
     state: BlockState
@@ -123,22 +123,22 @@ class EquilibriumSolver:
             forces = np.zeros(self.problem.B.shape[1])
         return BlockState(by_joint(forces, self.law.joints), np.zeros(self.matrix.size))
 
-    def equilibrate(
-        self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None = None
-    ) -> Equilibrium | Collapse | SlowMotion:
+    def equilibrate(self, state: BlockState, load: np.ndarray) -> Equilibrium | Collapse | SlowMotion:
         """Return the equilibrium or the motion that a load, shape (3b,), causes from a given state.
 
-        Newton's method starts from the predictor, a displacement (3b,); by default from zero. An equilibrium
-        beyond the displacement ``far`` is ignored, because joints that are not quite parallel may jam there.
+        An equilibrium beyond the displacement ``far`` is ignored, because joints that are not quite parallel
+        may jam there.
         """
-        equilibrium = self.find_equilibrium(state, load, predictor)
+        equilibrium = self.find_equilibrium(state, load, self.evaluate(state, load))
         return self.move(state, load) if equilibrium is None else equilibrium
 
-    def find_equilibrium(
-        self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None = None
-    ) -> Equilibrium | None:
-        """Return the equilibrium that Newton's method finds, or None if the method fails."""
-        step = self._solve(state, load, predictor)
+    def find_equilibrium(self, state: BlockState, load: np.ndarray, first: Step) -> Equilibrium | None:
+        """Return the equilibrium that Newton's method finds, or None if the method fails.
+
+        Newton's method starts from the displacement of ``first``, a step from the same state under the same
+        load.
+        """
+        step = self._solve(state, load, first)
         if step is None or self.size_of_motion(step.displacement) > self.far(load):
             return None
         return Equilibrium(step.state, step.response, by_motion=False)
@@ -150,7 +150,7 @@ class EquilibriumSolver:
             return Collapse(state, rigid)
         settings, damping = self.settings, 1.0
         travelled = checked = 0.0
-        start = self._evaluate(state, load)
+        start = self.evaluate(state, load)
         last = self.iterations + settings.motion_solves
         while self.iterations < last:
             step, share = self._step_in_time(start, load, damping)
@@ -160,7 +160,7 @@ class EquilibriumSolver:
                 if damping * settings.rounding**2 > 1.0:
                     break
                 continue
-            start = self._evaluate(step.state, load)
+            start = self.evaluate(step.state, load)
             if self.is_balanced(start.unbalanced, load):
                 return Equilibrium(start.state, start.response, by_motion=True)
             travelled += self.size_of_motion(step.displacement)
@@ -257,7 +257,7 @@ class EquilibriumSolver:
         """Return True if a displacement, shape (3b,), moves blocks without relative motion at any joint."""
         return self.size_of_motion(displacement) <= self.settings.rounding * float(np.abs(displacement).max())
 
-    def _find_endless_motion(self, step: _Step, load: np.ndarray) -> np.ndarray | None:
+    def _find_endless_motion(self, step: Step, load: np.ndarray) -> np.ndarray | None:
         """Return a displacement of size ``far`` along an endless mechanism, or None if the blocks may stop.
 
         Without damping, the unbalanced forces cause such a large displacement only along a mechanism.
@@ -268,10 +268,10 @@ class EquilibriumSolver:
         if not size > far:
             return None
         motion = motion * (far / size)
-        change = self._evaluate(step.state, load, 0.0, motion).unbalanced - step.unbalanced
+        change = self.evaluate(step.state, load, 0.0, motion).unbalanced - step.unbalanced
         return motion if self.size(change) <= self.settings.steady * self.size(step.unbalanced) else None
 
-    def _step_in_time(self, start: _Step, load: np.ndarray, damping: float) -> tuple[_Step | None, float]:
+    def _step_in_time(self, start: Step, load: np.ndarray, damping: float) -> tuple[Step | None, float]:
         """Return an implicit Euler step of the damped motion, and its length as a fraction of the full step.
 
         Newton's method continues as long as each iteration halves the residual. If the method fails, the
@@ -289,12 +289,12 @@ class EquilibriumSolver:
             return step, 1.0
         return self._shorten(start, first, load)
 
-    def _iterate(self, start: _Step, step: _Step, load: np.ndarray, damping: float) -> _Step:
+    def _iterate(self, start: Step, step: Step, load: np.ndarray, damping: float) -> Step:
         """Return the result of one further Newton iteration of the time step that begins at ``start``."""
         x = self.solve_linear(step.response.tangent, damping, step.residual)
-        return self._evaluate(start.state, load, damping, step.displacement + x)
+        return self.evaluate(start.state, load, damping, step.displacement + x)
 
-    def _shorten(self, start: _Step, whole: _Step, load: np.ndarray) -> tuple[_Step | None, float]:
+    def _shorten(self, start: Step, whole: Step, load: np.ndarray) -> tuple[Step | None, float]:
         """Halve a time step until the tangent predicts the forces well. Return it, and its relative length.
 
         The length is relative to the full step. If the tangent does not predict the forces well even for the
@@ -306,28 +306,28 @@ class EquilibriumSolver:
         share = 1.0
         for _ in range(self.settings.halvings):
             share /= 2
-            part = self._evaluate(start.state, load, 0.0, share * whole.displacement)
+            part = self.evaluate(start.state, load, 0.0, share * whole.displacement)
             error = part.unbalanced - (1 - share) * start.unbalanced - share * predicted
             if self.size(error) <= enough:
                 return part, share
         return None, 0.0
 
-    def _solve(self, state: BlockState, load: np.ndarray, predictor: np.ndarray | None) -> _Step | None:
+    def _solve(self, state: BlockState, load: np.ndarray, step: Step) -> Step | None:
         """Solve equilibrium, eq. (1) of the module docstring, by Newton's method with backtracking.
 
-        None is returned if the method fails.
+        The method starts from a given step. None is returned if the method fails.
         """
-        step = self._evaluate(state, load, 0.0, predictor)
+        negligible = self._negligible(load)
         size = self.size(step.residual)
         for _ in range(self.settings.newton_iterations):
-            if self.is_balanced(step.residual, load):
+            if size <= negligible:
                 return step
             direction = self.solve_linear(step.response.tangent, 0.0, step.residual)
             length, last = 1.0, step
             for _ in range(self.settings.halvings + 1):
-                step = self._evaluate(state, load, 0.0, last.displacement + length * direction)
+                step = self.evaluate(state, load, 0.0, last.displacement + length * direction)
                 new_size = self.size(step.residual)
-                if new_size < size or self.is_balanced(step.residual, load):
+                if new_size < size or new_size <= negligible:
                     break
                 length /= 2
             else:
@@ -335,9 +335,9 @@ class EquilibriumSolver:
             size = new_size
         return None
 
-    def _evaluate(
+    def evaluate(
         self, state: BlockState, load: np.ndarray, damping: float = 0.0, d: np.ndarray | None = None
-    ) -> _Step:
+    ) -> Step:
         """Return the contact forces and the residuals that result from a displacement of the blocks.
 
         The displacement ``d`` starts from ``state`` and has shape (3b,). It is zero by default.
@@ -348,4 +348,4 @@ class EquilibriumSolver:
         residual = unbalanced = self.unbalanced(response, load)
         if damping:
             residual = unbalanced + damping * (self.matrix.B @ change.ravel())
-        return _Step(BlockState(response.remembered, state.d + d), response, d, unbalanced, residual)
+        return Step(BlockState(response.remembered, state.d + d), response, d, unbalanced, residual)

@@ -70,7 +70,9 @@ class StiffnessMatrix:
     def factorise(self, tangent: np.ndarray, damping: float) -> Factors:
         """Factorise the matrix for a given tangent of the contact law, shape (3, 3, m), and damping η."""
         stiffness = self._assembly @ tangent.ravel()
-        return self._order.factorise(stiffness + damping * self._elastic + self._regularisation)
+        stiffness += damping * self._elastic
+        stiffness += self._regularisation
+        return self._order.factorise(stiffness)
 
 
 class Band:

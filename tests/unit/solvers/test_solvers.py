@@ -10,12 +10,14 @@ from scenes import WALLS, block_on_floor, declared, overhanging, pressed_down, s
 
 import masonry_opt as mo
 from masonry_opt.effort import Effort
+from masonry_opt.methods.exact.refiner import programs
 from masonry_opt.models.cvxpy_exact import CvxpyForces
+from masonry_opt.models.cvxpy_static import CvxpyStatic
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.solution.answer import certify
 from masonry_opt.solution.reasons import Code
-from masonry_opt.solvers.cvxpy_engine import solve_balanced
+from masonry_opt.solvers.cvxpy_engine import has_optimum, solve_balanced
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import SOLVERS, Verdict, find_solver, in_cvxpy, rougher
 
@@ -162,6 +164,39 @@ def test_a_limit_is_of_one_run_whatever_those_before_took():
     while effort.seconds["solve"] <= 1.2:
         session.set_costs(forces.statics.q, 1e-3 * rng.standard_normal(forces.statics.q.size))
         assert session.solve(0.9) is Verdict.OPTIMAL
+
+
+def test_a_start_from_another_basis_does_not_change_the_optimum():
+    """On wall 5, the largest λ from the basis of the least λ is the largest λ from a cold start, after far
+    fewer iterations. The kinematic program, which Clarabel solves, confirms it."""
+    problem = assemble(mo.load(WALLS[5])).problem
+    program = programs(problem)[0]
+
+    def session(sense: float) -> HighsSession:
+        made = HighsSession(program, Effort(), "load factor")
+        made.set_costs("load_factor", np.array([sense]))
+        return made
+
+    least, cold, warm = session(1.0), session(-1.0), session(-1.0)
+    warm.start_from(least)  # without a basis, the next start is cold
+    assert cold.solve() is warm.solve() is least.solve() is Verdict.OPTIMAL
+    assert warm.effort.iterations == cold.effort.iterations
+    warm = session(-1.0)
+    warm.start_from(least)
+    assert warm.solve() is Verdict.OPTIMAL
+    assert warm.effort.iterations < cold.effort.iterations / 2
+    largest = float(warm.values("load_factor")[0])
+    assert largest == pytest.approx(float(cold.values("load_factor")[0]), rel=1e-12)
+    assert largest == pytest.approx(mo.solve(WALLS[5], "kinematic").load_factor, rel=1e-8)
+
+
+@pytest.mark.parametrize("solver", ["clarabel", "highs"])
+def test_a_solved_program_does_not_hold_its_solver(solver):
+    """The factors of a solver need more memory than the program, so CVXPY must not keep them."""
+    problem = assemble(small_wall()).problem
+    model = CvxpyStatic(problem, ShearLimits.true(problem))
+    assert has_optimum(model.program, find_solver("cvxpy", solver), Effort(), "load factor")
+    assert not model.program._solver_cache
 
 
 # The registry ------------------------------------------------------------------------------------------
