@@ -181,11 +181,9 @@ class HighsSession:
 
     def set_bounds(self, variable: Any, low: float, high: float) -> None:
         """Set one lower bound and one upper bound for all columns of a variable."""
-        self.set_bounds_of_columns(self.columns(variable), low, np.full(len(self.columns(variable)), high))
-
-    def set_bounds_of_columns(self, columns: np.ndarray, low: float, high: np.ndarray) -> None:
-        """Set the bounds of given columns: one lower bound for all, and an upper bound for each column."""
-        self._highs.changeColsBounds(len(columns), columns, np.full(len(columns), low), high)
+        columns = self.columns(variable)
+        bounds = (np.full(len(columns), bound) for bound in (low, high))
+        self._highs.changeColsBounds(len(columns), columns, *bounds)
 
     def set_room(self, constraint: Any, room: np.ndarray) -> None:
         """Set the difference between the upper and the lower bound of each row of a constraint.
