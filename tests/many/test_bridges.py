@@ -87,6 +87,7 @@ def test_runs_without_moving_axles_are_solved_as_before():
     assert "this analysis ignores the axles 'a'" in table["warnings"].iloc[0]
 
 
+@pytest.mark.slow
 def test_the_least_of_all_load_cases_governs():
     scene = in_two_cases()
     table = mo.sweep(scene, {"block.slab.weight": [WEIGHT, 2 * WEIGHT]}, **STATIC)

@@ -172,6 +172,7 @@ def test_at_the_limiting_friction_a_bolt_is_needed_that_the_associative_state_do
     assert values_of(result, Code.STATES_MET)["most"] == pytest.approx(result.associative, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_default_finds_the_largest_bolt_known():
     """The default finds 4,555 kN where the textbook has 2,010 kN: its state does not have the least load
     factor.

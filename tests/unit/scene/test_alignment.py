@@ -131,7 +131,7 @@ def test_an_aligned_wall_has_two_directions_and_the_lines_of_the_exact_one() -> 
         assert len(np.unique(at.round(9))) == len(np.unique(drawn.round(9)))
 
 
-@pytest.mark.parametrize("error", [1e-5, 1e-3])
+@pytest.mark.parametrize("error", [pytest.param(1e-5, marks=pytest.mark.slow), 1e-3])
 @pytest.mark.parametrize("seed", [1_250_005, pytest.param(1_250_042, marks=pytest.mark.slow)])
 def test_load_factors_of_a_wall_stand_small_errors(seed: int, error: float) -> None:
     """Copies with errors have the load factors of the exact wall, up to ten times the error. Without

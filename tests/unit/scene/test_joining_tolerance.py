@@ -106,7 +106,13 @@ def test_advice_along_a_slanted_bed(error: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("method", "error"), [("coulomb", 1e-3), ("coulomb", -1e-4), ("static", 1e-4), ("static", -1e-3)]
+    ("method", "error"),
+    [
+        pytest.param("coulomb", 1e-3, marks=pytest.mark.slow),
+        ("coulomb", -1e-4),
+        ("static", 1e-4),
+        ("static", -1e-3),
+    ],
 )
 def test_advice_in_space(error: float, method: str) -> None:
     """In space, the lowest load factor of the exact drawing is lower than in the plane, because blocks can

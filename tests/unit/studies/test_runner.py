@@ -55,6 +55,7 @@ print(end.how)
 """
 
 
+@pytest.mark.slow
 def test_locks_of_workers_are_not_left_behind():
     ended = subprocess.run([sys.executable, "-c", MAKES_A_LOCK], capture_output=True, text=True)
     assert (ended.stdout.strip(), ended.stderr) == (runner.FINISHED, "")

@@ -82,6 +82,7 @@ def test_a_subfolder_that_cannot_be_read_has_no_meshes(folder, monkeypatch):
         assert len(mo.read_mesh(folder, **GIVEN).blocks) == 3
 
 
+@pytest.mark.slow
 def test_the_command_line_prints_a_warning_about_a_drawing_once(folder, tmp_path, monkeypatch, capsys):
     """The case file is read several times, and the source line of the warning is not printed."""
     (folder / "stone_3.dae").write_bytes(b"a stone")

@@ -285,7 +285,7 @@ def surveyed_ring(path, error):
     return [solid.name for solid in solids if solid.fixed]
 
 
-@pytest.mark.parametrize("error", [3e-4, 2e-3])
+@pytest.mark.parametrize("error", [3e-4, pytest.param(2e-3, marks=pytest.mark.slow)])
 def test_joints_that_errors_of_a_survey_divide_are_named_with_a_tolerance(tmp_path, error):
     """The corners of a quadrilateral are not in one plane, so its two triangles have separate joints. With
     the advised tolerance the ring has its 10 joints."""
