@@ -386,7 +386,7 @@ if __name__ == "__main__":
     )
     parser.add_argument("--list", action="version", version="\n".join(ABLATIONS), help="the names there are")
     parser.add_argument("--random", type=int, default=10, help="random scenes of each of the four kinds")
-    parser.add_argument("--held", type=int, default=0, help="plane scenes of each kind with ties and props")
+    parser.add_argument("--held", type=int, default=0, help="plane scenes with ties and props of each kind")
     parser.add_argument("--first", type=int, default=FIRST_SEED, help="the first seed")
     parser.add_argument("--space", type=int, default=0, help="the same of the four kinds in space")
     parser.add_argument("--first-in-space", type=int, default=FIRST_SEED_IN_SPACE, help="the first seed")

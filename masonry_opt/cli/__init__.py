@@ -13,7 +13,7 @@ _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS
 
 
 def use_one_thread() -> None:
-    """Let numerical libraries use one thread, unless the user has set a number of threads.
+    """Limit numerical libraries to one thread, unless the user has set a number of threads.
 
     Further threads do not factorise the stiffness matrices of an analysis faster. On a busy machine they wait
     for each other, and one factorisation takes hundreds of times as long.

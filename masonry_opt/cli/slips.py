@@ -9,8 +9,8 @@ import typer
 #: Base class of Typer's errors about wrong arguments. Typer exports only some of its subclasses.
 _UsageError: Any = typer.BadParameter.__base__
 
-#: Pairs of a pattern and a remedy. The remedy replaces a message in which Typer found no number, and follows
-#: all other messages.
+#: Pairs of a pattern of error messages and a remedy. If Typer could not read a number, the remedy replaces
+#: the message. Otherwise the remedy follows the message.
 _REMEDIES_OF_SLIPS = (
     (r"valid (number|float)", "write one number without a unit, with a point before decimals, such as 0.5"),
     (r"valid int", "write one whole number, such as 5"),

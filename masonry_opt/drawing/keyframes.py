@@ -15,8 +15,9 @@ COLLAPSE_FRAMES = 15
 #: Largest displacement at the end of the animated collapse, relative to the largest displacement before the
 #: collapse. With a larger value, displacements before the collapse are drawn smaller.
 COLLAPSE_LENGTH = 3.0
-#: Smallest value for the largest displacement before the collapse, in the unit of ``Keyframes.displacement``.
-#: Without it, the animated collapse would be invisible if the blocks do not move before the collapse.
+#: The length of the animated collapse is proportional to the largest displacement before the collapse, or to
+#: this value if it is larger. Without this value, the collapse would be invisible if no block moves before
+#: it.
 _LEAST_DISPLACEMENT = 1e-2
 
 

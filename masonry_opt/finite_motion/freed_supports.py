@@ -18,8 +18,8 @@ from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.scene import Scene
 from masonry_opt.stability.dead_load import carries
 
-#: Largest sum of unbalanced forces, in median block weights, up to which elastic contacts count as in
-#: equilibrium with supports at rest.
+#: Elastic contacts on supports at rest are in equilibrium if the sum of the unbalanced forces is at most this
+#: many median block weights.
 _LARGEST_UNBALANCED_FORCE = 1e-6
 
 
@@ -53,7 +53,7 @@ def refuse_idle(assembly: Assembly, freed_of: Assembly, supports: np.ndarray) ->
 
 
 def refuse_overlapping(assembly: Assembly, supports: np.ndarray) -> None:
-    """Raise OptionError if a block rests on one of the given supports where it overlaps another support."""
+    """Raise OptionError if one of the given supports overlaps another support below the same block."""
     overlaps = assembly.joints.overlaps
     rows = overlaps[np.isin(overlaps[:, 1:], supports).any(axis=1)]
     if len(rows):

@@ -51,7 +51,7 @@ _DEAD_LOAD_SHARES = 0.75, 0.5
 #: factor, is the answer.
 _MOST_LOAD_FACTORS = 8
 
-#: Size of the modified loads, relative to those of the scene, up to which forces are not scaled to the scene.
+#: If the modified loads are at most this fraction of the scene's loads, they count as zero.
 _LEAST_SIZE = 1e-6
 
 #: Fields of a method's step records that contain load factors. These load factors are converted, so that they
@@ -184,7 +184,7 @@ def _live_work(problem: Problem, load_factor: float, d: np.ndarray) -> float:
 
 
 def _as_of_scene(solution: Solution, answer: Answer, alike: bool, at: float, share: float) -> Solution:
-    """Convert a solution under modified loads to the loads of the scene, and set its answer.
+    """Convert a solution for modified loads to the loads of the scene, with the given answer.
 
     If the modified loads are s times those of the scene, a load factor λ becomes λ / s, or NaN if the loads
     vanish. ``alike`` is True if a state remains valid when loads and forces are scaled. If it is False,

@@ -12,23 +12,23 @@ EQUALITY_TOLERANCE = 1e-6
 #: than another only if the relative difference is larger. The value is the residual limit of exact states.
 RELATIVE_ROUNDING = 1e-8
 
-#: Magnitude below which a load factor counts as zero, divided by the unit of the scale.
+#: A load factor counts as zero if its magnitude is below this many units of the scale.
 ZERO = 1e-6
 
-#: Smallest value of |λ| by which differences and residuals are divided, divided by the unit of the scale. A
-#: smaller |λ| is replaced by this value.
+#: Lower limit of the divisor of relative differences and residuals, in units of the scale. Differences and
+#: residuals are divided by |λ|, or by this limit if |λ| is smaller.
 SMALLEST = 1e-2
 
 
 @dataclass(frozen=True)
 class LoadFactorScale:
-    """Scale of a problem's load factors, which defines when load factors are equal, lower or zero.
+    """Typical size of a problem's load factors, by which small differences are judged.
 
     Load factors are about one if the live load is as large as the dead load, and smaller if the live load is
     larger. Absolute limits such as ``ZERO`` are therefore multiplied by the unit of the scale.
     """
 
-    unit: float = 1.0  #: dead load divided by live load, but at most 1
+    unit: float = 1.0  #: unit of λ: sum of the dead loads divided by the sum of the live loads, but at most 1
 
     @classmethod
     def of_loads(cls, dead: float, live: float) -> "LoadFactorScale":
@@ -53,7 +53,7 @@ class LoadFactorScale:
         return ZERO * self.unit
 
     def divisor(self, load_factor: float) -> float:
-        """Return the larger of |λ| and ``SMALLEST`` units, by which differences and residuals are divided."""
+        """Return the divisor of relative differences and residuals: |λ|, but at least ``SMALLEST`` × unit."""
         return max(abs(load_factor), SMALLEST * self.unit)
 
     def equal(self, first: float, second: float) -> bool:

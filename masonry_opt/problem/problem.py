@@ -148,7 +148,7 @@ class Problem(ProblemParts):
 
     @cached_property
     def load_factor_scale(self) -> LoadFactorScale:
-        """Return the scale on which load factors of this problem are equal, lower or zero."""
+        """Return the scale that decides whether load factors of this problem are equal, lower or zero."""
         return LoadFactorScale.of_loads(float(self.force_sizes(self.dead).sum()), self.live_norm)
 
     @property

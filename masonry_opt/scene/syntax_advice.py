@@ -21,8 +21,8 @@ _OTHER_CONTENTS = (
 _TOML_ADVICE = (
     (r"[“”„‘’‚«»]", "use straight quotation marks"),
     (r"[−–—]", "write a minus sign as '-'"),
-    (r"[\u00a0\u2000-\u200b\u202f\ufeff]", "replace the special space in the line by an ordinary space"),
-    (r"^\s*[{]", "write the keys of JSON to a file whose name ends in .json"),
+    (r"[\u00a0\u2000-\u200b\u202f\ufeff]", "replace the special space by an ordinary one"),
+    (r"^\s*[{]", "the file contains JSON: give it a name that ends in .json"),
     (r"^\s*[\w-]+\s*:", "write '=' between key and value"),
     (r"=\s*[-+]?\d+,\d+\s*(?:#|$)", "write numbers with a decimal point"),
     (r"(?:[=\[,]\s*|[-+])\.\d", "write a digit before the decimal point"),
@@ -38,7 +38,7 @@ _TOML_ADVICE = (
 #: Patterns of frequent mistakes in a line of JSON, each with advice. The first pattern that fits is used.
 _JSON_ADVICE = (
     (r"[“”„‘’‚«»]", "use straight quotation marks"),
-    (r"^\s*\[\[?[A-Za-z_]", "write the keys of TOML to a file whose name ends in .toml"),
+    (r"^\s*\[\[?[A-Za-z_]", "the file contains TOML: give it a name that ends in .toml"),
     (r"(?://|#|/\*)", "remove comments"),
     (r",\s*[}\]]", "remove the comma before the bracket"),
     (r"'", "write keys and texts between double quotation marks"),
@@ -52,7 +52,7 @@ _LONGEST_LINE = 300
 
 
 def other_content(data: bytes) -> str:
-    """Return why a file cannot be read, with a remedy, or "" if its beginning is not known."""
+    """Return why a file of another kind cannot be read, with a remedy, or "" if its kind is unknown."""
     head = data[:200]
     return next((text for start, text in _OTHER_CONTENTS if re.match(start, head, re.IGNORECASE)), "")
 

@@ -142,7 +142,7 @@ def _similar_file(path: Path) -> str:
         names = [entry.name for entry in path.parent.iterdir() if entry.is_file()]
     except OSError:  # the user may not list the folder
         return ""
-    # Names without their ending are frequent, so a case file with this name comes first.
+    # Users often omit the ending of a name, so a case file with this stem is suggested first.
     same_stem = [name for name in names if name in (f"{path.name}.toml", f"{path.name}.json")]
     return did_you_mean(path.name, same_stem or names) or did_you_mean(f"{path.name}.toml", same_stem)
 

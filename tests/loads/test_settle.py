@@ -239,7 +239,7 @@ def wedged(*floor: mo.Block) -> mo.Scene:
 
 @pytest.mark.slow
 def test_coordinates_of_an_arch_that_begin_at_zero_are_zero():
-    """The joints at the abutments lie at y = 0, of which trigonometric functions of the arch yield 1e-15."""
+    """The joints at the abutments are at y = 0, but the trigonometric functions of the arch yield 1e-15."""
     found = mo.settle(f"{CASES}/casapulla_lauro/arch.toml", "abutment 2", RIGHT, method="static")
     at_abutments = found.greatest.openings.query("second.str.startswith('abutment')")
     assert at_abutments["x"].abs().tolist() == pytest.approx([9.45, 9.45])

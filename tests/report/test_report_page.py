@@ -104,7 +104,7 @@ def test_every_answer_says_what_was_not_checked_and_needs_no_network(answer_and_
     assert ("for λ = 1" in page.text) == (name != "settlement")
     assert ("so no state has a lower load factor" in page.text) == (name == "associative")
     assert ("The table shows each residual" in page.text) == (not without)
-    # The case ends the page, so that the versions are not alone on the last page on paper.
+    # The case is the last section, so that the versions are not alone on the last sheet in print.
     assert page.text.rfind("The case as it was read") > page.text.rfind("Versions")
     assert page.sources
     assert all(source.startswith("data:") for source in page.sources)

@@ -159,7 +159,8 @@ class Refiner(StateFinder):
         super().__init__(problem, effort)
         self._settings, self._descends = settings, descends
         forces, motion = programs(problem)
-        #: Program of forces, loaded in HiGHS. Its last basis is a start for other programs of forces.
+        #: Linear program of the forces, loaded in HiGHS. Other programs of the forces can start from its last
+        #: basis.
         self.statics = HighsSession(
             forces, effort, _REFINEMENT_PURPOSE, small_matrix_value=SMALLEST_COEFFICIENT
         )

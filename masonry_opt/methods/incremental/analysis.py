@@ -221,7 +221,7 @@ class _LoadRaising:
         #: Load factor at which the root mean square of the live load equals the mean contact force.
         self.unit = 1 / solver.size(self.problem.live)
         self.last_increment = inf
-        #: Last two load factors for which a step was predicted from the last equilibrium, with these steps.
+        #: The two most recent predictions from the last equilibrium: pairs of a load factor and a step.
         self.predicted: list[tuple[float, Step]] = []
         self._record(preload)
 
@@ -378,7 +378,7 @@ class _LoadRaising:
         return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
 
     def _extend_linearly(self, increment: float) -> float:
-        """Double an increment as long as no contact changes its state during it, and return the load factor.
+        """Double an increment until a contact would change its state, and return the load factor it leads to.
 
         Return infinity if no contact changes its state, even during a very large increment.
         """

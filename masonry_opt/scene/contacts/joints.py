@@ -89,7 +89,7 @@ class Joints:
     #: (joints,).
     strength: np.ndarray
     #: Blocks that rest on two supports where these overlap, shape (k, 3): the indices of the block, of the
-    #: support with the joint, and of the support without it.
+    #: support that has the joint on the overlap, and of the other support.
     overlaps: np.ndarray
     fixed_pairs: int  #: number of pairs of blocks that touch but have no joint because both are fixed
     gaps: Gaps  #: small gaps between blocks, with the largest width of each gap

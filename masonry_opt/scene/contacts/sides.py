@@ -197,7 +197,7 @@ class Facing(Rows, ABC):
 
     @abstractmethod
     def common_breadth(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Return the breadth of the part that two rows of the table share, shape (rows,).
+        """Return the breadth of the overlap of the two sides in each pair of rows, shape (rows,).
 
         The breadth is a length, in space the mean breadth of a polygon. ``one`` and ``other`` have the
         indices of pairs of rows that lie in one line (in space: plane).
@@ -205,7 +205,7 @@ class Facing(Rows, ABC):
 
     @abstractmethod
     def uncovered(self, row: int, others: np.ndarray, tolerance: float) -> Self:
-        """Return the parts of a row that other rows in its line (in space: plane) do not cover.
+        """Return the parts of a segment (in space: of a polygon) that other rows of the table do not cover.
 
         Parts as narrow as errors of the drawing, whose points are uncertain by ``tolerance``, are left out.
         """

@@ -62,7 +62,7 @@ def stones_between_faces(points: np.ndarray, faces: list[list[int]]) -> list[lis
         return None
     original = np.array([*numbers.values()])
     stones = [original[own // 2].tolist() for own, fills in zip(sides, is_stone, strict=True) if fills]
-    # A cell on both sides of a face, or of few faces, results from faces that cover each other.
+    # If faces cover each other, a cell is on both sides of a face, or has too few faces for a solid.
     are_solids = all(len(set(stone)) == len(stone) >= FEWEST_SIDES for stone in stones)
     return sorted(sorted(stone) for stone in stones) if are_solids else None
 
@@ -138,7 +138,7 @@ def _volume(points: np.ndarray, rings: list[list[int]], sides: np.ndarray) -> fl
 
 
 def _refuse_single_faces(points: np.ndarray, edges: dict[Edge, list[int]]) -> None:
-    """Raise ValueError that names an edge of a face between two stones."""
+    """Raise ValueError for a face between two stones that is drawn once; the message names an edge of it."""
     edge = next(edge for edge, having in edges.items() if len(having) > 2)
     one, other = (place(points[corner]) for corner in edge)
     raise ValueError(

@@ -43,9 +43,9 @@ _SHAPELESS_EXTENSIONS = (
 #: may have more corners, because many nodes can refer to one mesh.
 _MOST_GLTF_CORNERS = 5_000_000
 
-#: Largest difference between the range of corners that a glTF file states and their range in a .bin file,
-#: relative to the largest coordinate. A larger value accepts more .bin files of another export. A range that
-#: is written with six digits has an error of up to 5e-6.
+#: A .bin file belongs to another export if the range of its corners differs from the range that the glTF file
+#: states. This tolerance is relative to the largest coordinate, and larger than 5e-6, the error of a range
+#: that is written with six digits.
 _RANGE_ERROR = 1e-5
 
 
@@ -215,7 +215,7 @@ class _Gltf:
         return self.buffers[number]
 
     def _read_buffer(self, buffer: dict[str, Any]) -> bytes:
-        """Return a buffer: the binary part of the file, text of the JSON part, or the content of a file."""
+        """Return the bytes of a buffer: from the binary part of the file, its JSON, or a .bin file."""
         uri = buffer.get("uri")
         if uri is None:
             return self.binary
@@ -234,7 +234,7 @@ class _Gltf:
 
         ``size`` is the least number of bytes of the file.
         """
-        # Windows paths have all separators and drives of other systems too.
+        # This class recognises both separators, and drive letters, on every system.
         place = PureWindowsPath(unquote(uri))
         name = _shown(uri)
         if "://" in uri or place.anchor or ".." in place.parts:
@@ -262,7 +262,7 @@ class _Gltf:
 
 
 def _refuse_extensions(names: list[str]) -> None:
-    """Raise ValueError that names the first of several extensions of glTF that cannot be read."""
+    """Raise ValueError for extensions of glTF that cannot be read; the message names the first of them."""
     if names and "compression" in names[0]:
         raise ValueError(f"the file is compressed ({names[0]}): export without compression")
     if names:
@@ -289,7 +289,8 @@ def _is_out_of_range(numbers: np.ndarray, accessor: dict[str, Any]) -> bool:
         stated = np.array([accessor["min"], accessor["max"]], dtype=float).reshape(actual.shape)
     except ValueError:
         raise ValueError(
-            "the file is not valid glTF: the range of coordinates is wrong; export the blocks again"
+            "the file is not valid glTF: 'min' and 'max' of an accessor do not have one number for each "
+            "coordinate; export the blocks again"
         ) from None
     return not (np.abs(actual - stated) <= _RANGE_ERROR * np.abs(stated).max()).all()
 

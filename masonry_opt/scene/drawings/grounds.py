@@ -20,7 +20,7 @@ def support_outlines(
     tolerance: float,
     defects: Defects,
 ) -> list[Curve]:
-    """Return the outlines of supports whose surfaces are straight lines: slabs on the side without blocks.
+    """Return, for each straight ground line, the outline of a slab on the side without blocks.
 
     A line is the surface of a support if it is on a layer of supports, blocks are on only one of its sides,
     and the slab overlaps no outline. Other lines are added to the defects.

@@ -30,7 +30,7 @@ _CORNERS = ("vertex_indices", "vertex_index")
 #: Reason of an error if a file has fewer values than its header states.
 _CUT_OFF = "it is cut off, so corners or faces are missing"
 
-#: Upper limit of the numbers of corners. Larger whole numbers are not exact in double precision.
+#: Upper limit of a vertex index. Larger whole numbers are not exact in double precision.
 _LARGEST_INDEX = 2**53
 
 #: Smallest number of corners of a face. Points and edges are not faces.
@@ -47,7 +47,7 @@ class _Property(NamedTuple):
 
 @dataclass(frozen=True)
 class _Element:
-    """A kind of entries, such as vertices, in the order of the header."""
+    """Element that the header declares, such as ``vertex``: its name, number of entries and properties."""
 
     name: str
     count: int  #: number of entries
@@ -67,7 +67,7 @@ _Columns = list[np.ndarray | list[np.ndarray]]
 
 
 def read_ply(data: bytes) -> list[Mesh]:
-    """Return the mesh of a PLY file, without a name. The list is empty if the file has no faces.
+    """Return a list with the unnamed mesh of a PLY file, or an empty list if the file has no faces.
 
     Raises ValueError if the file is not valid.
     """
@@ -211,7 +211,7 @@ def _numbers(words: list[bytes], kind: str) -> np.ndarray:
     if kind[0] != "f" and not (np.abs(numbers) < _LARGEST_INDEX).all():
         raise ValueError("the number of a corner is too large")
     if kind[0] != "f" and (numbers != np.round(numbers)).any():
-        raise ValueError("the number of a corner is not a whole number")
+        raise ValueError("a face has a vertex index that is not a whole number")
     return numbers
 
 

@@ -92,7 +92,7 @@ def test_supports_that_touch_nothing():
     fill = mo.Fill(road=[(0, 3), (15, 3)], unit_weight=18, pressure=False)
     assert warned(scene, Code.IDLE_SUPPORTS) == [{"blocks": ["ground"]}]
     assert warned(scene.replace(fills=[fill]), Code.IDLE_SUPPORTS) == []
-    # The joint of a support that overlaps another one belongs to the other support.
+    # Where the floor and the slab overlap, only the floor has a joint.
     scene = with_blocks(block_on_floor(), rectangle("slab", 0, -0.4, 0.5, 0))
     assert warned(scene, Code.IDLE_SUPPORTS) == []
 

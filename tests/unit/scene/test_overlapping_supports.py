@@ -35,7 +35,7 @@ def on_supports(*spans, **joints):
 
 
 def layouts():
-    """Return all layouts of supports, in both directions."""
+    """Return each layout with its supports in both orders."""
     return [
         pytest.param(spans, id=f"{name} {number}")
         for name, layout in LAYOUTS.items()
@@ -58,7 +58,8 @@ def test_cohesion_counts_once(spans, shaped):
 
 @pytest.mark.parametrize("spans", layouts())
 def test_strength_counts_once(spans):
-    """The block tips about a crushed length of 10 / 20, at 10 · (1 / 2 - 1 / 4) = 2.5.
+    """The weight 10 crushes the edge over a length of 10 / 20, so the block tips at 10 · (1 / 2 - 1 / 4) =
+    2.5.
 
     If strength counted twice, the crushed length would be 10 / 40, and the load factor 3.75.
     """
@@ -69,7 +70,8 @@ def test_strength_counts_once(spans):
 @pytest.mark.parametrize("angle", [0.0, 0.3, np.pi / 4, np.pi / 2])
 @pytest.mark.parametrize("shaped", [lambda scene: scene, mo.extrude], ids=["plane", "space"])
 def test_joints_of_overlapping_supports(angle, shaped):
-    """The first support has the whole shared part. The joints meet at its end, at all angles."""
+    """The first support has the joint on the whole overlap. The second joint begins where the first ends, at
+    all angles."""
     scene = shaped(mapped(on_supports((-5, 0.7), (0.3, 6)), turned(angle)))
     joints = contacts_of(scene)
     assert joints.second.tolist() == [1, 2]
@@ -104,7 +106,8 @@ def test_a_support_in_the_middle_of_a_face():
 
 @pytest.mark.parametrize("order", [1, -1])
 def test_the_nearer_support_has_the_joint(order):
-    """The floor is 0.015 below the slab and the block, and the scene bridges gaps of 0.02."""
+    """The block touches the slab. The floor is 0.015 lower, and also has a joint, because gaps up to 0.02 are
+    bridged."""
     floor, slab = rectangle("floor", -5, -1, 6, -0.015), rectangle("slab", 0.7, -0.5, 6, 0)
     block = rectangle("A", 0, 0, 1, 2, weight=10, live=(1, 0))
     supports = [floor, slab][::order]
@@ -156,7 +159,7 @@ def test_supports_that_overlap_cannot_settle_apart():
             mo.settle(scene, name, (0, -1))
         with pytest.raises(mo.OptionError, match=message):
             mo.solve(scene, settled={name: (0, -0.01)})
-    # The block is stable without the third support. It tips about x = 0 if the edge at 0.7 is pushed up.
+    # Without the third support the block remains stable. An upward force at x = 0.7 makes it tip about x = 0.
     settlement = mo.settle(scene, "2", (0, -1))
     assert settlement.least.reaction == pytest.approx(0.0, abs=1e-9)
     assert settlement.greatest.reaction == pytest.approx(10 * 0.5 / 0.7)

@@ -48,7 +48,7 @@ TOML = {
 #: Mistakes in a JSON file, and the advice.
 JSON = {
     "typographic quotation marks": ("{“joints”: 1}", "use straight quotation marks"),
-    "TOML": (GOOD, "write the keys of TOML to a file whose name ends in .toml"),
+    "TOML": (GOOD, "the file contains TOML: give it a name that ends in .toml"),
     "a comment": ('{"joints": 1, // μ\n "block": []}', "remove comments"),
     "a comma at the end of a list": ('{"block": [\n1,\n]}', "remove the comma before the bracket"),
     "a comma at the end of an object": ('{"block": {"a": 1,}}', "remove the comma before the bracket"),
@@ -91,7 +91,7 @@ def refusal(path, content, read=mo.load):
 
 
 def test_the_correct_file_is_read(tmp_path):
-    """A block slides on the ground at λ = μ. A text may contain all characters."""
+    """The text in the file contains characters that have a meaning in TOML. The block slides at λ = μ."""
     path = tmp_path / "case.toml"
     path.write_text(GOOD)
     assert mo.solve(path, "static").required() == pytest.approx(0.6, rel=1e-6)
@@ -108,7 +108,7 @@ def test_mistakes_of_toml_are_named_with_line_and_advice(tmp_path, old, new, lin
 
 def test_json_in_a_toml_file_is_named(tmp_path):
     message = refusal(tmp_path / "case.toml", '{"joints": {"friction": 0.6}}')
-    assert message.endswith(": write the keys of JSON to a file whose name ends in .json")
+    assert message.endswith(": the file contains JSON: give it a name that ends in .json")
 
 
 @pytest.mark.parametrize(("content", "advice"), JSON.values(), ids=JSON)

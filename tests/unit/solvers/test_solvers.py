@@ -167,8 +167,8 @@ def test_a_limit_is_of_one_run_whatever_those_before_took():
 
 
 def test_a_start_from_another_basis_does_not_change_the_optimum():
-    """On wall 5, the largest λ from the basis of the least λ is the largest λ from a cold start, after far
-    fewer iterations. The kinematic program, which Clarabel solves, confirms it."""
+    """On wall 5, the simplex method maximises λ from the basis of the least λ. It reaches the λ of a cold
+    start in far fewer iterations. The kinematic program, which Clarabel solves, has the same λ."""
     problem = assemble(mo.load(WALLS[5])).problem
     program = programs(problem)[0]
 

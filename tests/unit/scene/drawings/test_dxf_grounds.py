@@ -97,7 +97,8 @@ def test_a_net_may_have_a_ground_line(tmp_path):
 @pytest.mark.parametrize("close", [True, False])
 @pytest.mark.parametrize("below", [0, 0.01])
 def test_the_message_about_a_ground_line_names_the_option(tmp_path, close, below):
-    """With the option, the line is read. If lines of stones branch, the same message also names them."""
+    """With the option, the ground line is read. If outlines of stones branch, the same message names these
+    outlines too."""
     path = drawing(tmp_path, [[(x, -below) for x, _ in GROUND]], close=close)
     message = refusal(path)
     assert "on layer 'ground' is a straight line next to the blocks near (-1, " in message
@@ -154,7 +155,8 @@ def test_lines_whose_ends_nearly_meet_are_sides_of_an_outline(tmp_path):
     ids=["a floor", "a second line"],
 )
 def test_a_ground_that_is_drawn_twice_is_refused(tmp_path, more):
-    """The slab of the line would be a hole in the other ground."""
+    """The ground is drawn as a line and as an outline. The slab below the line would be a hole in the
+    outline."""
     message = refusal(drawing(tmp_path, [GROUND, more], layer="fixed"))
     assert "on layer 'fixed' is open near (-" in message
 

@@ -34,7 +34,7 @@ def write(folder, stem, blocks):
 
 
 def refer(path, uri):
-    """Let the first buffer of a file refer to another place."""
+    """Set the URI of the first buffer of a file."""
     tree = json.loads(path.read_text())
     tree["buffers"][0]["uri"] = uri
     path.write_text(json.dumps(tree))
@@ -122,7 +122,7 @@ def test_a_bin_file_that_is_cut_off_is_named(tmp_path):
 
 
 def test_a_bin_file_of_another_export_is_refused(tmp_path):
-    """All files that trimesh exports to one folder have .bin files of the same names."""
+    """trimesh gives .bin files the same names in each export, so a second export replaces them."""
     path = write(tmp_path, "stones", STONES)
     write(tmp_path, "others", {"low": box((0, 2), (0, 1), (0, 1.1))})
     assert "'gltf_buffer_1.bin' does not belong to the file" in refusal(path)
@@ -160,7 +160,7 @@ def test_a_range_of_another_shape_is_named(tmp_path):
     for accessor in tree["accessors"]:
         accessor["min"] = ["a", 0]
     path.write_text(json.dumps(tree))
-    assert "is not valid glTF: the range of coordinates is wrong; export the blocks again" in refusal(path)
+    assert "is not valid glTF: do not have one number for each coordinate; export the blocks again" in refusal(path)
 
 
 def test_a_range_of_six_digits_is_accepted(tmp_path):

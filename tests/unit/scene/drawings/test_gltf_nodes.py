@@ -15,7 +15,8 @@ GIVEN = {"friction": 0.7, "unit_weight": 10.0, "live": (1, 0, 0)}
 
 
 def read(tmp_path, node=None, **keys):
-    """Read a binary file of the stones, with more keys of the upper stone's node and of the whole file."""
+    """Write the stones to a binary file, with further keys for the upper stone's node and the file, and read
+    it."""
     nodes = [{"name": "fixed", "mesh": 0}, {"name": "low", "mesh": 1} | (node or {})]
     meshes = [
         [

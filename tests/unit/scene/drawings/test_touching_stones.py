@@ -15,7 +15,7 @@ from masonry_opt.scene.drawings.meshes import Mesh, merge_equal_corners, outward
 from masonry_opt.scene.drawings.surfaces import divide_into_surfaces
 from masonry_opt.scene.space.shapes import shapes
 
-#: Two stones side by side and a stone on one of them, on the ground.
+#: On the ground, two stones side by side, with a third stone on one of them.
 STONES = [
     box((-1, 4), (-1, 2), (-1, 0)),
     box((0, 2), (0, 1), (0, 1)),
@@ -23,7 +23,8 @@ STONES = [
     box((0, 2), (0, 1), (1, 5)),
 ]
 SIZES = [1, 2, 8, 15]
-#: Areas of the joints: the two lower stones on the ground, between them, and below the upper stone.
+#: Areas of the joints: between the lower stones, below the upper stone, and of each lower stone with the
+#: ground.
 AREAS = [1, 1, 2, 2]
 GIVEN = {"friction": 0.7, "unit_weight": 10.0, "live": (1, 0, 0), "fixed_below": -0.5}
 
@@ -58,7 +59,7 @@ def arranged(faces, orientation, order, rng):
 
 
 def ply(points, faces, kind="ascii", count="uchar"):
-    """Return a PLY file, written from the description of the format."""
+    """Return a PLY file that is written according to the description of the format."""
     order = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}[kind]
     head = (
         f"ply\nformat {kind} 1.0\ncomment stones\nelement vertex {len(points)}\nproperty double x\n"
@@ -207,7 +208,7 @@ BROKEN_PLY = {
     "binary, a huge count": (BINARY.replace(b"vertex 32", b"vertex 999999999999"), "it is cut off"),
     "a decimal comma": (HEAD.replace(b"\n-1.0 ", b"\n-1,0 "), "'-1,0' is not a number"),
     "a missing corner": (HEAD.replace(b"\n4 0 3", b"\n4 0 99"), "a face refers to a corner that does not ex"),
-    "half a corner": (HEAD.replace(b"\n4 0 3", b"\n4 0 3.5"), "the number of a corner is not a whole number"),
+    "half a corner": (HEAD.replace(b"\n4 0 3", b"\n4 0 3.5"), "a face has a vertex index that is not a whole number"),
     "a large corner": (HEAD.replace(b"\n4 0 3", b"\n4 0 1e99"), "the number of a corner is too large"),
     "a negative length": (HEAD.replace(b"\n4 0 3", b"\n-4 0 3"), "a list has -4 values"),
 }
