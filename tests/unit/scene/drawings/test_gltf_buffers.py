@@ -160,7 +160,8 @@ def test_a_range_of_another_shape_is_named(tmp_path):
     for accessor in tree["accessors"]:
         accessor["min"] = ["a", 0]
     path.write_text(json.dumps(tree))
-    assert "is not valid glTF: do not have one number for each coordinate; export the blocks again" in refusal(path)
+    why = "'min' and 'max' of an accessor do not have one number for each coordinate"
+    assert f"is not valid glTF: {why}; export the blocks again" in refusal(path)
 
 
 def test_a_range_of_six_digits_is_accepted(tmp_path):
