@@ -72,7 +72,6 @@ THRESHOLDS = (
     Threshold("_NEAR_TOLERANCES", (geometry,)),
     Threshold("MORTAR", (mortar, overlaps)),
     Threshold("_WIDEST_OF_MORTAR", (mortar,)),
-    Threshold("_WIDE_MORTAR", (mortar,)),
     Threshold("_MOST_OF_THICKNESS", (mortar,)),
     Threshold("_PARALLEL_ERROR", (mortar,)),
     Threshold("_SURVEY_ERROR", (mortar,)),
