@@ -209,7 +209,7 @@ def _numbers(words: list[bytes], kind: str) -> np.ndarray:
             f"'{stones.block_name(wrong.decode('utf-8', 'replace'))[:60]}' is not a number"
         ) from None
     if kind[0] != "f" and not (np.abs(numbers) < _LARGEST_INDEX).all():
-        raise ValueError("the number of a corner is too large")
+        raise ValueError("a face has a vertex index that is too large")
     if kind[0] != "f" and (numbers != np.round(numbers)).any():
         raise ValueError("a face has a vertex index that is not a whole number")
     return numbers
