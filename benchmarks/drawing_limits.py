@@ -53,7 +53,7 @@ EACH = 4
 
 
 class Sample(NamedTuple):
-    """A random drawing, with the outcome that the limit decides."""
+    """A random drawing, and a function that returns the outcome. The tested limit decides the outcome."""
 
     group: str
     is_hit: bool  #: True if the outcome is right
@@ -68,7 +68,7 @@ UNTOLERATED = Drawing("without tolerances", 0.0, 0.0, without_tolerances, is_cor
 
 
 def of_wide_mortar(seed: int) -> Iterator[Sample]:
-    """Yield drawings without their mortar, and drawings whose upper part is too high."""
+    """Yield drawings with empty gaps instead of mortar, and drawings whose upper part is lifted."""
     for number in range(EACH * seed, EACH * (seed + 1)):
         rng = rng_of(73, number)
         arch, pairs = brick_arch(rng)
@@ -87,7 +87,7 @@ def rng_of(*numbers: int) -> np.random.Generator:
 
 
 def brick_arch(rng: np.random.Generator) -> tuple[mo.Scene, set[frozenset[str]]]:
-    """Return a semicircular arch of bricks without its mortar, and its pairs of blocks with a joint.
+    """Return a semicircular arch of bricks with empty gaps, and the pairs of blocks that have a joint.
 
     Half of the arches begin at level springers.
     """
@@ -108,7 +108,7 @@ def brick_arch(rng: np.random.Generator) -> tuple[mo.Scene, set[frozenset[str]]]
 
 
 def too_high(scene: mo.Scene, seed: int) -> mo.Scene:
-    """Return an exact scene whose upper blocks are lifted above the others."""
+    """Return a scene whose upper blocks are lifted by 0.3 to 1.5 times the thickness of the thinnest."""
     rng = rng_of(79, seed)
     shapes = assemble(scene).geometry
     heights = shapes.centroid[~scene.fixed, 1]
@@ -134,10 +134,10 @@ def has_advice(scene: mo.Scene) -> bool:
 
 
 def of_flat_meshes(seed: int) -> Iterator[Sample]:
-    """Yield divided ground planes with rounded coordinates, bent surfaces, and thin plates."""
+    """Yield triangulated ground planes whose coordinates are rounded, bent surfaces, and thin plates."""
     for number in range(EACH):
         rng = rng_of(83, seed, number)
-        # A program writes at least five significant digits, and the plane may be far from the origin.
+        # Coordinates have at least five significant digits, of which some are lost far from the origin.
         rounding = 10 ** rng.uniform(-7, -4)
         ground = tilted(rounded(triangulated(rng, 0.0), rounding, rng), rng)
         yield Sample("rounded ground planes", True, partial(is_support, *ground))
@@ -152,7 +152,7 @@ Surface = tuple[np.ndarray, list[tuple[int, ...]]]
 
 
 def triangulated(rng: np.random.Generator, height: float) -> Surface:
-    """Return a square of triangles with random inner corners; its heights are random up to ``height``."""
+    """Return a square that is divided into triangles. Its corners have random heights up to ``height``."""
     inner = rng.uniform(0.05, 0.95, (int(rng.integers(0, 12)), 2))
     flat = np.array([(0, 0), (1, 0), (1, 1), (0, 1), *inner], dtype=float)
     parts = shapely.get_parts(shapely.delaunay_triangles(shapely.multipoints(flat)))

@@ -125,7 +125,7 @@ class Result(Outcome):
         return summary(self, technical=True)
 
     def required(self) -> float:
-        """Return the load factor of the result.
+        """Return the load factor, or raise an error if the result has none.
 
         Raises
         ------

@@ -130,7 +130,7 @@ class CommandArguments(dict[str, Any]):
         return {name: self.pop(name) for name in inspect.signature(function).parameters if name in self}
 
     def keywords_for(self, function: Function) -> dict[str, Any]:
-        """Return the keyword arguments for a function, including the options of the method.
+        """Return the arguments of a command as keywords for a function, with the options of its method.
 
         The function passes the options of the method on to ``solve``. Raises OptionError if an option of the
         method does not have the form NAME=VALUE, or is a parameter of ``function`` or of ``solve``.

@@ -9,8 +9,8 @@ import typer
 #: Base class of Typer's errors about wrong arguments. Typer exports only some of its subclasses.
 _UsageError: Any = typer.BadParameter.__base__
 
-#: Pairs of a pattern of error messages and a remedy. If Typer could not read a number, the remedy replaces
-#: the message. Otherwise the remedy follows the message.
+#: Pairs: a pattern that matches an error message, and a remedy. The remedy replaces the message if Typer
+#: could not read a number. Otherwise it is appended to the message.
 _REMEDIES_OF_SLIPS = (
     (r"valid (number|float)", "write one number without a unit, with a point before decimals, such as 0.5"),
     (r"valid int", "write one whole number, such as 5"),
@@ -20,7 +20,7 @@ _REMEDIES_OF_SLIPS = (
 
 
 def with_remedies(command: Any) -> Callable[..., Any]:
-    """Return a function that parses the arguments of a command, with remedies in its errors."""
+    """Wrap the parser of a command's arguments, so that its error messages say how to correct mistakes."""
     parse = command.parse_args
 
     def parse_args(ctx: Any, typed: list[str]) -> Any:

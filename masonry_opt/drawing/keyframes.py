@@ -15,9 +15,8 @@ COLLAPSE_FRAMES = 15
 #: Largest displacement at the end of the animated collapse, relative to the largest displacement before the
 #: collapse. With a larger value, displacements before the collapse are drawn smaller.
 COLLAPSE_LENGTH = 3.0
-#: The length of the animated collapse is proportional to the largest displacement before the collapse, or to
-#: this value if it is larger. Without this value, the collapse would be invisible if no block moves before
-#: it.
+#: Lower limit of the largest displacement before the collapse. The displacements of the animated collapse are
+#: proportional to it, so without this limit the collapse would be invisible if no block moves before it.
 _LEAST_DISPLACEMENT = 1e-2
 
 

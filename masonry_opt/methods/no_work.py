@@ -184,7 +184,7 @@ def _live_work(problem: Problem, load_factor: float, d: np.ndarray) -> float:
 
 
 def _as_of_scene(solution: Solution, answer: Answer, alike: bool, at: float, share: float) -> Solution:
-    """Convert a solution for modified loads to the loads of the scene, with the given answer.
+    """Return the solution for the scene's loads that corresponds to a solution for modified loads.
 
     If the modified loads are s times those of the scene, a load factor λ becomes λ / s, or NaN if the loads
     vanish. ``alike`` is True if a state remains valid when loads and forces are scaled. If it is False,

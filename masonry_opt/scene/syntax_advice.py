@@ -58,7 +58,7 @@ def other_content(data: bytes) -> str:
 
 
 def advice_on_line(text: str, message: str, ending: str) -> str:
-    """Return advice on the line of a text that a parser's message names, or "" if no mistake is recognised.
+    """Return advice on the line that an error message names, or "" if no mistake is recognised there.
 
     ``ending`` is ".toml" or ".json".
     """

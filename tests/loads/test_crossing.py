@@ -401,7 +401,7 @@ def test_a_position_that_is_zero_but_for_rounding_is_printed_as_zero():
     printed = [row[column] for row in table["rows"]]
     assert printed == ["0", *(f"{position:.6g}" for position in sorted(positions)[1:])]
     assert found.notebook_table["position"].tolist() == [0.0, *sorted(positions)[1:]]
-    # The worst position is printed in the same way if it is the first position.
+    # If the first position is the worst one, it is also printed as zero.
     first = replace(found, passages=tuple(at_first_position(trials) for trials in found.passages))
     assert first.at == [positions.min()]
     assert first.facts()["position"] == "axles at x = 0"

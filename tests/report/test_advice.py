@@ -18,7 +18,7 @@ def advised(message):
     return [shlex.split(found) for found in re.findall(r"\(masonry-opt ([^)]*)\)", message)]
 
 
-#: Mistakes on the command line, words of the advice, and the arguments that follow the advice.
+#: Wrong arguments, a part of the expected advice, and the arguments corrected by this advice.
 SLIPS = {
     "name of the file": (["solve", "ston.toml"], "did you mean 'stone.toml'?", ["solve", "stone.toml"]),
     "ending of the file": (["solve", "stone"], "did you mean 'stone.toml'?", ["solve", "stone.toml"]),

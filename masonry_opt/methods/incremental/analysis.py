@@ -378,7 +378,7 @@ class _LoadRaising:
         return state.load_factor - apart, min(state.load_factor + apart, self.not_carried)
 
     def _extend_linearly(self, increment: float) -> float:
-        """Double an increment until a contact would change its state, and return the load factor it leads to.
+        """Double a load increment as long as no contact changes its state, and return the new load factor.
 
         Return infinity if no contact changes its state, even during a very large increment.
         """

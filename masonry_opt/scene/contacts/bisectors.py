@@ -39,9 +39,8 @@ def contact_normals(target: Sectors, opposite: Sectors) -> tuple[np.ndarray, np.
     widths = _turn(target.first, target.last), _turn(opposite.first, opposite.last)
     after_target, after_opposite = _turn(target.last, opposite.first), _turn(opposite.last, target.first)
     fits = np.abs(after_target + after_opposite + sum(widths) - 2 * np.pi) <= _MOST_OVERLAP
-    # A line through the point separates the two blocks if its angle is between `least` and `most`. Angles are
-    # measured from the last side of the sector `target`. Such a line passes through both empty sectors
-    # between the blocks.
+    # A line through the point separates the two blocks if it passes through both empty sectors between them.
+    # Its angle, measured from the last side of the sector `target`, is then between `least` and `most`.
     shift = after_target + widths[1] - np.pi
     least, most = np.maximum(shift, 0.0), np.minimum(after_target, shift + after_opposite)
     in_line = np.minimum(np.abs(shift), np.abs(after_target - shift - after_opposite)) <= _MOST_OVERLAP

@@ -131,7 +131,7 @@ class FacingEdges(sides.Facing):
         return to_line(points, self.start[number], self.end[number])
 
     def common_breadth(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Return the length that two segments in one line share, shape (rows,); see :class:`.Facing`."""
+        """Return the length of the overlap of two collinear segments, (rows,); see :class:`.Facing`."""
         low, high = self._along(one, other)
         return np.maximum(np.minimum(high, self.extent[one]) - np.maximum(low, 0.0), 0.0)
 
@@ -153,7 +153,7 @@ class FacingEdges(sides.Facing):
         return direction
 
     def _along(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lower and the upper coordinate of other segments along given segments, shape (rows,).
+        """Return the coordinates, each (rows,), of both ends of other segments along given segments.
 
         The coordinate is zero at the start of the segment with the index ``one``.
         """

@@ -101,7 +101,7 @@ class FacingFaces(sides.Facing):
         return np.hypot(shapely.distance(flat, self.polygon[number]), self.frame.above(points, number))
 
     def common_breadth(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Return the mean breadth of the polygon that two polygons share, shape (rows,).
+        """Return the mean breadth of the intersection of two polygons, shape (rows,).
 
         See :class:`.Facing`.
         """

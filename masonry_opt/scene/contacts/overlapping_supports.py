@@ -14,7 +14,7 @@ from masonry_opt.scene.scene import Scene
 
 
 def count_once(scene: Scene, shapes: Extents, pairs: np.ndarray, shared: Facing) -> tuple[Facing, np.ndarray]:
-    """Leave out the parts of joints on supports where the same block has a joint with another support.
+    """Where a block has joints with two overlapping supports, remove the overlap from one of them.
 
     Of two supports that overlap, the support nearer to the block has the joint, or the first in the scene if
     both touch the block. Supports that overlap by at most the contact tolerance do not count as overlapping.

@@ -109,7 +109,7 @@ class _Gltf:
         return cls(tree, binary, folder, largest)
 
     def _entry(self, key: str, number: Any) -> dict[str, Any]:
-        """Return an entry of a list of the file. Raises IndexError if there is no entry of this number."""
+        """Return an entry of a list of the file, such as ``nodes``. Raises IndexError if there is none."""
         if number < 0:  # a negative number would count from the end of the list
             raise IndexError
         entry: dict[str, Any] = self.tree[key][number]
@@ -209,7 +209,7 @@ class _Gltf:
         return numbers
 
     def _buffer(self, number: int) -> bytes:
-        """Return the content of a buffer, which is read once."""
+        """Return the content of a buffer; the first call reads it, and later calls reuse it."""
         if number not in self.buffers:
             self.buffers[number] = self._read_buffer(self._entry("buffers", number))
         return self.buffers[number]
@@ -281,7 +281,7 @@ def _shown(uri: Any) -> str:
 
 
 def _is_out_of_range(numbers: np.ndarray, accessor: dict[str, Any]) -> bool:
-    """Return True if the range of numbers differs from the range that their accessor states, if any."""
+    """Return True if the accessor of numbers states a range, and the numbers have a different one."""
     if "min" not in accessor or "max" not in accessor or not len(numbers):
         return False
     actual = np.array([numbers.min(axis=0), numbers.max(axis=0)])
@@ -334,7 +334,7 @@ def _transformation(node: dict[str, Any]) -> np.ndarray:
 
 
 def _vector(node: dict[str, Any], key: str, default: tuple[float, ...]) -> np.ndarray:
-    """Return a vector of a node. Raises ValueError if it has another number of entries than the default."""
+    """Return a vector of a node, or a default value. Raises ValueError if their lengths differ."""
     vector = np.array(node.get(key, default), dtype=float)
     if vector.shape != (len(default),):
         raise ValueError

@@ -84,7 +84,7 @@ def _ground_defect(line: OpenLine, others: Sequence[Curve], supports: Sequence[C
     if any(dxf_layers.has_word(curve.layer, [layer]) for curve in others):
         change = f"move it to a layer with '{SUPPORT_WORDS[0]}' in its name"
     else:
-        # The option replaces the words that mark supports, so it must name the layers of all supports.
+        # The option `fixed_layers` replaces its default, so it must name the layers of all supports.
         layers = dict.fromkeys(curve.layer for curve in supports)
         options = " ".join(f"--fixed-layer {name}" for name in (*layers, layer))
         change = f"name its layer with 'fixed_layers' ({options})"

@@ -19,7 +19,7 @@ WIDEST_ERROR = 0.05
 
 
 class OpenLine(NamedTuple):
-    """Curves in succession that do not form a closed outline, as a line between their ends."""
+    """Chain of connected curves that is not closed, represented by the straight line between its ends."""
 
     ends: np.ndarray  #: ends of the line, shape (2, 2)
     length: float  #: total length of the curves

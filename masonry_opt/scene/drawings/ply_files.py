@@ -38,7 +38,7 @@ _FEWEST_CORNERS = 3
 
 
 class _Property(NamedTuple):
-    """A value of an element, or a list of values."""
+    """Property that the header declares for an element: a single value or a list of values."""
 
     name: str
     kind: str  #: numpy type of the values
@@ -156,7 +156,7 @@ class _Body(ABC):
 
     @abstractmethod
     def _next(self, kind: str, count: int) -> np.ndarray:
-        """Return the next values, which have the same type. Raises ValueError if the body has fewer."""
+        """Return the next values of the body, of a given type. Raises ValueError if fewer values remain."""
 
     @abstractmethod
     def _equal_entries(self, element: _Element, lengths: list[int]) -> list[np.ndarray] | None:

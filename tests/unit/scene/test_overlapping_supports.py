@@ -58,8 +58,8 @@ def test_cohesion_counts_once(spans, shaped):
 
 @pytest.mark.parametrize("spans", layouts())
 def test_strength_counts_once(spans):
-    """The weight 10 crushes the edge over a length of 10 / 20, so the block tips at 10 · (1 / 2 - 1 / 4) =
-    2.5.
+    """With strength 20, the weight 10 needs a length of 1 / 2 at the edge. The block tips at 10 · (1 / 2 - 1
+    / 4) = 2.5.
 
     If strength counted twice, the crushed length would be 10 / 40, and the load factor 3.75.
     """
@@ -70,8 +70,8 @@ def test_strength_counts_once(spans):
 @pytest.mark.parametrize("angle", [0.0, 0.3, np.pi / 4, np.pi / 2])
 @pytest.mark.parametrize("shaped", [lambda scene: scene, mo.extrude], ids=["plane", "space"])
 def test_joints_of_overlapping_supports(angle, shaped):
-    """The first support has the joint on the whole overlap. The second joint begins where the first ends, at
-    all angles."""
+    """The first support has the joint on the overlap. The second joint begins where the first ends, at each
+    rotation."""
     scene = shaped(mapped(on_supports((-5, 0.7), (0.3, 6)), turned(angle)))
     joints = contacts_of(scene)
     assert joints.second.tolist() == [1, 2]

@@ -91,7 +91,7 @@ def refusal(path, content, read=mo.load):
 
 
 def test_the_correct_file_is_read(tmp_path):
-    """The text in the file contains characters that have a meaning in TOML. The block slides at λ = μ."""
+    """Strings in the file contain characters that are special in TOML. The block still slides at λ = μ."""
     path = tmp_path / "case.toml"
     path.write_text(GOOD)
     assert mo.solve(path, "static").required() == pytest.approx(0.6, rel=1e-6)

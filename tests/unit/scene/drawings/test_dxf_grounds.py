@@ -63,7 +63,8 @@ def test_a_sloping_line_is_a_support(tmp_path, push, load_factor):
 
 
 def test_the_slab_is_on_the_side_without_blocks(tmp_path):
-    """A wall on the right holds a block that is pushed to the right, and the floor is a closed outline."""
+    """The slab of a line on the right holds a block that is pushed to the right. The floor is a closed
+    outline."""
     floor = [(-9, -1), (9, -1), (9, 0), (-9, 0)]
     path = drawing(tmp_path, [((2, 0), (2, 3)), (*floor, floor[0])], layer="fixed")
     scene = mo.read_dxf(path, **GIVEN)
@@ -97,8 +98,8 @@ def test_a_net_may_have_a_ground_line(tmp_path):
 @pytest.mark.parametrize("close", [True, False])
 @pytest.mark.parametrize("below", [0, 0.01])
 def test_the_message_about_a_ground_line_names_the_option(tmp_path, close, below):
-    """With the option, the ground line is read. If outlines of stones branch, the same message names these
-    outlines too."""
+    """With the option that the message names, the line becomes a support. Defects of stones are in the same
+    message."""
     path = drawing(tmp_path, [[(x, -below) for x, _ in GROUND]], close=close)
     message = refusal(path)
     assert "on layer 'ground' is a straight line next to the blocks near (-1, " in message

@@ -25,7 +25,7 @@ def write(folder, stem, blocks):
     scene = trimesh.Scene()
     for name, (corners, faces) in blocks.items():
         triangles = [three for a, b, c, d in faces for three in ((a, b, c), (a, c, d))]
-        # In the file, z of the scene is y, and y of the scene is -z.
+        # In glTF, y points upwards: (x, y, z) of the scene is (x, z, -y) in the file.
         mesh = trimesh.Trimesh(corners[:, [0, 2, 1]] * [1, 1, -1], triangles, process=False)
         scene.add_geometry(mesh, geom_name=name, node_name=name)
     for name, content in trimesh.exchange.gltf.export_gltf(scene).items():

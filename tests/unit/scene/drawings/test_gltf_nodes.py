@@ -15,8 +15,7 @@ GIVEN = {"friction": 0.7, "unit_weight": 10.0, "live": (1, 0, 0)}
 
 
 def read(tmp_path, node=None, **keys):
-    """Write the stones to a binary file, with further keys for the upper stone's node and the file, and read
-    it."""
+    """Write the stones to a .glb file with further keys, and return the scene that is read from it."""
     nodes = [{"name": "fixed", "mesh": 0}, {"name": "low", "mesh": 1} | (node or {})]
     meshes = [
         [

@@ -72,7 +72,7 @@ def test_stones_of_one_mesh_touch_although_their_faces_are_turned_at_random(tmp_
 
 
 def test_touching_stones_with_turned_faces_in_no_order_are_refused_with_the_reason(tmp_path):
-    """The triangles of touching stones have different diagonals, so the stones have no faces in common."""
+    """Touching faces are divided along different diagonals, so the stones have no triangles in common."""
     rng = np.random.default_rng(4)
     corners, faces = joined(LOW, HIGH, GROUND)
     faces = [three for a, b, c, d in faces[:6] for three in ((a, b, c), (a, c, d))] + [
