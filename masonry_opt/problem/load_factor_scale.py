@@ -1,8 +1,6 @@
 """Compare load factors with each other and with zero, on the scale of the load factors of a problem."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from math import isfinite
 
 #: Relative difference below which two load factors count as equal. On the case files, methods differ by up to
 #: 2e-8 for one state, and different states differ by at least 8e-4.
@@ -25,7 +23,8 @@ class LoadFactorScale:
     """Typical size of a problem's load factors, by which small differences are judged.
 
     Load factors are about one if the live load is as large as the dead load, and smaller if the live load is
-    larger. Absolute limits such as ``ZERO`` are therefore multiplied by the unit of the scale.
+    larger. Absolute limits such as ``ZERO`` are therefore multiplied by the unit of the scale. The default
+    unit is that of load factors of several problems, such as the runs of a sweep.
     """
 
     unit: float = 1.0  #: unit of λ: sum of the dead loads divided by the sum of the live loads, but at most 1
@@ -37,15 +36,6 @@ class LoadFactorScale:
         The unit is one if one of the sums is zero.
         """
         return cls(min(1.0, dead / live) if dead and live else 1.0)
-
-    @classmethod
-    def of_load_factors(cls, load_factors: Iterable[float]) -> "LoadFactorScale":
-        """Return the scale whose unit is the largest finite |λ| of several problems, but at most 1.
-
-        The unit is one if no load factor is finite, or if all load factors are zero.
-        """
-        largest = max((abs(value) for value in load_factors if isfinite(value)), default=0.0)
-        return cls(min(1.0, largest) or 1.0)
 
     @property
     def zero(self) -> float:

@@ -405,3 +405,13 @@ def test_a_position_that_is_zero_but_for_rounding_is_printed_as_zero():
     first = replace(found, passages=tuple(at_first_position(trials) for trials in found.passages))
     assert first.at == [positions.min()]
     assert first.facts()["position"] == "axles at x = 0"
+
+
+@pytest.mark.parametrize("end", [1e-9, 1e-8])
+def test_a_bound_differs_from_a_load_factor_near_zero_by_rounding_only(end):
+    """The support ends almost below the centroid of the slab, so λ is almost zero: 12 · 1e-9 for 1e-9."""
+    scene = mo.Scene(joints={"friction": 0.5}, blocks=[slab(), support(-0.5, end)])
+    found = mo.crossing(scene, axles(1.0), method="static")
+    assert found.load_factor == pytest.approx(WEIGHT * end, abs=1e-9)
+    assert found.bound == pytest.approx(found.load_factor, abs=1e-9)
+    assert "below bound" not in [record["code"] for record in found.warning_records]

@@ -9,7 +9,6 @@ import pandas as pd
 
 from masonry_opt.brief import brief
 from masonry_opt.drawing.elements import title_of
-from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.studies.crossing.assessment import AssessmentOutcome, assessed
 from masonry_opt.studies.crossing.load_factors import PLACE_COLUMNS, CrossingLoadFactors
@@ -75,7 +74,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         if least is None or not bounds:
             return
         bound = min(bounds)
-        if least >= bound or LoadFactorScale.of_load_factors((bound, least)).equal(bound, least):
+        if least >= bound or self.load_factor_scale.equal(bound, least):
             return
         sentence = (
             f"λ = {numeral(least, '.6f')} at the worst position is less than its separately computed "

@@ -45,6 +45,11 @@ class CrossingLoadFactors:
         return self.worst.load_factor
 
     @property
+    def load_factor_scale(self) -> LoadFactorScale:
+        """Scale on which load factors of the positions are compared: that of the worst position."""
+        return self.worst.assembly.problem.load_factor_scale
+
+    @property
     def load_factor_name(self) -> str:
         """Name of the load factor. The name claims only what is proven along the whole road.
 
@@ -173,8 +178,7 @@ class CrossingLoadFactors:
             return bound
         # If only a rounding error makes λ at the worst position less than the bound, λ itself is returned as
         # the bound.
-        is_rounding = LoadFactorScale.of_load_factors((bound, least)).equal(bound, least)
-        return least if is_rounding else None
+        return least if self.load_factor_scale.equal(bound, least) else None
 
     @property
     def undecided(self) -> int:

@@ -375,7 +375,7 @@ def _is_between(required: float | None, inverse: float, greatest: float) -> bool
     """
     if required is None:
         return False
-    scale = LoadFactorScale.of_load_factors((required,))
+    scale = LoadFactorScale(min(1.0, required))
     if not inverse * required > 1 or scale.equal(1 / inverse, required):
         return False
     return greatest * required <= 1 or scale.equal(1 / greatest, required)

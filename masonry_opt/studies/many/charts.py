@@ -23,7 +23,7 @@ from masonry_opt.drawing.colours import (
     SERIES,
     SLIDING_COLOUR,
 )
-from masonry_opt.problem.load_factor_scale import EQUALITY_TOLERANCE, LoadFactorScale
+from masonry_opt.problem.load_factor_scale import EQUALITY_TOLERANCE, ZERO
 from masonry_opt.studies.charts import NamedChart, alt, axis, legend
 from masonry_opt.studies.many.runs import HEAT_MAP, INCREMENTAL_COLUMN, at_least, chart_names, ends
 from masonry_opt.studies.run_columns import CROSSED_RUNS, is_crossed
@@ -232,8 +232,7 @@ def off_axis(load_factors: ArrayLike) -> np.ndarray:
     ascending = np.sort(values[np.isfinite(values)])
     greatest = np.maximum.accumulate(np.abs(ascending))
     most_far = max(int(_FAR_SHARE * len(ascending)), len(ascending) >= 3)
-    zero = LoadFactorScale.of_load_factors(ascending).zero
-    far = (greatest[:-1] > zero) & (ascending[1:] >= _FAR_RATIO * greatest[:-1])
+    far = (greatest[:-1] > ZERO) & (ascending[1:] >= _FAR_RATIO * greatest[:-1])
     far[: max(0, len(far) - most_far)] = False
     return values >= ascending[1:][far].min() if far.any() else np.zeros(len(values), dtype=bool)
 

@@ -109,12 +109,8 @@ def _largest_fall(
         return None
     largest = int(np.nanargmax(falls.to_numpy()))
     first, second = before.iloc[largest], after.iloc[largest]
-    scale, higher, lower = (
-        LoadFactorScale.of_load_factors(known["load_factor"]),
-        first["load_factor"],
-        second["load_factor"],
-    )
-    if lower >= higher or scale.equal(lower, higher):
+    higher, lower = first["load_factor"], second["load_factor"]
+    if lower >= higher or LoadFactorScale().equal(lower, higher):
         return None
     fixed = {other: float(first[other]) for other in others}
     where = f"{name} = {numeral(first[name], 'g')}"

@@ -351,5 +351,4 @@ def at_least(frame: pd.DataFrame) -> pd.Series:
     """Return a mask of the runs whose λ equals the least λ within ``EQUALITY_TOLERANCE``, shape (runs,)."""
     values = frame["load_factor"]
     least = values.min()
-    scale = LoadFactorScale.of_load_factors(values)
-    return values <= least + EQUALITY_TOLERANCE * scale.divisor(least)
+    return values <= least + EQUALITY_TOLERANCE * LoadFactorScale().divisor(least)

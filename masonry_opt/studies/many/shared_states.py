@@ -95,11 +95,10 @@ def shared_answers(rows: Sequence[Row], make: Callable[[int], Scene]) -> Iterato
     for runs in groups.values():
         states = [_found_state(rows[index], index) for index in runs if rows[index].get("forces")]
         states.sort(key=lambda state: (state.load_factor, state.run))
-        scale = LoadFactorScale.of_load_factors(state.load_factor for state in states)
         last: Assembly | None = None
         screen: Screen | None = None
         for index in runs:
-            lower = [state for state in states if _improves(state, rows[index], scale)]
+            lower = [state for state in states if _improves(state, rows[index])]
             if not lower:
                 continue
             scene = make(index)
@@ -166,12 +165,12 @@ class Screen:
         return [state for state, passes in zip(states, within, strict=True) if passes]
 
 
-def _improves(state: FoundState, row: Row, scale: LoadFactorScale) -> bool:
+def _improves(state: FoundState, row: Row) -> bool:
     """Return True if a state improves the answer of a run: its λ is lower, or the run has no answer."""
     load_factor = row["load_factor"]
     if load_factor is None:
         return True
-    return state.load_factor < load_factor and not scale.equal(state.load_factor, load_factor)
+    return state.load_factor < load_factor and not LoadFactorScale().equal(state.load_factor, load_factor)
 
 
 def _certified_by(problem: Problem, state: FoundState) -> Answer | None:

@@ -41,11 +41,3 @@ def test_the_unit_falls_as_the_live_load_grows_beyond_the_dead_load(live, unit):
     assert loaded.load_factor_scale.zero == pytest.approx(ZERO * unit)
     unloaded = replace(problem, live=0 * problem.live)
     assert unloaded.load_factor_scale == LoadFactorScale(1.0)
-
-
-@pytest.mark.parametrize(
-    ("load_factors", "unit"),
-    [([0.2, 3.0], 1.0), ([1e-7, -4e-6, float("nan"), float("inf")], 4e-6), ([0.0, 0.0], 1.0), ([], 1.0)],
-)
-def test_the_unit_of_several_problems_is_their_largest_load_factor_below_one(load_factors, unit):
-    assert LoadFactorScale.of_load_factors(load_factors).unit == unit
