@@ -289,7 +289,7 @@ def _with_only_state(problem: Problem, solution: Solution) -> Solution:
 
 
 def _with_few_starts(problem: Problem, solution: Solution) -> Solution:
-    """Add a reason if the lowest, incremental and associative load factors agree after only a few starts.
+    """Add a caution if the lowest, incremental and associative load factors agree after only a few starts.
 
     Agreement proves little if equilibrium does not fix the forces: other forces may lead to states with a
     lower λ. No reason is added if all joints follow associative flow, because all exact states then have one

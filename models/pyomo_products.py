@@ -146,7 +146,7 @@ class PyomoProducts:
         return all(pair in self.product for pair in product(forces, moves))
 
     def _constraint(self, pairs: Iterable[tuple[Form, Form]], least: float | None = None) -> pyo.Constraint:
-        """Return a constraint on the product of each pair of linear forms.
+        """Return a constraint that bounds the product of each pair of linear forms, or sets it to zero.
 
         Each product is equal to 0 if ``least`` is None, and otherwise at least ``least``.
         """

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from masonry_opt.drawing.figure import Handle, Picture
 
-#: Events that a plot of the curve marks, with the legend entry, colour and marker of each event.
+#: Events that are marked in a plot of the capacity curve: legend entry, colour and marker of each event.
 _MARKED_EVENTS = {
     Code.JOINT_OPENS: ("a joint opens", HINGING_COLOUR, "o"),
     Code.JOINT_CLOSES: ("a joint closes", JOINT, "s"),

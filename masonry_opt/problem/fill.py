@@ -125,8 +125,8 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
     depth = whole.depth
     across, up = ends[1] - ends[0]
     start = ends[0, 0]
-    # A backing that ends at an upright face may be on either side of the face. To decide if it touches the
-    # face, test a point slightly inside the fill, to the right of the directed face.
+    # A backing may end at an upright face from either side. It touches the face only if it is on the right of
+    # the directed face, where the fill is. Therefore test a point slightly to the right.
     offset = np.sign(up) * shapes.tolerance if abs(across) <= shapes.tolerance else 0.0
     bends = (line[:, 0] - start) / across if across else np.empty(0)
     cuts = np.unique([0.0, 1.0, *bends[(bends > 0) & (bends < 1)]])

@@ -434,7 +434,7 @@ def left_out(assembly: Assembly) -> tuple[str, ...]:
     problem, joints = assembly.problem, assembly.joints
     unlimited = len(assembly.joints_of(np.delete(np.arange(problem.joints), problem.sliding)))
     counts = {
-        f"sliding of {counted(unlimited, 'joint')}, because unlimited friction prevents it": unlimited,
+        f"sliding of {counted(unlimited, 'joint')}, whose friction is unlimited": unlimited,
         f"opening and sliding of {counted(joints.fixed_pairs, 'joint')} between fixed blocks, because these "
         "blocks cannot move": joints.fixed_pairs,
     }

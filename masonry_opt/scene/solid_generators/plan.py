@@ -125,7 +125,7 @@ class WallStretch(NamedTuple):
         return (self.faces, along) if self.along else (along, self.faces)
 
     def bays(self) -> Iterator[tuple[float, float, WallCrossing | None]]:
-        """Yield the start and end of each piece of this stretch of wall that no other wall crosses.
+        """Divide this stretch of wall where other walls cross it, and yield the start and end of each piece.
 
         Each piece comes with the crossing before it, or None for the first piece.
         """

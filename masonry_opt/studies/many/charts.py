@@ -164,7 +164,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
 
 
 def _has_lines(frame: pd.DataFrame, names: Sequence[str]) -> bool:
-    """Return True if a sweep of two numbers is drawn with a line for each value of the second number."""
+    """Return True if a sweep of two parameters is drawn with a line for each value of the second one."""
     return len(names) == 2 and frame[names[1]].nunique() <= _MOST_DRAWN_LINES
 
 

@@ -34,7 +34,7 @@ _MOST_LISTED_PARAMETERS = 12  #: Largest number of names that a message lists.
 
 
 class Parameters:
-    """Parameters of a scene by name: the numbers in its case file, including the numbers of generators."""
+    """Parameters of a scene by name: all numbers in its case file, including the arguments of generators."""
 
     def __init__(self, scene: Scene) -> None:
         case = scene.case
