@@ -22,15 +22,19 @@ _TOML_ADVICE = (
     (r"[“”„‘’‚«»]", "use straight quotation marks"),
     (r"[−–—]", "write a minus sign as '-'"),
     (r"[\u00a0\u2000-\u200b\u202f\ufeff]", "replace the special space by an ordinary one"),
-    (r"^\s*[{]", "the file contains JSON: give it a name that ends in .json"),
+    (r"^\s*\{\s*(?:[\"}]|$)", "the file contains JSON: give it a name that ends in .json"),
     (r"^\s*[\w-]+\s*:", "write '=' between key and value"),
     (r"=\s*[-+]?\d+,\d+\s*(?:#|$)", "write numbers with a decimal point"),
     (r"(?:[=\[,]\s*|[-+])\.\d", "write a digit before the decimal point"),
     (r"(?:[=\[,]\s*)[-+]?\d+\.\s*(?:[,\]#]|$)", "write a digit after the decimal point"),
-    (r"=\s*[-+]?\d[\d.]*\s*[^\W\d_]", "write numbers without a unit"),
+    # A number such as 1e5 or 0x1F has no unit, but 1e5 N has one.
+    (
+        r"=\s*[-+]?(?!0[xob])\d[\d.]*(?:[eE][-+]?\d+\s*|\s*(?![eE][-+]?\d))[^\W\d_]",
+        "write numbers without a unit",
+    ),
     (r"=\s*(?:True|False|TRUE|FALSE|[Yy]es|[Nn]o)\b", "write true or false"),
     (r"\"[^\"]*\\", "write paths with '/', or between single quotation marks"),
-    (r"=\s*[^\W\d_]", "write text between quotation marks"),
+    (r"=\s*(?!(?:true|false|inf|nan)\b)[^\W\d_]", "write text between quotation marks"),
     (r"=\s*(?:#|$)", "write a value after '='"),
     (r"^\s*[^\W\d_][\w-]*\s*(?:#|$)", "write 'key = value'"),
 )
@@ -68,12 +72,23 @@ def advice_on_line(text: str, message: str, ending: str) -> str:
     patterns = _TOML_ADVICE if ending == ".toml" else _JSON_ADVICE
     if re.search("twice|overwrite", message):
         return "remove the repeated key or table, or write [[name]] for each table of a list"
-    # Leave out texts between quotation marks, unless a backslash in them may be the mistake.
-    quoted = r"\"[^\"\\]*\"|'[^']*'" if ending == ".toml" else r"\"[^\"\\]*\""
-    # A parser may name the line after the mistake, for example after a comma at the end of a JSON list.
-    for first in (number - 1, max(number - 2, 0)):
-        line = re.sub(quoted, '""', " ".join(part[:_LONGEST_LINE] for part in lines[first:number]))
+    # A parser of JSON may name the line after the mistake, for example after a comma at the end of a list. A
+    # parser of TOML names the line of the mistake, so the line before it is correct.
+    earliest = number - 1 if ending == ".toml" else number - 2
+    for first in range(number - 1, max(earliest, 0) - 1, -1):
+        line = "\n".join(_without_texts(part[:_LONGEST_LINE], ending) for part in lines[first:number])
         for pattern, advice in patterns:
             if re.search(pattern, line):
                 return advice
     return ""
+
+
+def _without_texts(line: str, ending: str) -> str:
+    """Return a line with its quoted texts replaced by "", and without the comment of TOML.
+
+    A text with a backslash remains, because the backslash may be the mistake.
+    """
+    if ending == ".json":
+        return re.sub(r"\"[^\"\\]*\"", '""', line)
+    without_texts = re.sub(r"\"[^\"\\]*\"|'[^']*'", '""', line)
+    return re.sub(r"#.*", "", without_texts)

@@ -42,6 +42,13 @@ _TIME_LIMITS = {
 #: compiling a large program again is faster.
 _COLUMNS_TO_RECOMPILE = 3000
 
+#: Keys under which CVXPY stores the costs of a compiled program.
+_COSTS = ("P", "c", "q")
+
+#: Keys under which CVXPY stores the matrices, right-hand sides and bounds of a compiled program. Each solver
+#: has its own keys: "G" is a matrix or a right-hand side.
+_MATRICES_AND_BOUNDS = ("A", "b", "F", "G", "h", "lower_bounds", "upper_bounds")
+
 
 class CvxpyEngine:
     """Optimisation program that is declared in CVXPY, with its solver.
@@ -85,6 +92,8 @@ class CvxpyEngine:
         (rows, columns), nonzeros = data["A"].shape, data["A"].nnz
         self.size = LpSize(rows, columns, nonzeros)
         effort.lp_solves += 1
+        if not _has_valid_numbers(data):
+            return Solved(Verdict.FAILED, "the program contains coefficients that are NaN or infinite", 0.0)
         check_time()
         if engine in _TIME_LIMITS and math.isfinite(seconds_left()):
             options = {**options, _TIME_LIMITS[engine]: seconds_left()}
@@ -119,6 +128,22 @@ class CvxpyEngine:
         if verdict is Verdict.FAILED:
             check_time(SAME_TIME)
         return Solved(verdict, status or program.status, seconds)
+
+
+def _has_valid_numbers(data: dict[str, Any]) -> bool:
+    """Return True if no number of a compiled program is NaN, and no coefficient is infinite.
+
+    Bounds and right-hand sides may be infinite. HiGHS reports an optimum for some programs with NaN.
+    """
+    for key in (*_COSTS, *_MATRICES_AND_BOUNDS):
+        values = data.get(key)
+        if values is None:
+            continue
+        numbers = values.data if sp.issparse(values) else np.asarray(values)
+        is_bound = key in _MATRICES_AND_BOUNDS and values.ndim == 1
+        if np.isnan(numbers).any() or (np.isinf(numbers).any() and not is_bound):
+            return False
+    return True
 
 
 def has_optimum(

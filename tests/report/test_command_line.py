@@ -1,7 +1,6 @@
 """Tests of the command line, in the plane and in space: printed text, exit codes, pictures and tables."""
 
 import json
-import os
 import re
 from contextlib import redirect_stderr, redirect_stdout
 from importlib import import_module
@@ -22,7 +21,6 @@ from scenes_in_space import box_on_floor
 from screens import Screen
 
 import masonry_opt as mo
-from masonry_opt.cli import use_one_thread
 from masonry_opt.reporting.terminal import print_result
 from masonry_opt.scene.blocks import rectangle
 
@@ -31,17 +29,6 @@ WALL_1 = WALLS[0]
 LOOP = ["--method", "nonassociative"]
 AS_LOOP = ("nonassociative", "cvxpy", "clarabel")
 AS_DEFAULT = ("coulomb", "matrices", "newton")
-
-
-@pytest.mark.parametrize(
-    ("before", "threads"), [({}, "1"), ({"OMP_NUM_THREADS": "3"}, "3"), ({"OPENBLAS_NUM_THREADS": "3"}, None)]
-)
-def test_numerical_libraries_use_one_thread_unless_the_user_sets_a_number(monkeypatch, before, threads):
-    monkeypatch.setattr(os, "environ", dict(before))
-    use_one_thread()
-    assert os.environ.get("OMP_NUM_THREADS") == threads
-    if before:
-        assert os.environ == before
 
 
 @pytest.fixture

@@ -124,7 +124,7 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
     without_layers: Layers to leave out.
     fixed_layers: Words that mark supports. A block is a support if the name of its layer contains one of
         these words, in upper or lower case. A straight line on such a layer, with all blocks on one side, is
-        read as the surface of a support.
+        read as the surface of a support, and a DrawingWarning names the line.
     fixed_below: Blocks that reach down to this height y of the drawing, or below, are supports too.
     net: True if lines are joints, and the cells between the lines are blocks.
     window_layers: Words that mark windows in a net. A region is not a block if lines enclose it that are on
@@ -180,7 +180,7 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
         defects = Defects()
         read = dxf_layers.select(document, shown, drawing.layers, drawing.without_layers)
         curves, extent = outlines.curves(read, scale, drawing.sagitta, defects)
-        found, copies = _outlines(curves, float(np.hypot(*extent)), drawing, defects)
+        found, copies, slabs = _outlines(curves, float(np.hypot(*extent)), drawing, defects)
         defects.refuse()
         if not found:
             raise ValueError(
@@ -203,7 +203,7 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
     sides = [_smaller_side(shape) for shape, block in zip(found, blocks, strict=True) if not block.fixed]
     side = float(np.median(sides)) if len(sides) >= FEWEST_STONES else None
     unit_warning = _unit_warning(document, extent / scale, side and side / scale, drawing.to_metres)
-    for warning in (_copies_warning(copies), unit_warning):
+    for warning in (_copies_warning(copies), grounds.lines_warning(slabs), unit_warning):
         if warning:
             warnings.warn(printable(f"{path}: {warning}"), DrawingWarning, stacklevel=3)
     unit = ("metres", 1.0) if drawing.to_metres else (_unit_name(document), outlines.metres(document))
@@ -239,8 +239,10 @@ def _scale(document: Any) -> float:
 
 def _outlines(
     curves: list[Curve], diagonal: float, drawing: DxfDrawing, defects: Defects
-) -> tuple[list[Outline], list[tuple[Curve, Curve]]]:
+) -> tuple[list[Outline], list[tuple[Curve, Curve]], list[Curve]]:
     """Return the outlines of the blocks, and each omitted copy of an outline with its original.
+
+    The third list contains the outlines of supports whose surfaces are drawn as lines.
 
     Defects of the drawing are added to ``defects``.
     """
@@ -248,9 +250,10 @@ def _outlines(
     apart = drawing.tolerance or rounding
     short = drawing.outline_tolerance or apart
     whole = [curve for curve in curves if not drawing.net or _is_support(curve, drawing)]
-    closed, copies, straight = loops.closed_outlines(whole, short, min(rounding, short), defects)
     on_layer = partial(_is_support, drawing=drawing)
-    closed += grounds.support_outlines(straight, curves, closed, on_layer, apart, defects)
+    closed, copies, straight = loops.closed_outlines(whole, on_layer, short, min(rounding, short), defects)
+    slabs = grounds.support_outlines(straight, curves, closed, on_layer, apart, defects)
+    closed += slabs
     is_support = [_is_support(curve, drawing) for curve in closed]
     option = "tolerance" if drawing.outline_tolerance is None else "outline_tolerance"
     tolerance = OutlineTolerance(option, short, min(rounding, short))
@@ -268,7 +271,7 @@ def _outlines(
         found = [*outlines.net_cells(joints, windows, supports, near, defects), *found]
     nesting.add_smaller_copies(found, short, defects)
     nesting.add_frames(found, on_layer, _are_fixed(found, drawing), defects)
-    return found, [*copies, *nested.copies]
+    return found, [*copies, *nested.copies], slabs
 
 
 def _is_support(curve: Curve, drawing: DxfDrawing) -> bool:

@@ -48,6 +48,9 @@ _MOST_GLTF_CORNERS = 5_000_000
 #: that is written with six digits.
 _RANGE_ERROR = 1e-5
 
+#: Largest number of characters of a path in an error message. A longer path is shown without its middle.
+_LONGEST_PATH = 60
+
 
 def read_gltf(data: bytes, folder: Path, largest: int) -> list[Mesh]:
     """Return the nodes of a glTF file that have a mesh, with their transformations applied.
@@ -223,7 +226,7 @@ class _Gltf:
             return self._read_bin(uri, buffer["byteLength"])
         head, _, content = uri.partition(",")
         try:
-            if head.endswith(";base64"):
+            if head.lower().endswith(";base64"):
                 return base64.b64decode(content, validate=True)
         except binascii.Error:
             pass
@@ -272,12 +275,13 @@ def _refuse_extensions(names: list[str]) -> None:
 
 def _is_bin(uri: Any) -> bool:
     """Return True if a buffer is in another file, whose path is ``uri``."""
-    return uri is not None and not uri.startswith("data:")
+    return uri is not None and uri[:5].lower() != "data:"
 
 
 def _shown(uri: Any) -> str:
-    """Return the path of a .bin file for error messages."""
-    return stones.block_name(unquote(uri))
+    """Return the path of a .bin file for error messages, without its middle if the path is long."""
+    path = unquote(uri)
+    return stones.block_name(path if len(path) <= _LONGEST_PATH else f"{path[:25]}...{path[-32:]}")
 
 
 def _is_out_of_range(numbers: np.ndarray, accessor: dict[str, Any]) -> bool:

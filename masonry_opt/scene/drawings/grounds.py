@@ -5,11 +5,15 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import shapely
 
+from masonry_opt.errors import shortened
 from masonry_opt.scene.drawings import dxf_layers
 from masonry_opt.scene.drawings.defects import Defect, Defects, near
 from masonry_opt.scene.drawings.loops import WIDEST_ERROR, OpenLine
 from masonry_opt.scene.drawings.outlines import Curve
 from masonry_opt.scene.drawings.stones import SLAB_THICKNESS, SUPPORT_WORDS
+
+#: Largest number of lines that one warning lists; further lines are only counted.
+_MOST_LINES = 10
 
 
 def support_outlines(
@@ -57,6 +61,25 @@ def support_outlines(
         else:
             defects.add(line.defect)
     return outlines
+
+
+def lines_warning(slabs: Sequence[Curve]) -> str:
+    """Return a warning that names the lines that are read as supports, or an empty text if there are none.
+
+    ``slabs`` are the outlines that :func:`support_outlines` returns. They begin with the ends of the lines.
+    """
+    if not slabs:
+        return ""
+    places = shortened([f"{slab.where}{near(*slab.points[0])}" for slab in slabs], _MOST_LINES)
+    read_as = (
+        "straight line is read as the surface of a support"
+        if len(slabs) == 1
+        else "straight lines are read as surfaces of supports"
+    )
+    return (
+        f"{len(slabs)} {read_as} ({'; '.join(places)}): move other lines, such as axes, to a separate layer, "
+        "and omit this layer with 'without_layers' (--without-layer)"
+    )
 
 
 def _overlaps(slab: Curve, outlines: Sequence[Curve], tolerance: float) -> bool:

@@ -2,7 +2,7 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -29,13 +29,18 @@ class OpenLine(NamedTuple):
 
 
 def closed_outlines(
-    curves: Sequence[Curve], tolerance: float, rounding: float, defects: Defects
+    curves: Sequence[Curve],
+    is_support: Callable[[Curve], bool],
+    tolerance: float,
+    rounding: float,
+    defects: Defects,
 ) -> tuple[list[Curve], list[tuple[Curve, Curve]], list[OpenLine]]:
     """Return the closed curves of a drawing, and the closed loops formed by the open curves of each layer.
 
     Curves and loops are in the order of the drawing. Two ends of curves are joined if their distance is
     within the rounding, or if it is within the tolerance and no third free end is as near. Open curves that
-    do not belong to a simple loop are added to the defects, except straight lines.
+    do not belong to a simple loop are added to the defects, except straight lines. ``is_support`` returns
+    True for a curve on a layer of supports.
 
     The second list contains the copies of open curves on the same layer, which are left out, each with its
     original. The third list contains straight lines that do not belong to a loop.
@@ -60,14 +65,19 @@ def closed_outlines(
         originals[key] = curve
         open_ones[curve.layer].append((number, curve))
     for curves_of_layer in open_ones.values():
-        outlines += _loops(curves_of_layer, (rounding, tolerance), lines, defects)
+        on_support_layer = is_support(curves_of_layer[0][1])
+        outlines += _loops(curves_of_layer, (rounding, tolerance), lines, defects, on_support_layer)
     return [curve for _, curve in sorted(outlines, key=lambda entry: entry[0])], copies, lines
 
 
 def _loops(
-    curves: list[tuple[int, Curve]], tolerances: Sequence[float], lines: list[OpenLine], defects: Defects
+    curves: list[tuple[int, Curve]],
+    tolerances: Sequence[float],
+    lines: list[OpenLine],
+    defects: Defects,
+    on_support_layer: bool,
 ) -> list[tuple[int, Curve]]:
-    """Return the closed loops that open curves form, each with the index of its first curve.
+    """Return the closed loops that open curves of a layer form, each with the index of its first curve.
 
     See :func:`closed_outlines` for the tolerances, the lines and the defects.
     """
@@ -86,13 +96,14 @@ def _loops(
             break
     drawn = [curve for _, curve in curves]
     is_alone = meeting == 1
-    for line in _open_chains(ends, free[is_alone], partner, drawn):
+    for line in _open_chains(ends, free[is_alone], partner, drawn, on_support_layer):
         _add_open(line, tolerances[0], lines, defects)
     branches = np.unique(node[~is_alone], return_index=True)[1]
     for branch, others in zip(free[~is_alone][branches], meeting[~is_alone][branches] - 1, strict=True):
         mistake = f"touches {others} other ends of curves, but can be joined to only one"
         several = "ends of curves touch several other ends, but can be joined to only one"
-        remedy = _remedy("lower 'outline_tolerance' (--outline-tolerance) to separate the ends")
+        change = "lower 'outline_tolerance' (--outline-tolerance) to separate the ends"
+        remedy = _remedy(change, on_support_layer)
         defects.add(Defect(drawn[branch // 2].where, mistake, several, remedy, near(*ends[branch])))
     following = {end: partner[end ^ 1] for end in range(len(ends)) if end ^ 1 in partner}
     for start in free.tolist():
@@ -112,7 +123,11 @@ def _loops(
 
 
 def _open_chains(
-    ends: np.ndarray, free: np.ndarray, partner: dict[int, int], drawn: Sequence[Curve]
+    ends: np.ndarray,
+    free: np.ndarray,
+    partner: dict[int, int],
+    drawn: Sequence[Curve],
+    on_support_layer: bool,
 ) -> Iterator[OpenLine]:
     """Yield each open chain of curves as a line between its ends.
 
@@ -133,7 +148,8 @@ def _open_chains(
         gap = f", {rounded(nearest)} from the nearest free end" if len(free) > 1 else ""
         place = f"{near(*ends[start])}{gap}"
         length = sum(float(np.hypot(*np.diff(curve.points, axis=0).T).sum()) for curve in chain)
-        remedy = _remedy(_closing(chain, length, math.dist(ends[start], ends[end ^ 1]), nearest))
+        change = _closing(chain, length, math.dist(ends[start], ends[end ^ 1]), nearest)
+        remedy = _remedy(change, on_support_layer)
         defect = Defect(chain[0].where, "is open", "outlines are open", remedy, place)
         own = [start, end ^ 1]
         others = ends[free[~np.isin(free, own)]]
@@ -166,9 +182,13 @@ def _closing(chain: Sequence[Curve], length: float, own_gap: float, nearest: flo
     return raising if is_near else "draw the missing sides"
 
 
-def _remedy(change: str) -> str:
+def _remedy(change: str, on_support_layer: bool) -> str:
     """Return the remedy for lines that do not form simple loops."""
+    ground = (
+        "a ground line must be a single straight line with all blocks on one side and no outline behind it, "
+        "so draw any other ground as a closed outline; otherwise "
+    )
     return (
-        f"draw blocks as closed polylines, {change}, omit layers of other lines "
-        "with 'without_layers' (--without-layer), or set 'net' (--net) if all lines are joints"
+        f"{ground if on_support_layer else ''}draw blocks as closed polylines, {change}, omit layers of "
+        "other lines with 'without_layers' (--without-layer), or set 'net' (--net) if all lines are joints"
     )

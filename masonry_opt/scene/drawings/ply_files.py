@@ -24,6 +24,9 @@ _NUMBER_TYPES = {
 #: Byte order of numbers in numpy's notation, by the name of the format. It is empty for text files.
 _BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
+#: Versions of the format, by their names in the header. Both have the same content.
+_VERSIONS = ("1.0", "1.1")
+
 #: Names of the property of a face that lists its corners.
 _CORNERS = ("vertex_indices", "vertex_index")
 
@@ -100,14 +103,14 @@ def _corners_and_faces(data: bytes) -> tuple[np.ndarray, list[list[int]]]:
 
 def _divided(data: bytes) -> tuple[str, list[_Element], bytes]:
     """Divide a file into its header and body. Return the byte order, the elements and the body."""
-    end = re.search(rb"(?m)^end_header[ \t]*(?:\r\n|\n|\r)", data)
+    end = re.search(rb"[\r\n]end_header[ \t]*(?:\r\n|\n|\r)", data)
     if not re.match(rb"ply\s", data) or end is None:
         raise ValueError("its header is missing")
     byte_order = None
     elements: list[_Element] = []
     for line in data[: end.start()].decode("utf-8", "replace").splitlines()[1:]:
         match line.split():
-            case ["format", name, "1.0"] if name in _BYTE_ORDERS:
+            case ["format", name, version] if version in _VERSIONS and name in _BYTE_ORDERS:
                 byte_order = _BYTE_ORDERS[name]
             case ["element", name, count] if count.isascii() and count.isdigit() and len(count) < 16:
                 elements.append(_Element(name, int(count), []))

@@ -6,6 +6,7 @@ import pytest
 from scenes import CASES
 
 import masonry_opt as mo
+from masonry_opt.scene.syntax_advice import advice_on_line
 
 GOOD = """[joints]
 friction = 0.6
@@ -31,6 +32,7 @@ TOML = {
     "a decimal comma": ("0.6", "0,6", 2, "write numbers with a decimal point"),
     "no digit before the point": ("0.6", ".6", 2, "write a digit before the decimal point"),
     "no digit after the point": ("1.0\n", "1.\n", 12, "write a digit after the decimal point"),
+    "a unit after an exponent": ("weight = 1.0", "weight = 1e5 kN", 12, "write numbers without a unit"),
     "a unit": ("weight = 1.0", "weight = 1.0 kN", 12, "write numbers without a unit"),
     "a truth value of Python": ("true", "True", 7, "write true or false"),
     "a path of Windows": ('"base"', '"C:\\Users\\base"', 5, "write paths with '/'"),
@@ -43,6 +45,32 @@ TOML = {
         9,
         "write [[name]] for each table of a list",
     ),
+}
+
+#: Valid lines of TOML that could be taken for mistakes: numbers, truth values, a date, texts and comments.
+VALID = {
+    "a number": "friction = 0.6",
+    "an exponent": "friction = 1e-3",
+    "a whole number": "friction = 1_000",
+    "a hexadecimal number": "friction = 0x1F",
+    "an infinite number": "friction = inf",
+    "a truth value": "fixed = true",
+    "a date": "day = 1979-05-27T07:32:00",
+    "a path": "path = 'C:\\stones'",
+    "a comment": "friction = 0.6  # 0,6 – “about” .5 or 3 kN",
+    "a comment alone": "# friction: 3 kN, or friction = 1.",
+    "an inline table": "{ at = [0, 1] },",
+}
+
+#: Mistakes in a line of TOML for which there is no advice.
+WITHOUT_ADVICE = {
+    "an open text": 'x = "a',
+    "an empty entry": "x = [1,,2]",
+    "two texts": 'name = "a" "b"',
+    "an apostrophe": "x = 'don't'",
+    "separated thousands": "x = 1,000.5",
+    "two equals signs": "x = 1 = 2",
+    "a bracket too many": "x = [1]]",
 }
 
 #: Mistakes in a JSON file, and the advice.
@@ -104,6 +132,35 @@ def test_mistakes_of_toml_are_named_with_line_and_advice(tmp_path, old, new, lin
     assert "the file is not valid TOML: " in message
     assert f"line {line}, " in message
     assert advice in message
+
+
+@pytest.mark.parametrize("before", VALID.values(), ids=VALID)
+def test_the_line_before_a_mistake_of_toml_has_no_effect(before):
+    """Each mistake gets its own advice or none, whatever valid line is before it."""
+    for old, new, line, advice in TOML.values():
+        if new.startswith("[joints]"):  # the parser reports a table that exists twice in other words
+            continue
+        mistake = GOOD.replace(old, new, 1).splitlines()[line - 1]
+        assert advice in advice_on_line(
+            f"{before}\n{mistake}\n", "Invalid value (at line 2, column 1)", ".toml"
+        )
+    for mistake in WITHOUT_ADVICE.values():
+        assert not advice_on_line(f"{before}\n{mistake}\n", "(at line 2, column 1)", ".toml")
+
+
+@pytest.mark.parametrize("after", VALID.values(), ids=VALID)
+def test_an_array_that_is_not_closed_has_no_false_advice(tmp_path, after):
+    """The parser names a valid line after the array."""
+    content = f"[joints]\nfriction = 0.6\nvertices = [[0, 0], [1, 0]\n{after}\n"
+    assert refusal(tmp_path / "a.toml", content).endswith(")")
+    assert refusal(tmp_path / "b.toml", f"{after}\nvertices = [[0, 0], [1, 0]").endswith(")")
+
+
+@pytest.mark.parametrize("mistake", WITHOUT_ADVICE.values(), ids=WITHOUT_ADVICE)
+def test_mistakes_after_a_number_are_not_taken_for_units(tmp_path, mistake):
+    message = refusal(tmp_path / "a.toml", f"[joints]\nfriction = 0.6\n{mistake}\n")
+    assert "the file is not valid TOML: " in message
+    assert message.endswith(")")
 
 
 def test_json_in_a_toml_file_is_named(tmp_path):

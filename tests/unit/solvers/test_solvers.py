@@ -3,6 +3,7 @@
 from types import SimpleNamespace
 
 import clarabel
+import cvxpy as cp
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -17,7 +18,7 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.solution.answer import certify
 from masonry_opt.solution.reasons import Code
-from masonry_opt.solvers.cvxpy_engine import has_optimum, solve_balanced
+from masonry_opt.solvers.cvxpy_engine import CvxpyEngine, has_optimum, solve_balanced
 from masonry_opt.solvers.highs import HighsSession
 from masonry_opt.solvers.registry import SOLVERS, Verdict, find_solver, in_cvxpy, rougher
 
@@ -56,6 +57,32 @@ def test_an_optimum_and_its_duals(language, solver, formulation):
     work = state.load_factor * problem.live_norm + problem.dead @ state.d
     assert work == pytest.approx(dissipated, abs=1e-6 * problem.live_norm)
     assert z @ p == pytest.approx(0, abs=1e-6 * problem.live_norm)
+
+
+@pytest.mark.parametrize("repeats", [True, False])
+@pytest.mark.parametrize("place", ["right-hand side", "cost", "matrix"])
+@pytest.mark.parametrize("wrong", [np.nan, np.inf])
+@pytest.mark.parametrize("solver", [name for language, name in LINEAR if language == "cvxpy"])
+def test_a_program_with_numbers_that_are_not_finite_fails(solver, wrong, place, repeats):
+    """No solver receives NaN or an infinite coefficient. With the number 1 instead, the optimum is 2 or 1."""
+    x = cp.Variable(2)
+    other = cp.Variable()
+    parameter = cp.Parameter(2, value=[1.0, 1.0])
+    cost = parameter @ x if place == "cost" else cp.sum(x)
+    constraints = {"right-hand side": x >= parameter, "cost": x >= 1, "matrix": parameter @ x >= 1}
+    program = cp.Problem(cp.Minimize(cost), [other == 3, x >= 0, x <= 3, constraints[place]])
+    engine = CvxpyEngine(program, find_solver("cvxpy", solver), Effort(), "test", repeats)
+    if "hipo" not in solver:  # HiPO ends with "unknown" on programs this small
+        assert engine.solve().verdict is Verdict.OPTIMAL
+        assert program.value == pytest.approx(1 if place == "matrix" else 2, abs=1e-4)
+    parameter.save_value(np.array([wrong, 1.0]))  # the setter of ``value`` checks for NaN
+    if place == "right-hand side" and np.isinf(wrong):  # such a program is infeasible, and has valid numbers
+        assert engine.solve().verdict in (Verdict.INFEASIBLE, Verdict.FAILED)
+        return
+    answer = engine.solve()
+    assert answer.verdict is Verdict.FAILED
+    assert answer.status == "the program contains coefficients that are NaN or infinite"
+    assert engine.effort.lp_solves == (1 if "hipo" in solver else 2)
 
 
 @pytest.mark.parametrize("falls", [True, False], ids=["falls", "pressed down"])

@@ -1,9 +1,16 @@
 """DXF drawings in which the ground is a single straight line."""
 
+import warnings
+
 import ezdxf
 import pytest
+from scenes import run_command
 
 import masonry_opt as mo
+from masonry_opt.errors import DrawingWarning
+
+#: Each line that is read as a support causes a warning, which two tests check.
+pytestmark = pytest.mark.filterwarnings("ignore::masonry_opt.errors.DrawingWarning")
 
 GIVEN = {"friction": 0.6, "unit_weight": 2.0, "live": (1, 0)}
 #: A stack of three stones, 2 wide and 3 high: it slides at λ = μ, and overturns at λ = (2/2) / (3/2) = 2/3.
@@ -51,6 +58,57 @@ def test_a_line_on_a_layer_of_supports_is_a_support(tmp_path, lines, friction, l
     assert [block.fixed for block in scene.blocks[:3]] == [False] * 3
     assert all(block.fixed for block in scene.blocks[3:])
     assert mo.solve(scene, "static").required() == pytest.approx(load_factor, rel=1e-6)
+
+
+def test_a_warning_names_the_lines_that_are_read_as_supports(tmp_path):
+    """An axis on a layer of supports, along the right side of a stack, is a wall that holds the stack."""
+    floor = [(-1, -1), (4, -1), (4, 0), (-1, 0), (-1, -1)]
+    path = drawing(tmp_path, [floor, ((2, 0.5), (2, 4))], layer="fixed")
+    with pytest.warns(DrawingWarning) as warned:
+        scene = mo.read_dxf(path, **GIVEN)
+    (message,) = [str(warning.message) for warning in warned]
+    assert message.startswith(f"{path}: 1 straight line is read as the surface of a support (LWPOLYLINE ")
+    assert " on layer 'fixed' near (2, 0.5)): move other lines, such as axes, to a separate layer" in message
+    assert mo.solve(scene, "static").load_factor is None
+    path = drawing(tmp_path, [((-1, 0), (0.9, 0)), ((1.1, 0), (3, 0))], layer="fixed")
+    with pytest.warns(
+        DrawingWarning, match=r"2 straight lines .* near \(-1, 0\); .* near \(1.1, 0\)\): move"
+    ):
+        mo.read_dxf(path, **GIVEN)
+
+
+def test_a_drawing_with_a_closed_floor_has_no_warning(tmp_path):
+    floor = [(-1, -1), (4, -1), (4, 0), (-1, 0), (-1, -1)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mo.read_dxf(drawing(tmp_path, [floor], layer="fixed"), **GIVEN)
+
+
+def test_the_command_convert_prints_the_warning_about_lines(tmp_path, monkeypatch, capsys):
+    path = drawing(tmp_path, [GROUND], layer="fixed")
+    options = ["--friction", "0.6", "--unit-weight", "2", "--live", "1,0"]
+    code, _, err = run_command(monkeypatch, capsys, "convert", path, tmp_path / "a.toml", *options)
+    assert code == 0
+    assert err.count("1 straight line is read as the surface of a support (LWPOLYLINE ") == 1
+
+
+@pytest.mark.parametrize(
+    ("lines", "stones"),
+    [
+        ([((-1, 0), (2, 0), (2, 3))], STACK),
+        ([((-1, 0), (2, 0)), ((2, 0), (2, 3))], STACK),
+        ([((-1, 0), (2.4, 0)), ((2.8, -0.5), (6, -0.5))], [STACK[0], [(3, -0.5), (5, -0.5), (5, 1), (3, 1)]]),
+    ],
+    ids=["floor and wall", "floor and wall in two lines", "a step"],
+)
+def test_the_message_about_another_ground_advises_a_closed_outline(tmp_path, lines, stones):
+    message = refusal(drawing(tmp_path, lines, stones, layer="fixed"))
+    assert " on layer 'fixed' is open near (-1, 0)" in message
+    advice = (
+        "a ground line must be a single straight line with all blocks on one side and no outline behind it"
+    )
+    assert f"{advice}, so draw any other ground as a closed outline" in message
+    assert advice not in refusal(drawing(tmp_path, lines, stones, layer="other"))
 
 
 @pytest.mark.parametrize(("push", "load_factor"), [((1, 0), 0.8 / 0.88), ((-1, 0), 0.4 / 1.12)])

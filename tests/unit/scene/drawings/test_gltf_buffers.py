@@ -1,5 +1,6 @@
 """glTF files with their corners in .bin files, as trimesh writes them."""
 
+import base64
 import json
 
 import numpy as np
@@ -55,6 +56,27 @@ def test_corners_are_read_from_bin_files_next_to_the_file(tmp_path):
     ]
     assert shapes(scene).size == pytest.approx([12, 2, 8], rel=1e-6)
     assert mo.solve(scene, "static").required() == pytest.approx(2 / 5, rel=1e-5)
+
+
+@pytest.mark.parametrize("head", ["data:application/octet-stream;base64", "DATA:;BASE64", "Data:;base64"])
+def test_corners_are_read_from_base64_text(tmp_path, head):
+    """The scheme of a URI may be in upper case."""
+    path = write(tmp_path, "stones", STONES)
+    tree = json.loads(path.read_text())
+    for buffer in tree["buffers"]:
+        content = (tmp_path / buffer["uri"]).read_bytes()
+        buffer["uri"] = f"{head},{base64.b64encode(content).decode()}"
+    path.write_text(json.dumps(tree))
+    assert shapes(mo.read_mesh(path, **GIVEN)).size == pytest.approx([12, 2, 8], rel=1e-6)
+
+
+def test_messages_show_both_ends_of_a_long_path(tmp_path):
+    path = write(tmp_path, "stones", STONES)
+    refer(path, f"folder/{5000 * 'x'}.bin")
+    message = refusal(path)
+    assert f"the file needs 'folder/{18 * 'x'}...{28 * 'x'}.bin', which is missing: " in message
+    refer(path, f"{51 * 'x'}/long.bin")
+    assert f"the file needs '{51 * 'x'}/long.bin', which is missing: " in refusal(path)
 
 
 @pytest.mark.parametrize("uri", ["b%20%C3%BC/first.bin", "./b%20ü/first.bin", "b ü\\first.bin"])

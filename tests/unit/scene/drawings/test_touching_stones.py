@@ -121,6 +121,21 @@ def test_formats_of_ply_with_triangles_and_quadrilaterals(tmp_path, kind, divide
     check(read(tmp_path / "b.ply", ply(points, faces, kind).replace(b"vertex_indices", b"vertex_index")))
 
 
+@pytest.mark.parametrize("end", [b"\r", b"\r\n"])
+def test_ply_files_with_other_ends_of_lines_are_read(tmp_path, end):
+    points, quads = whole(STONES, "of stones")
+    check(read(tmp_path / "a.ply", ply(points, quads).replace(b"\n", end)))
+    head, body = ply(points, quads, "binary_little_endian").split(b"end_header\n")
+    check(read(tmp_path / "b.ply", (head + b"end_header\n").replace(b"\n", end) + body))
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary_big_endian"])
+def test_version_1_1_of_ply_is_read_as_version_1_0(tmp_path, kind):
+    data = ply(*whole(STONES, "of stones"), kind).replace(b" 1.0\n", b" 1.1\n", 1)
+    assert f"format {kind} 1.1\n".encode() in data
+    check(read(tmp_path / "a.ply", data))
+
+
 @pytest.mark.parametrize("encoding", ["ascii", "binary"])
 def test_ply_files_of_trimesh_are_read(tmp_path, encoding):
     points, faces = whole(STONES, "of stones")
@@ -195,6 +210,7 @@ BROKEN_PLY = {
     "empty": (b"", "its header is missing"),
     "another format": (b"solid a\nendsolid a\n", "its header is missing"),
     "an unknown format": (HEAD.replace(b"ascii", b"utf8"), "its header has the wrong line 'format utf8 1.0'"),
+    "an unknown version": (HEAD.replace(b"1.0", b"2.0"), "its header has the wrong line 'format ascii 2.0'"),
     "no format": (HEAD.replace(b"format ascii 1.0\n", b""), "its header names no format"),
     "an unknown type": (
         HEAD.replace(b"double z", b"long z"),
