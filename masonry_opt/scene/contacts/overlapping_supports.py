@@ -56,6 +56,9 @@ def count_once(scene: Scene, shapes: Extents, pairs: np.ndarray, shared: Facing)
     # Sides of a block do not cross, so two joints whose middles are in one line are on one side of the block.
     distance = np.abs(dots(shared.normal[nearer], shared.middle[farther] - shared.middle[nearer]))
     in_line = distance <= shapes.contact_tolerance
+    # Joints on opposite sides of a thin block have normals into the block that point in opposite directions.
+    inwards = np.where(is_fixed[:, :1], -1.0, 1.0) * shared.normal
+    in_line &= dots(inwards[nearer], inwards[farther]) > 0
     nearer, farther = nearer[in_line], farther[in_line]
     overlap = shared.common_breadth(nearer, farther) > shapes.contact_tolerance
     nearer, farther = nearer[overlap], farther[overlap]

@@ -125,6 +125,22 @@ def test_supports_that_overlap_beside_two_sides_of_a_block():
     assert not len(joints.overlaps)
 
 
+@pytest.mark.parametrize("shaped", [lambda scene: scene, mo.extrude], ids=["plane", "space"])
+@pytest.mark.parametrize("penetration", [0.0, 0.006, 0.012])
+def test_supports_on_opposite_sides_of_a_thin_block(penetration, shaped):
+    """Cohesion acts below and above the block. It slides at 0.1 · 1 + 2 · 2 = 4.1.
+
+    The bisecting lines of the two joints are closer to each other than the contact tolerance.
+    """
+    below = rectangle("below", -5, -1, 6, penetration)
+    above = rectangle("above", -5, 0.03 - penetration, 6, 1)
+    block = rectangle("A", 0, 0, 1, 0.03, weight=1, live=(1, 0))
+    joint = mo.JointDefaults(friction=0.1, cohesion=2)
+    scene = shaped(mo.Scene(joints=joint, blocks=[block, below, above], contact_tolerance=0.02))
+    assert contacts_of(scene).extent == pytest.approx([1, 1])
+    assert mo.solve(scene).lowest == pytest.approx(4.1)
+
+
 def test_many_supports_that_overlap():
     """Each of five supports overlaps the next one by half of its width. The joints adjoin each other."""
     supports = [rectangle(f"{n}", n, -1, n + 1.5, 0) for n in range(5)]
