@@ -104,17 +104,24 @@ def test_a_support_in_the_middle_of_a_face():
     assert mo.solve(scene).lowest == pytest.approx(3.0)
 
 
+@pytest.mark.parametrize("shaped", [lambda scene: scene, mo.extrude], ids=["plane", "space"])
+@pytest.mark.parametrize("start", [0.3, 0.45, 0.7])
 @pytest.mark.parametrize("order", [1, -1])
-def test_the_nearer_support_has_the_joint(order):
+def test_the_nearer_support_has_the_joint(order, start, shaped):
     """The block touches the slab. The floor is 0.015 lower, and also has a joint, because gaps up to 0.02 are
-    bridged."""
-    floor, slab = rectangle("floor", -5, -1, 6, -0.015), rectangle("slab", 0.7, -0.5, 6, 0)
+    bridged.
+
+    The block slides at 0.1 · 10 + 2 · 1 = 3, wherever the slab begins below it.
+    """
+    floor, slab = rectangle("floor", -5, -1, 6, -0.015), rectangle("slab", start, -0.5, 6, 0)
     block = rectangle("A", 0, 0, 1, 2, weight=10, live=(1, 0))
-    supports = [floor, slab][::order]
-    scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=[block, *supports], contact_tolerance=0.02)
+    joint = mo.JointDefaults(friction=0.1, cohesion=2)
+    scene = shaped(mo.Scene(joints=joint, blocks=[block, *[floor, slab][::order]], contact_tolerance=0.02))
     joints = contacts_of(scene)
     names = [scene.blocks[index].name for index in joints.second]
-    assert dict(zip(names, joints.extent, strict=True)) == pytest.approx({"floor": 0.7, "slab": 0.3})
+    extents = dict(zip(names, joints.extent, strict=True))
+    assert extents == pytest.approx({"floor": start, "slab": 1 - start})
+    assert mo.solve(scene, method="static").load_factor == pytest.approx(3.0)
 
 
 def test_supports_that_overlap_beside_two_sides_of_a_block():
