@@ -186,3 +186,26 @@ def test_supports_that_overlap_cannot_settle_apart():
     settlement = mo.settle(scene, "2", (0, -1))
     assert settlement.least.reaction == pytest.approx(0.0, abs=1e-9)
     assert settlement.greatest.reaction == pytest.approx(10 * 0.5 / 0.7)
+
+
+@pytest.mark.parametrize("spans", [[(-5, 0.7), (0.3, 6)], [(-5, 6), (0.3, 0.6)], [(0.3, 0.6), (-5, 6)]])
+def test_supports_that_overlap_settle_together(spans):
+    """The two supports carry the whole weight 10. After both have moved by 0.01, the block still tips at 10 ·
+    0.5 / 1 = 5."""
+    scene = on_supports(*spans)
+    settlement = mo.settle(scene, ["0", "1"], (0, -1))
+    assert settlement.least.reaction == pytest.approx(10.0)
+    assert settlement.greatest.reaction == pytest.approx(10.0)
+    result = mo.solve(scene, settled={"0": (0, -0.01), "1": (0, -0.01)})
+    assert result.load_factor == pytest.approx(5.0)
+
+
+def test_supports_that_overlap_cannot_move_differently():
+    """The supports may not have different translations, and may not turn, each about its own centroid."""
+    scene = on_supports((-5, 0.7), (0.3, 6))
+    message = "overlap where block 'A' rests on both, so they can settle only together and without rotation"
+    for second in ((0, -0.02), (0.01, -0.01), (0, -0.01, 0.001)):
+        with pytest.raises(mo.OptionError, match=message):
+            mo.solve(scene, settled={"0": (0, -0.01), "1": second})
+    with pytest.raises(mo.OptionError, match=message):
+        mo.settle(scene, ["0", "1"], (0, -1), turns=True)
