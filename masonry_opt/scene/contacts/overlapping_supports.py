@@ -16,8 +16,13 @@ from masonry_opt.scene.scene import Scene
 def count_once(scene: Scene, shapes: Extents, pairs: np.ndarray, shared: Facing) -> tuple[Facing, np.ndarray]:
     """Where a block has joints with two overlapping supports, remove the overlap from one of them.
 
-    Of two supports that overlap, the support nearer to the block has the joint, or the first in the scene if
-    both touch the block. Supports that overlap by at most the contact tolerance do not count as overlapping.
+    Of two supports that overlap, one has the whole overlap:
+
+    - the support nearer to the block,
+    - if both touch the block, the support with the larger joint,
+    - if both joints are equally large, the first support in the scene.
+
+    Supports that overlap by at most the contact tolerance do not count as overlapping.
 
     Parameters
     ----------
@@ -46,7 +51,7 @@ def count_once(scene: Scene, shapes: Extents, pairs: np.ndarray, shared: Facing)
     nearer, farther = _near_rows(shared, at_support, shapes.contact_tolerance)
     # Gaps within the tolerance count as zero, so that rounding errors do not choose between two supports.
     gap = np.where(shared.most <= shapes.tolerance, 0.0, shared.most)
-    rank = np.argsort(np.lexsort((support, gap)))
+    rank = np.argsort(np.lexsort((support, -_size_class(shared.width, shapes.tolerance), gap)))
     asked = (
         (block[nearer] == block[farther])
         & (support[nearer] != support[farther])
@@ -69,6 +74,18 @@ def count_once(scene: Scene, shapes: Extents, pairs: np.ndarray, shared: Facing)
     once = shared.where(np.delete(np.arange(len(shared.pair)), doubled)).then(*uncovered)
     overlaps = np.unique(np.column_stack([block[nearer], support[nearer], support[farther]]), axis=0)
     return once.where(np.argsort(once.pair, kind="stable")), overlaps
+
+
+def _size_class(width: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return the number of the class of each width, shape (rows,); wider joints have higher numbers.
+
+    In ascending order, a width begins a new class if it exceeds the width before it by more than the
+    tolerance. Rounding errors then do not choose between two supports.
+    """
+    order = np.argsort(width)
+    size_class = np.zeros(len(width), dtype=int)
+    size_class[order[1:]] = np.cumsum(np.diff(width[order]) > tolerance)
+    return size_class
 
 
 def _near_rows(shared: Facing, asked: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:

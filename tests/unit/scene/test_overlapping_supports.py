@@ -82,9 +82,45 @@ def test_joints_of_overlapping_supports(angle, shaped):
 
 
 @pytest.mark.parametrize("shaped", [lambda scene: scene, mo.extrude], ids=["plane", "space"])
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_support_with_the_larger_joint_has_the_overlap(order, shaped):
+    """The floor has the whole joint, and the support in the middle has none, in either order of the supports.
+
+    Without the other support, the floor would have a joint of length 1, and the support in the middle 0.3.
+    """
+    scene = shaped(on_supports(*[(0.3, 0.6), (-5, 6)][::order]))
+    middle, floor = (1, 2)[::order]
+    joints = contacts_of(scene)
+    assert joints.second.tolist() == [floor]
+    assert joints.extent == pytest.approx([1])
+    assert joints.overlaps.tolist() == [[0, floor, middle]]
+
+
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("start", [0.1, 0.5, 0.8])
+def test_a_support_below_a_corner(start, order):
+    """The block slides at 0.1 · 10 + 2 · 1 = 3, in either order of the supports.
+
+    The pedestal below a corner would otherwise leave an L-shaped joint to the floor. Sliding along such a
+    joint is less accurate, because its cohesion acts at six corners.
+    """
+    floor = mo.box("floor", (-5, 5), (-5, 5), (-1, 0), fixed=True)
+    pedestal = mo.box("pedestal", (start, 2), (start, 2), (-2, 0), fixed=True)
+    block = mo.box("A", (0, 1), (0, 1), (0, 2), weight=10, live=(1, 0, 0))
+    joint = mo.JointDefaults(friction=0.1, cohesion=2)
+    scene = mo.Scene(joints=joint, blocks=[block, *[pedestal, floor][::order]])
+    assert mo.solve(scene, method="static").load_factor == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("shaped", [lambda scene: scene, mo.extrude], ids=["plane", "space"])
 def test_a_support_leaves_a_joint_on_either_side(shaped):
-    """The first support is in the middle, so the second support has two joints."""
-    joints = contacts_of(shaped(on_supports((0.3, 0.6), (-5, 6))))
+    """The support in the middle is 0.015 above the floor, so the floor has two joints."""
+    block = rectangle("A", 0, 0, 1, 2, weight=10, live=(1, 0))
+    middle, floor = rectangle("middle", 0.3, -2, 0.6, 0), rectangle("floor", -5, -1, 6, -0.015)
+    joint = mo.JointDefaults(friction=0.6)
+    joints = contacts_of(
+        shaped(mo.Scene(joints=joint, blocks=[block, middle, floor], contact_tolerance=0.02))
+    )
     assert sorted(zip(joints.second.tolist(), joints.extent.round(9).tolist(), strict=True)) == [
         (1, 0.3),
         (2, 0.3),
@@ -93,11 +129,15 @@ def test_a_support_leaves_a_joint_on_either_side(shaped):
 
 
 def test_a_support_in_the_middle_of_a_face():
-    """The second joint is a square with a square hole, and has the remaining area of the face."""
-    floor = mo.box("floor", (-5, 5), (-5, 5), (-1, 0), fixed=True)
+    """The second joint is a square with a square hole, and has the remaining area of the face.
+
+    The pedestal has the first joint, because it is 0.015 above the floor.
+    """
+    floor = mo.box("floor", (-5, 5), (-5, 5), (-1, -0.015), fixed=True)
     pedestal = mo.box("pedestal", (0.25, 0.75), (0.25, 0.75), (-2, 0), fixed=True)
     block = mo.box("A", (0, 1), (0, 1), (0, 2), weight=10, live=(1, 0, 0))
-    scene = mo.Scene(joints=mo.JointDefaults(friction=0.1, cohesion=2), blocks=[block, pedestal, floor])
+    joint = mo.JointDefaults(friction=0.1, cohesion=2)
+    scene = mo.Scene(joints=joint, blocks=[block, pedestal, floor], contact_tolerance=0.02)
     joints = contacts_of(scene)
     assert joints.extent == pytest.approx([0.25, 0.75])
     assert np.bincount(joints.joint).tolist() == [4, 8]
