@@ -130,10 +130,11 @@ class FacingEdges(sides.Facing):
         """Return the distance of each point from the segment with the index ``number``, shape (points,)."""
         return to_line(points, self.start[number], self.end[number])
 
-    def common_breadth(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Return the length of the overlap of two collinear segments, (rows,); see :class:`.Facing`."""
+    def overlap(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the length of the overlap of two collinear segments, twice; see :class:`.Facing`."""
         low, high = self._along(one, other)
-        return np.maximum(np.minimum(high, self.extent[one]) - np.maximum(low, 0.0), 0.0)
+        length = np.maximum(np.minimum(high, self.extent[one]) - np.maximum(low, 0.0), 0.0)
+        return length, length
 
     def uncovered(self, row: int, others: np.ndarray, tolerance: float) -> "FacingEdges":
         """Return the parts of a segment that other segments do not cover; see :class:`.Facing`."""

@@ -13,7 +13,9 @@ from masonry_opt.scene.rows import bounds, dots
 from masonry_opt.scene.scene import Scene
 
 
-def count_once(scene: Scene, shapes: Extents, pairs: np.ndarray, shared: Facing) -> tuple[Facing, np.ndarray]:
+def count_once(
+    scene: Scene, shapes: Extents, pairs: np.ndarray, shared: Facing
+) -> tuple[Facing, np.ndarray, np.ndarray]:
     """Where a block has joints with two overlapping supports, remove the overlap from one of them.
 
     Of two supports that overlap, one has the whole overlap:
@@ -42,6 +44,8 @@ def count_once(scene: Scene, shapes: Extents, pairs: np.ndarray, shared: Facing)
     overlaps : ndarray, shape (k, 3)
         Blocks that rest on two supports where these overlap: the block, the support with the joint, and the
         support without it. The rows are in ascending order.
+    overlap_ratio : ndarray, shape (k,)
+        Length (in space: area) of each overlap, relative to the smaller of its two joints.
     """
     ends = pairs[shared.pair]
     is_fixed = scene.fixed[ends]
@@ -65,15 +69,20 @@ def count_once(scene: Scene, shapes: Extents, pairs: np.ndarray, shared: Facing)
     inwards = np.where(is_fixed[:, :1], -1.0, 1.0) * shared.normal
     in_line &= dots(inwards[nearer], inwards[farther]) > 0
     nearer, farther = nearer[in_line], farther[in_line]
-    overlap = shared.common_breadth(nearer, farther) > shapes.contact_tolerance
-    nearer, farther = nearer[overlap], farther[overlap]
+    extent, breadth = shared.overlap(nearer, farther)
+    overlap = breadth > shapes.contact_tolerance
+    nearer, farther, extent = nearer[overlap], farther[overlap], extent[overlap]
     if not len(nearer):
-        return shared, np.zeros((0, 3), dtype=int)
+        return shared, np.zeros((0, 3), dtype=int), np.zeros(0)
     doubled = np.unique(farther)
     uncovered = [shared.uncovered(row, nearer[farther == row], shapes.tolerance) for row in doubled.tolist()]
     once = shared.where(np.delete(np.arange(len(shared.pair)), doubled)).then(*uncovered)
-    overlaps = np.unique(np.column_stack([block[nearer], support[nearer], support[farther]]), axis=0)
-    return once.where(np.argsort(once.pair, kind="stable")), overlaps
+    rows = np.column_stack([block[nearer], support[nearer], support[farther]])
+    overlaps, number = np.unique(rows, axis=0, return_inverse=True)
+    ratio = np.zeros(len(overlaps))
+    smaller = np.minimum(shared.extent[nearer], shared.extent[farther])
+    np.maximum.at(ratio, number.ravel(), extent / smaller)
+    return once.where(np.argsort(once.pair, kind="stable")), overlaps, ratio
 
 
 def _size_class(width: np.ndarray, tolerance: float) -> np.ndarray:

@@ -213,6 +213,28 @@ def test_joints_with_different_properties_are_refused(spans):
         mo.solve(same.replace(exceptions=[one, other.replace(friction=0.2)]))
 
 
+@pytest.mark.parametrize("shaped", [lambda scene: scene, mo.extrude], ids=["plane", "space"])
+@pytest.mark.parametrize("order", [1, -1])
+def test_joints_with_a_small_overlap_may_have_different_properties(order, shaped):
+    """The supports overlap by 0.004, less than 1 % of both joints, and the larger joint has the overlap.
+
+    Only cohesion acts. The block slides at 1 · 0.6 + 3 · 0.4 = 1.8.
+    """
+    scene = on_supports(*[(-5, 0.6), (0.596, 6)][::order], friction=0, cohesion=1)
+    right = "10"[::order][0]
+    exception = mo.Joint(between=("A", right), friction=0, cohesion=3)
+    scene = shaped(scene.replace(exceptions=[exception]))
+    assert mo.solve(scene, method="static").load_factor == pytest.approx(1.8)
+
+
+def test_joints_with_a_larger_overlap_must_have_the_same_properties():
+    """The supports overlap by 0.006, more than 1 % of the smaller joint, whose length is 0.4."""
+    scene = on_supports((-5, 0.606), (0.6, 6), friction=0.1)
+    exception = mo.Joint(between=("A", "1"), friction=0.3)
+    with pytest.raises(mo.CaseError, match="supports '0' and '1' overlap where block 'A' rests on both"):
+        mo.solve(scene.replace(exceptions=[exception]))
+
+
 def test_supports_that_overlap_cannot_settle_apart():
     """The shared part of the joint would move with either of the two. A third support can settle."""
     scene = on_supports((-5, 0.4), (0.2, 0.6), (0.7, 6))
