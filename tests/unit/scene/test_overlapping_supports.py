@@ -128,6 +128,17 @@ def test_a_support_leaves_a_joint_on_either_side(shaped):
     ]
 
 
+@pytest.mark.parametrize("start", [0.5, 0.98])
+def test_a_short_rest_of_a_joint(start):
+    """The second support has a joint of two tolerances, whether or not the first support overlaps it.
+
+    The block slides at 0.1 · 10 + 2 · 1 = 3.
+    """
+    scene = on_supports((-5, 0.98), (start, 6), friction=0.1, cohesion=2).replace(tolerance=0.01)
+    assert contacts_of(scene).extent == pytest.approx([0.98, 0.02])
+    assert mo.solve(scene, method="static").load_factor == pytest.approx(3.0)
+
+
 def test_a_support_in_the_middle_of_a_face():
     """The second joint is a square with a square hole, and has the remaining area of the face.
 
