@@ -44,24 +44,49 @@ def supports_of(scene: Scene, support: str | Sequence[str], argument: str = "sup
 
 
 def refuse_idle(assembly: Assembly, freed_of: Assembly, supports: np.ndarray) -> None:
-    """Raise OptionError if one of the given supports touches no block that can move."""
+    """Raise OptionError if one of the given supports touches no block that can move.
+
+    A support touches a block too if another support has the joint, see :attr:`~.joints.Joints.overlaps`.
+    """
     scene, forces = assembly.scene, assembly.problem.B.shape[1]
     touched = freed_of.problem.by_block(np.abs(freed_of.problem.B[:, :forces]).sum(axis=1)).any(axis=1)
-    for support in np.setdiff1d(supports, freed_of.movable[touched], assume_unique=True):
+    touching = np.append(freed_of.movable[touched], assembly.joints.overlaps[:, 1:])
+    for support in np.setdiff1d(supports, touching):
         idle = f"support '{scene.blocks[support].name}' touches no block that can move"
         raise OptionError(f"{scene.origin}: {idle}, so its settlement has no effect: choose another support")
 
 
-def refuse_overlapping(assembly: Assembly, supports: np.ndarray) -> None:
-    """Raise OptionError if one of the given supports overlaps another support below the same block."""
-    overlaps = assembly.joints.overlaps
-    rows = overlaps[np.isin(overlaps[:, 1:], supports).any(axis=1)]
+def refuse_overlapping(
+    assembly: Assembly, supports: np.ndarray, translations: np.ndarray, turns: np.ndarray | bool
+) -> None:
+    """Raise OptionError if two supports overlap below a block and do not move together.
+
+    Two supports move together if they have the same translation and do not turn. If they turned, each would
+    turn about its own centroid.
+
+    Parameters
+    ----------
+    assembly : Assembly
+        Assembly of the scene with fixed supports.
+    supports : ndarray, shape (k,)
+        Indices of the supports that move. All other supports are at rest.
+    translations : ndarray, shape (k, 2) or (k, 3)
+        Translations of these supports. A single vector is the direction in which all of them move.
+    turns : ndarray, shape (k,), or bool
+        True for each support that turns, or True if all of them turn.
+    """
+    overlaps, count = assembly.joints.overlaps, len(assembly.scene.blocks)
+    translation, does_turn = np.zeros((count, translations.shape[-1])), np.zeros(count, dtype=bool)
+    translation[supports], does_turn[supports] = translations, turns
+    first, second = overlaps[:, 1:].T
+    moves_apart = (translation[first] != translation[second]).any(axis=1)
+    rows = overlaps[moves_apart | does_turn[first] | does_turn[second]]
     if len(rows):
         block, *pair = assembly.names(rows[0])
         raise OptionError(
             f"{assembly.scene.origin}: supports '{pair[0]}' and '{pair[1]}' overlap where block '{block}' "
-            "rests on both, so one of them cannot settle without the other: let the supports end where they "
-            "meet, or draw them as one block"
+            "rests on both, so they can settle only together and without rotation: give both the same "
+            "translation, let them end where they meet, or draw them as one block"
         )
 
 

@@ -112,7 +112,8 @@ class Contacts:
         rigid = closed & (joints.extent > 0) & ~self.slides
         fixed = np.setdiff1d(np.arange(len(self.rates)), self.assembly.movable)
         ends = np.column_stack([joints.first, joints.second])[rigid]
-        links = np.vstack([ends, np.column_stack([fixed[1:], fixed[:-1]])])
+        # Supports that overlap below a block move together, see :func:`~.freed_supports.refuse_overlapping`.
+        links = np.vstack([ends, np.column_stack([fixed[1:], fixed[:-1]]), joints.overlaps[:, 1:]])
         return linked(len(self.rates), *links.T)
 
     @cached_property

@@ -56,9 +56,10 @@ def settled_scene(scene: Scene, settled: Movements | None) -> Scene:
     Raises
     ------
     OptionError
-        If a support does not exist, is a movable block, touches no movable block, or overlaps another support
-        where a block rests on both; if a movement is not two or three numbers, or is so large that the
-        mechanism changes; if blocks are solids; if the scene is unstable, or does not follow the supports.
+        If a support does not exist, is a movable block, or touches no movable block; if supports overlap
+        where a block rests on both, and turn or do not have the same translation; if a movement is not two or
+        three numbers, or is so large that the mechanism changes; if blocks are solids; if the scene is
+        unstable, or does not follow the supports.
     CaseError
         If the scene is wrong.
     """
@@ -80,8 +81,8 @@ def settled_scene(scene: Scene, settled: Movements | None) -> Scene:
         )
     names = sorted(movements, key=[block.name for block in scene.blocks].index)
     supports = supports_of(scene, names)
-    refuse_overlapping(assembly, supports)
     motions = np.array([movements[name] for name in names])
+    refuse_overlapping(assembly, supports, motions[:, :2], motions[:, 2] != 0)
     units = np.array([1.0, 1.0, assembly.problem.length_unit])
     free = freed_along(assembly, supports, motions * units)
     refuse_idle(assembly, free, supports)

@@ -183,8 +183,9 @@ def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
     if any(getattr(scene, name) != getattr(assembly.scene, name) for name in _MATRIX_KEYS):
         return None
     joints, before = assembly.joints, assembly.problem
-    known = ((joints.first, joints.second), joints.overlaps, joints.gaps, joints.closing)
-    joints = replace(joints, **joint_properties(scene, *known))
+    joined, overlaps = (joints.first, joints.second), (joints.overlaps, joints.overlap_ratio)
+    properties = joint_properties(scene, joined, overlaps, joints.gaps, joints.closing)
+    joints = replace(joints, **properties)
     if any(getattr(scene, name) != getattr(assembly.scene, name) for name in _LOAD_KEYS):
         return _assembled(scene, assembly.geometry, joints, assembly.filled_pieces, before.matrices)
     problem = replace(before, law=_law(scene, joints, assembly.limited, before.force_unit))

@@ -130,21 +130,27 @@ class FacingEdges(sides.Facing):
         """Return the distance of each point from the segment with the index ``number``, shape (points,)."""
         return to_line(points, self.start[number], self.end[number])
 
-    def common_breadth(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Return the length of the overlap of two collinear segments, (rows,); see :class:`.Facing`."""
+    def overlap(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the length of the overlap of two collinear segments, twice; see :class:`.Facing`."""
         low, high = self._along(one, other)
-        return np.maximum(np.minimum(high, self.extent[one]) - np.maximum(low, 0.0), 0.0)
+        length = np.maximum(np.minimum(high, self.extent[one]) - np.maximum(low, 0.0), 0.0)
+        return length, length
 
     def uncovered(self, row: int, others: np.ndarray, tolerance: float) -> "FacingEdges":
         """Return the parts of a segment that other segments do not cover; see :class:`.Facing`."""
         covered = zip(*self._along(np.full(len(others), row), others), strict=True)
-        parts = spaces(0.0, float(self.extent[row]), covered, _SHORTEST_PARALLEL * tolerance)
+        parts = spaces(0.0, float(self.extent[row]), covered, tolerance)
         start, end = (
             self.start[row] + np.outer(x, self._direction[row]) for x in np.reshape(parts, (-1, 2)).T
         )
         columns = (self.pair, self.most, self.accuracy, self.angle, self.shorter)
         pair, most, accuracy, *lean = (np.full(len(parts), column[row]) for column in columns)
-        return FacingEdges.between(pair, most, (start, end), accuracy, (lean[0], lean[1]))
+        segments = FacingEdges.between(pair, most, (start, end), accuracy, (lean[0], lean[1]))
+        # A rest is a joint if it is long enough for a joint of edges that nothing covers.
+        is_long = (most <= SMALL_LENGTH_RATIO * segments.extent) | (
+            segments.extent >= _SHORTEST_PARALLEL * tolerance
+        )
+        return segments.where(is_long)
 
     @property
     def _direction(self) -> np.ndarray:

@@ -100,13 +100,11 @@ class FacingFaces(sides.Facing):
         flat = shapely.points(self.frame.down(points, number))
         return np.hypot(shapely.distance(flat, self.polygon[number]), self.frame.above(points, number))
 
-    def common_breadth(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Return the mean breadth of the intersection of two polygons, shape (rows,).
-
-        See :class:`.Facing`.
-        """
+    def overlap(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the area and the mean breadth of the intersection of two polygons; see :class:`.Facing`."""
         common = shapely.intersection(self.polygon[one], self._projections(one, other))
-        return mean_thickness(shapely.area(common), shapely.length(common))
+        area = shapely.area(common)
+        return area, mean_thickness(area, shapely.length(common))
 
     def uncovered(self, row: int, others: np.ndarray, tolerance: float) -> "FacingFaces":
         """Return the parts of a polygon that other polygons in its plane do not cover.

@@ -91,6 +91,9 @@ class Joints:
     #: Blocks that rest on two supports where these overlap, shape (k, 3): the indices of the block, of the
     #: support that has the joint on the overlap, and of the other support.
     overlaps: np.ndarray
+    #: Length (in space: area) of each of the ``overlaps``, relative to the smaller of its two joints, shape
+    #: (k,).
+    overlap_ratio: np.ndarray
     fixed_pairs: int  #: number of pairs of blocks that touch but have no joint because both are fixed
     gaps: Gaps  #: small gaps between blocks, with the largest width of each gap
     closing: Closing  #: option that turns all small gaps into joints, with the smallest value that does so
@@ -267,7 +270,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     named = {*gaps, *lost}
     has_no_gap = np.array([tuple(pair) not in named for pair in pairs[meeting].tolist()], dtype=bool)
     bridged, aligning = bridged_by_tolerance(scene, shapes, pairs, shared)
-    shared, overlaps = count_once(scene, shapes, pairs, shared)
+    shared, overlaps, overlap_ratio = count_once(scene, shapes, pairs, shared)
     # Order the joints by pair of blocks. Within a pair, shared sides precede contacts along edges and at
     # points.
     owner = np.concatenate([shared.pair, contacts.pair])
@@ -304,8 +307,9 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         point=after.point,
         joint=joint,
         ring=ring,
-        **joint_properties(scene, (first, second), overlaps, gaps, closes_gaps),
+        **joint_properties(scene, (first, second), (overlaps, overlap_ratio), gaps, closes_gaps),
         overlaps=overlaps,
+        overlap_ratio=overlap_ratio,
         fixed_pairs=fixed_pairs,
         gaps=gaps,
         closing=closes_gaps,

@@ -77,6 +77,9 @@ def near_pairs(scene: Scene, shapes: Extents, far: np.ndarray) -> np.ndarray:
 def facing_sides(scene: Scene, shapes: Extents, pairs: np.ndarray, far: np.ndarray) -> Facing:
     """Return the pairs of sides that touch, or that face each other with no third block between them.
 
+    Where a block touches two supports, the nearer support does not count as a block between the block and
+    the farther support. :func:`~.overlapping_supports.count_once` divides the joint between the supports.
+
     Parameters
     ----------
     scene : Scene
@@ -90,7 +93,9 @@ def facing_sides(scene: Scene, shapes: Extents, pairs: np.ndarray, far: np.ndarr
     """
     facing = CONTACT_FUNCTIONS[scene.dimension][1](scene, shapes, pairs, far)
     apart = np.flatnonzero(facing.most > shapes.tolerance)
-    behind = _has_block_between(shapes, pairs[facing.pair[apart]], facing.inner_points[apart])
+    ends = pairs[facing.pair[apart]]
+    touches_support = (scene.fixed[ends].sum(axis=1) == 1) & (facing.most[apart] <= shapes.contact_tolerance)
+    behind = _has_block_between(shapes, ends, facing.inner_points[apart], (touches_support, scene.fixed))
     return facing.where(np.delete(np.arange(len(facing.pair)), apart[behind]))
 
 
@@ -108,12 +113,25 @@ def has_sides_at_small_angle(scene: Scene, shapes: Extents, first: int, second: 
     return has_nearly_opposite_normals(*normals)
 
 
-def _has_block_between(shapes: Extents, ends: np.ndarray, inner: np.ndarray) -> np.ndarray:
+def _has_block_between(
+    shapes: Extents, ends: np.ndarray, inner: np.ndarray, ignored: tuple[np.ndarray, np.ndarray]
+) -> np.ndarray:
     """Return a mask of the gaps that contain a third block, shape (gaps,).
 
-    ``ends`` has the two blocks of each gap, and ``inner`` has three points in the middle of each gap. At
-    least two of the three points must be inside other blocks, because the remaining point may lie in a joint
-    between these blocks.
+    At least two of the three points of a gap must be inside other blocks, because the remaining point may lie
+    in a joint between these blocks.
+
+    Parameters
+    ----------
+    shapes : Extents
+        Shapes of the blocks of the scene.
+    ends : ndarray, shape (gaps, 2)
+        The two blocks of each gap.
+    inner : ndarray, shape (gaps, 3, 2) or (gaps, 3, 3)
+        Three points in the middle of each gap.
+    ignored : tuple of ndarray
+        Masks of gaps, shape (gaps,), and of blocks, shape (blocks,). The chosen blocks do not count as third
+        blocks in the chosen gaps.
     """
     low, high = shapes.boxes
     across = _search_axes(shapes)
@@ -122,6 +140,7 @@ def _has_block_between(shapes: Extents, ends: np.ndarray, inner: np.ndarray) -> 
     point, block = tree.query(shapely.points(points[:, across]))
     in_box = ((low[block] <= points[point]) & (points[point] <= high[block])).all(axis=1)
     is_third = in_box & (ends[owner[point]] != block[:, None]).all(axis=1)
+    is_third &= ~(ignored[0][owner[point]] & ignored[1][block])
     is_inside = np.zeros(len(points), dtype=bool)
     for number, third in zip(point[is_third].tolist(), block[is_third].tolist(), strict=True):
         is_inside[number] |= shapes.away(third, points[number]) <= 0

@@ -9,18 +9,22 @@ from masonry_opt.scene.contacts.gaps import Closing, Gaps
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.scene import Scene
 
+#: The joints of a block with two overlapping supports may have different properties if the overlap is at most
+#: this fraction of both joints. With a larger value, a larger part of a joint may have the wrong properties.
+_LARGEST_OVERLAP_OF_DIFFERENT_JOINTS = 0.01
+
 
 def joint_properties(
     scene: Scene,
     joined: tuple[np.ndarray, np.ndarray],
-    overlaps: np.ndarray,
+    overlaps: tuple[np.ndarray, np.ndarray],
     gaps: Gaps,
     closes_gaps: Closing,
 ) -> dict[str, Any]:
     """Return friction, cohesion, dilatancy and strength of all joints, named as in :class:`~.joints.Joints`.
 
     Raises CaseError if the two blocks of an exception do not touch, or if a block rests on overlapping
-    supports and its joints with them differ.
+    supports and its joints with them differ. If the overlap is small, these joints may differ.
 
     Parameters
     ----------
@@ -28,8 +32,9 @@ def joint_properties(
         The scene.
     joined : tuple of ndarray
         First blocks and second blocks of the joints.
-    overlaps : ndarray, shape (k, 3)
-        Blocks that rest on overlapping supports, see :attr:`~.joints.Joints.overlaps`.
+    overlaps : tuple of ndarray
+        Blocks that rest on overlapping supports, shape (k, 3), and the sizes of the overlaps, shape (k,). See
+        :attr:`~.joints.Joints.overlaps` and :attr:`~.joints.Joints.overlap_ratio`.
     gaps : Gaps
         Small gaps between blocks. If one of them separates the two blocks of an exception, the message names
         the option that closes all small gaps.
@@ -37,8 +42,9 @@ def joint_properties(
         This option.
     """
     first, second = joined
-    _refuse_different_joints(scene, overlaps)
-    without_joint = {tuple(sorted(pair)) for pair in overlaps[:, [0, 2]].tolist()}
+    resting, ratio = overlaps
+    _refuse_different_joints(scene, resting[ratio > _LARGEST_OVERLAP_OF_DIFFERENT_JOINTS])
+    without_joint = {tuple(sorted(pair)) for pair in resting[:, [0, 2]].tolist()}
     properties = {
         name: np.full((len(first), *np.shape(value)), value) for name, value in _values(scene.joints).items()
     }

@@ -196,11 +196,12 @@ class Facing(Rows, ABC):
         """
 
     @abstractmethod
-    def common_breadth(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Return the breadth of the overlap of the two sides in each pair of rows, shape (rows,).
+    def overlap(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the extent and the breadth of the overlap of the two sides in each pair of rows.
 
-        The breadth is a length, in space the mean breadth of a polygon. ``one`` and ``other`` have the
-        indices of pairs of rows that lie in one line (in space: plane).
+        The extent is a length, in space the area of a polygon. The breadth is a length too, in space the mean
+        breadth of a polygon. Both have the shape (rows,). ``one`` and ``other`` have the indices of pairs of
+        rows that lie in one line (in space: plane).
         """
 
     @abstractmethod

@@ -76,10 +76,10 @@ def settle(
     CaseError
         If the case file or the scene is wrong.
     OptionError
-        If a support does not exist, can move already, touches no block that can move, or overlaps another
-        support where a block rests on both; if the direction is not a vector of the scene's dimension; if the
-        movement is not above zero, or so large that openings of small motions are inaccurate; or for the
-        reasons of :func:`~masonry_opt.solve`.
+        If a support does not exist, can move already, or touches no block that can move; if supports overlap
+        where a block rests on both, and turn or do not settle together; if the direction is not a vector of
+        the scene's dimension; if the movement is not above zero, or so large that openings of small motions
+        are inaccurate; or for the reasons of :func:`~masonry_opt.solve`.
     """
     phases = phases_from(options)
     session = prepare(method, function=settle, **options)
@@ -92,7 +92,7 @@ def settle(
     along = _unit_of(scene, direction)
     effort.begins("finding joints")
     assembly = assemble(scene)
-    refuse_overlapping(assembly, supports)
+    refuse_overlapping(assembly, supports, along, turns)
     problem = assembly.problem
     unit = problem.force_unit * (float(problem.force_sizes(problem.dead).sum()) or 1.0)
     settling = freed(assembly, supports, along, unit, turns)
