@@ -13,7 +13,7 @@ from masonry_opt.scene.drawings.outlines import Curve
 from masonry_opt.scene.drawings.stones import SLAB_THICKNESS, SUPPORT_WORDS
 
 #: Largest number of lines that one warning lists; further lines are only counted.
-_MOST_LINES = 10
+_MOST_GROUND_LINES = 10
 
 
 def support_outlines(
@@ -70,7 +70,7 @@ def lines_warning(slabs: Sequence[Curve]) -> str:
     """
     if not slabs:
         return ""
-    places = shortened([f"{slab.where}{near(*slab.points[0])}" for slab in slabs], _MOST_LINES)
+    places = shortened([f"{slab.where}{near(*slab.points[0])}" for slab in slabs], _MOST_GROUND_LINES)
     read_as = (
         "straight line is read as the surface of a support"
         if len(slabs) == 1
