@@ -53,7 +53,7 @@ EACH = 4
 
 
 class Sample(NamedTuple):
-    """A random drawing, and a function that returns the outcome. The tested limit decides the outcome."""
+    """A random drawing, and a function that returns True if the package reads it as a limit decides."""
 
     group: str
     is_hit: bool  #: True if the outcome is right
@@ -137,7 +137,8 @@ def of_flat_meshes(seed: int) -> Iterator[Sample]:
     """Yield triangulated ground planes whose coordinates are rounded, bent surfaces, and thin plates."""
     for number in range(EACH):
         rng = rng_of(83, seed, number)
-        # Coordinates have at least five significant digits, of which some are lost far from the origin.
+        # Coordinates have at least five significant digits. Far from the origin, fewer digits remain for the
+        # shape.
         rounding = 10 ** rng.uniform(-7, -4)
         ground = tilted(rounded(triangulated(rng, 0.0), rounding, rng), rng)
         yield Sample("rounded ground planes", True, partial(is_support, *ground))
@@ -170,7 +171,7 @@ def rounded(surface: Surface, rounding: float, rng: np.random.Generator) -> Surf
 
 
 def tilted(surface: Surface, rng: np.random.Generator) -> Surface:
-    """Return a surface with an inclination of at most 0.4, below the stone of the drawing."""
+    """Tilt a surface by a random slope of at most 0.4, and move it below the stone of the drawing."""
     corners, faces = surface
     angle = rng.uniform(-0.4, 0.4)
     cos, sin = math.cos(angle), math.sin(angle)

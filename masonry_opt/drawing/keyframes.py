@@ -15,8 +15,8 @@ COLLAPSE_FRAMES = 15
 #: Largest displacement at the end of the animated collapse, relative to the largest displacement before the
 #: collapse. With a larger value, displacements before the collapse are drawn smaller.
 COLLAPSE_LENGTH = 3.0
-#: Lower limit of the largest displacement before the collapse. The displacements of the animated collapse are
-#: proportional to it, so without this limit the collapse would be invisible if no block moves before it.
+#: The animated collapse is scaled by the largest displacement before the collapse, but at least by this
+#: value. Otherwise the collapse would be invisible if no block moves before it.
 _LEAST_DISPLACEMENT = 1e-2
 
 

@@ -42,7 +42,7 @@ class Marks:
 
     @property
     def through(self) -> bool:
-        """True for marks that blocks of a scene in space do not hide: arrows, and marks inside blocks."""
+        """True for marks that stay visible through blocks in space: arrows, and marks inside blocks."""
         return self.shape == "arrow" or self.name in _MARKS_INSIDE_BLOCKS
 
     def moved(self, share: float) -> np.ndarray:

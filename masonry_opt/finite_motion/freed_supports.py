@@ -18,8 +18,8 @@ from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.scene import Scene
 from masonry_opt.stability.dead_load import carries
 
-#: Blocks on elastic contacts are in equilibrium if the unbalanced forces sum to at most this many median
-#: block weights, while no support moves.
+#: While no support moves, blocks on elastic contacts count as in equilibrium if the sum of the unbalanced
+#: forces is at most this many median block weights.
 _LARGEST_UNBALANCED_FORCE = 1e-6
 
 

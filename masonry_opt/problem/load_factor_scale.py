@@ -31,7 +31,7 @@ class LoadFactorScale:
 
     @classmethod
     def of_loads(cls, dead: float, live: float) -> "LoadFactorScale":
-        """Return the scale for the sums of the magnitudes of all dead and live loads.
+        """Return the scale for two sums: of the magnitudes of all dead loads, and of all live loads.
 
         The unit is one if one of the sums is zero.
         """

@@ -425,7 +425,7 @@ def load_history_ends_lower(result: Outcome) -> bool:
 
 
 def _falls_by_itself(result: Outcome) -> bool:
-    """Return True if an exact state other than the answer has λ ≤ 0, so that the scene may fall unloaded.
+    """Return True if an exact state other than the answer has λ ≤ 0: the scene may fall without live load.
 
     With the joint forces of that state, the scene falls without live load.
     """

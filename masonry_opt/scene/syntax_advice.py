@@ -21,7 +21,7 @@ _OTHER_CONTENTS = (
 _TOML_ADVICE = (
     (r"[“”„‘’‚«»]", "use straight quotation marks"),
     (r"[−–—]", "write a minus sign as '-'"),
-    (r"[\u00a0\u2000-\u200b\u202f\ufeff]", "replace the special space by an ordinary one"),
+    (r"[\u00a0\u2000-\u200b\u202f\ufeff]", "replace the Unicode space by an ordinary space"),
     (r"^\s*\{\s*(?:[\"}]|$)", "the file contains JSON: give it a name that ends in .json"),
     (r"^\s*[\w-]+\s*:", "write '=' between key and value"),
     (r"=\s*[-+]?\d+,\d+\s*(?:#|$)", "write numbers with a decimal point"),

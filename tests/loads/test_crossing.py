@@ -409,7 +409,7 @@ def test_a_position_that_is_zero_but_for_rounding_is_printed_as_zero():
 
 @pytest.mark.parametrize("end", [1e-9, 1e-8])
 def test_a_bound_differs_from_a_load_factor_near_zero_by_rounding_only(end):
-    """The support ends almost below the centroid of the slab, so λ is almost zero: 12 · 1e-9 for 1e-9."""
+    """The support ends almost below the centroid of the slab, so λ is almost zero: 12 × the distance."""
     scene = mo.Scene(joints={"friction": 0.5}, blocks=[slab(), support(-0.5, end)])
     found = mo.crossing(scene, axles(1.0), method="static")
     assert found.load_factor == pytest.approx(WEIGHT * end, abs=1e-9)

@@ -33,7 +33,7 @@ def test_no_numerical_library_is_imported_before_the_number_of_threads_is_set(mo
 
 
 def test_the_command_sets_the_number_of_threads_before_it_imports_numpy():
-    """The program stops the command at the first import of NumPy."""
+    """The script runs the command, and stops it at the first import of NumPy."""
     program = (
         "import os, sys\n"
         "class Stop:\n"

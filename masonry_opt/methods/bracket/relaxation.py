@@ -155,7 +155,7 @@ def tightened(
 def _force_limits(
     problem: Problem, within: tuple[float, float], effort: Effort
 ) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Return upper bounds of the joint forces, and True if statics proves all of them (False: assumed).
+    """Return upper bounds of the joint forces, and True if statics proves all of them.
 
     The first array has the largest normal forces, shape (c,), the second the largest edge forces, shape
     (3c,). The flag is False if a limit is assumed. Linear programs maximise the forces that limit all others:

@@ -206,7 +206,7 @@ class Facing(Rows, ABC):
 
     @abstractmethod
     def uncovered(self, row: int, others: np.ndarray, tolerance: float) -> Self:
-        """Return the parts of a side that the sides in other rows of the table do not cover.
+        """Return the parts of a side that the sides in the given rows do not cover.
 
         Parts as narrow as errors of the drawing, whose points are uncertain by ``tolerance``, are left out.
         """

@@ -62,7 +62,7 @@ def stones_between_faces(points: np.ndarray, faces: list[list[int]]) -> list[lis
         return None
     original = np.array([*numbers.values()])
     stones = [original[own // 2].tolist() for own, fills in zip(sides, is_stone, strict=True) if fills]
-    # If faces cover each other, a cell is on both sides of a face, or has too few faces for a solid.
+    # If faces cover the same area, a cell is on both sides of a face, or has too few faces for a solid.
     are_solids = all(len(set(stone)) == len(stone) >= FEWEST_SIDES for stone in stones)
     return sorted(sorted(stone) for stone in stones) if are_solids else None
 

@@ -338,7 +338,7 @@ def _transformation(node: dict[str, Any]) -> np.ndarray:
 
 
 def _vector(node: dict[str, Any], key: str, default: tuple[float, ...]) -> np.ndarray:
-    """Return a vector of a node, or a default value. Raises ValueError if their lengths differ."""
+    """Return a vector of a node, or the default if it has none. Raises ValueError if the lengths differ."""
     vector = np.array(node.get(key, default), dtype=float)
     if vector.shape != (len(default),):
         raise ValueError

@@ -114,7 +114,7 @@ def test_forces_for_rates(problem):
     assert optimum(model) / SEARCH.weight + cohesion == pytest.approx(expected, abs=10 * SAME)
     refiner, costs = Refiner(problem, Effort()), problem.energy_costs(p, SEARCH.weight)
     assert refiner._forces_at(*costs)
-    q = refiner._statics.values("q")
+    q = refiner.statics.values("q")
     balance = problem.B @ q + problem.dead
     load_factor = -float(problem.live @ balance) / float(problem.live @ problem.live)
     cost = problem.slacks(q) @ p + load_factor * problem.live_norm / SEARCH.weight

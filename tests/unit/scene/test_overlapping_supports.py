@@ -130,7 +130,7 @@ def test_a_support_leaves_a_joint_on_either_side(shaped):
 
 @pytest.mark.parametrize("start", [0.5, 0.98])
 def test_a_short_rest_of_a_joint(start):
-    """The second support has a joint of two tolerances, whether or not the first support overlaps it.
+    """The joint with the second support is two tolerances long, whether or not the first support overlaps it.
 
     The block slides at 0.1 · 10 + 2 · 1 = 3.
     """

@@ -27,7 +27,7 @@ live = [1.0, 0.0]
 TOML = {
     "typographic quotation marks": ('"base"', "“base”", 5, "use straight quotation marks"),
     "a typographic minus sign": ("-1]", "\N{MINUS SIGN}1]", 6, "write a minus sign as '-'"),
-    "a no-break space": ("weight =", "weight\u00a0=", 12, "replace the special space"),
+    "a no-break space": ("weight =", "weight\u00a0=", 12, "replace the Unicode space by"),
     "a colon": ("friction =", "friction:", 2, "write '=' between key and value"),
     "a decimal comma": ("0.6", "0,6", 2, "write numbers with a decimal point"),
     "no digit before the point": ("0.6", ".6", 2, "write a digit before the decimal point"),
@@ -138,7 +138,7 @@ def test_mistakes_of_toml_are_named_with_line_and_advice(tmp_path, old, new, lin
 def test_the_line_before_a_mistake_of_toml_has_no_effect(before):
     """Each mistake gets its own advice or none, whatever valid line is before it."""
     for old, new, line, advice in TOML.values():
-        if new.startswith("[joints]"):  # the parser reports a table that exists twice in other words
+        if new.startswith("[joints]"):  # the parser words its error about a repeated table differently
             continue
         mistake = GOOD.replace(old, new, 1).splitlines()[line - 1]
         assert advice in advice_on_line(

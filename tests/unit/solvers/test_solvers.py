@@ -76,7 +76,8 @@ def test_a_program_with_numbers_that_are_not_finite_fails(solver, wrong, place, 
         assert engine.solve().verdict is Verdict.OPTIMAL
         assert program.value == pytest.approx(1 if place == "matrix" else 2, abs=1e-4)
     parameter.save_value(np.array([wrong, 1.0]))  # the setter of ``value`` checks for NaN
-    if place == "right-hand side" and np.isinf(wrong):  # such a program is infeasible, and has valid numbers
+    # An infinite right-hand side is permitted; the program is then infeasible.
+    if place == "right-hand side" and np.isinf(wrong):
         assert engine.solve().verdict in (Verdict.INFEASIBLE, Verdict.FAILED)
         return
     answer = engine.solve()

@@ -61,7 +61,7 @@ def test_a_line_on_a_layer_of_supports_is_a_support(tmp_path, lines, friction, l
 
 
 def test_a_warning_names_the_lines_that_are_read_as_supports(tmp_path):
-    """An axis on a layer of supports, along the right side of a stack, is a wall that holds the stack."""
+    """An axis line along the right side of a stack, on a layer of supports, is read as a wall."""
     floor = [(-1, -1), (4, -1), (4, 0), (-1, 0), (-1, -1)]
     path = drawing(tmp_path, [floor, ((2, 0.5), (2, 4))], layer="fixed")
     with pytest.warns(DrawingWarning) as warned:
@@ -121,8 +121,7 @@ def test_a_sloping_line_is_a_support(tmp_path, push, load_factor):
 
 
 def test_the_slab_is_on_the_side_without_blocks(tmp_path):
-    """The slab of a line on the right holds a block that is pushed to the right. The floor is a closed
-    outline."""
+    """A line to the right of a block becomes a slab, which holds the block. The floor is a closed outline."""
     floor = [(-9, -1), (9, -1), (9, 0), (-9, 0)]
     path = drawing(tmp_path, [((2, 0), (2, 3)), (*floor, floor[0])], layer="fixed")
     scene = mo.read_dxf(path, **GIVEN)

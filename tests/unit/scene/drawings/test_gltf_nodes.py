@@ -15,7 +15,7 @@ GIVEN = {"friction": 0.7, "unit_weight": 10.0, "live": (1, 0, 0)}
 
 
 def read(tmp_path, node=None, **keys):
-    """Write the stones to a .glb file with further keys, and return the scene that is read from it."""
+    """Write the stones to a .glb file with additional keys in its JSON, and read the scene from it."""
     nodes = [{"name": "fixed", "mesh": 0}, {"name": "low", "mesh": 1} | (node or {})]
     meshes = [
         [
