@@ -25,6 +25,7 @@ import psutil
 from pebble import ProcessPool
 
 from masonry_opt.errors import MasonryError, OptionError, TimeLimitError
+from masonry_opt.threads import ONE_THREAD
 
 FINISHED = "finished"  #: Outcome of a task that returned a value.
 REFUSED = "refused"  #: Outcome of a task that raised a MasonryError.
@@ -42,9 +43,6 @@ _TASKS_PER_WORKER = 3
 #: Time in seconds within which a Dask scheduler must answer and must have a worker. After this time, an
 #: OptionError is raised.
 SCHEDULER_TIMEOUT = 10
-#: Environment variables of worker processes that restrict numerical libraries to one thread. The libraries
-#: read them when they are imported.
-_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 #: Modules that the fork server imports for ``Workers``, so that the worker processes need not import them.
 _MODULES_OF_WORKERS = ("studies.many.runs", "methods.coulomb.method")
 #: Modules that the fork server imports in advance for ``run_alone``. They import Pyomo and CVXPY, which would
@@ -171,7 +169,7 @@ class _Process(_PROCESS_CONTEXT.Process):  # type: ignore[misc]  # the base clas
         hidden = ModuleType("__main__")
         with _START_LOCK:
             vars(hidden).update(vars(sys.modules["__main__"]) | {"__spec__": None, "__file__": None})
-            with _replaced(sys.modules, {"__main__": hidden}), _replaced(os.environ, _ONE_THREAD):
+            with _replaced(sys.modules, {"__main__": hidden}), _replaced(os.environ, ONE_THREAD):
                 _start_server()
                 super().start()
 

@@ -7,7 +7,7 @@ import sys
 import pytest
 from scenes import WALLS
 
-from masonry_opt.cli import use_one_thread
+from masonry_opt.threads import use_one_thread
 
 #: Libraries that read the number of threads when they are imported.
 LIBRARIES = ("numpy", "scipy", "highspy", "clarabel")
