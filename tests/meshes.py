@@ -15,6 +15,16 @@ def box(x, y, z):
     return np.array(corners, dtype=float), QUADS
 
 
+def damaged_copies(data):
+    """Yield 60 copies of a file, in each of which one to five random bytes are replaced."""
+    rng = np.random.default_rng(0)
+    for _ in range(60):
+        damaged = bytearray(data)
+        for position in rng.integers(len(data), size=rng.integers(1, 6)):
+            damaged[position] = rng.integers(256)
+        yield bytes(damaged)
+
+
 def divided_box(x, y, z, count):
     """Return the corners and triangles of a box whose sides have count × count pairs of triangles each."""
     low, high = np.array([x, y, z], dtype=float).T
