@@ -9,11 +9,14 @@ import typer
 #: Base class of Typer's errors about wrong arguments. Typer exports only some of its subclasses.
 _UsageError: Any = typer.BadParameter.__base__
 
-#: Pairs: a pattern that matches an error message, and a remedy. The remedy replaces the message if Typer
-#: could not read a number. Otherwise it is appended to the message.
-_REMEDIES_OF_SLIPS = (
+#: Pairs: a pattern that matches an error message, and a remedy that replaces the message.
+_REPLACING_REMEDIES = (
     (r"valid (number|float)", "write one number without a unit, with a point before decimals, such as 0.5"),
     (r"valid int", "write one whole number, such as 5"),
+)
+
+#: Pairs: a pattern that matches an error message, and a remedy that is appended to the message.
+_APPENDED_REMEDIES = (
     (r"No such option: -\.?\d", "write several numbers with commas and without spaces, such as 0,-1"),
     (r"unexpected extra argument", "enclose text that contains spaces in quotation marks"),
 )
@@ -43,9 +46,10 @@ def _add_remedy(error: Any, command: Any) -> None:
         error.possibilities = None
         error.message = f"{message}; '{option}' is an option of the method, written as -o {option}=VALUE"
         return
-    for pattern, remedy in _REMEDIES_OF_SLIPS:
+    appended = ((pattern, f"{message}; {remedy}") for pattern, remedy in _APPENDED_REMEDIES)
+    for pattern, changed in (*_REPLACING_REMEDIES, *appended):
         if re.search(pattern, message):
-            error.message = remedy if pattern.startswith("valid") else f"{message}; {remedy}"
+            error.message = changed
             return
 
 
