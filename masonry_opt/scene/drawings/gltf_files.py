@@ -5,6 +5,7 @@ import binascii
 import json
 import os
 import struct
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path, PureWindowsPath
@@ -13,6 +14,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
+from masonry_opt.errors import DrawingWarning, counted, printable
 from masonry_opt.scene.drawings import stones
 from masonry_opt.scene.drawings.meshes import Mesh, used
 from masonry_opt.scene.tables import read_bytes
@@ -52,10 +54,11 @@ _RANGE_ERROR = 1e-5
 _LONGEST_PATH = 60
 
 
-def read_gltf(data: bytes, folder: Path, largest: int) -> list[Mesh]:
+def read_gltf(data: bytes, path: Path, largest: int) -> list[Mesh]:
     """Return the nodes of a glTF file that have a mesh, with their transformations applied.
 
-    The name of a mesh is empty if neither its node nor the mesh of the file has a name.
+    The name of a mesh is empty if neither its node nor the mesh of the file has a name. Only the nodes of the
+    default scene are read. A DrawingWarning reports the number of other nodes with a mesh.
 
     Raises ValueError if the file is not valid, is compressed, or refers to a .bin file that is missing, is
     outside the folder, or does not belong to the file.
@@ -64,15 +67,31 @@ def read_gltf(data: bytes, folder: Path, largest: int) -> list[Mesh]:
     ----------
     data : bytes
         Content of the file.
-    folder : Path
-        Folder of the file, in which .bin files with the corners are read.
+    path : Path
+        Path of the file. Files with the corners (.bin) are read in its folder.
     largest : int
         Largest total size of the .bin files, in bytes.
     """
     try:
-        return _Gltf.of(data, folder, largest).meshes()
+        content = _Gltf.of(data, path.parent, largest)
+        meshes = content.meshes()
+        _warn_of_other_nodes(path, content.tree.get("nodes", []), content.visited)
     except (KeyError, IndexError, TypeError, AttributeError, OverflowError, struct.error, RecursionError):
         raise ValueError("the file is not valid glTF: a part is missing; export the blocks again") from None
+    return meshes
+
+
+def _warn_of_other_nodes(path: Path, nodes: list[dict[str, Any]], visited: set[int]) -> None:
+    """Issue a DrawingWarning with the number of nodes that have a mesh and were not visited."""
+    others = [number for number, node in enumerate(nodes) if "mesh" in node and number not in visited]
+    if others:
+        number = counted(len(others), "mesh", "meshes")
+        verb = "was" if len(others) == 1 else "were"
+        warning = (
+            f"{path}: {number} outside the default scene of the file {verb} left out; "
+            "to read all meshes, export the blocks in one scene"
+        )
+        warnings.warn(printable(warning), DrawingWarning, stacklevel=6)
 
 
 @dataclass(frozen=True)
@@ -84,6 +103,7 @@ class _Gltf:
     folder: Path  #: folder of the file, and of .bin files to which it refers
     largest: int  #: largest total size of the buffers, in bytes
     buffers: dict[int, bytes] = field(default_factory=dict)  #: buffers that were read, by number
+    visited: set[int] = field(default_factory=set)  #: numbers of the nodes that were read
 
     @classmethod
     def of(cls, data: bytes, folder: Path, largest: int) -> "_Gltf":
@@ -144,14 +164,13 @@ class _Gltf:
         roots = scenes[self.tree.get("scene", 0)].get("nodes", []) if scenes else range(len(nodes))
         # Store the nodes in reverse order, because the last entry of the queue is processed first.
         queue = [(int(number), np.eye(4), "") for number in reversed(roots)]
-        visited: set[int] = set()
         while queue:
             number, above, layers = queue.pop()
-            if number in visited:
+            if number in self.visited:
                 raise ValueError(
                     "the file is not valid glTF: a node has two parents; export the blocks again"
                 )
-            visited.add(number)
+            self.visited.add(number)
             node = self._entry("nodes", number)
             try:
                 matrix = above @ _transformation(node)

@@ -79,7 +79,8 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
     The blocks depend on the type of the file:
 
     - OBJ: the objects of the file, or its groups if it has no objects.
-    - glTF: the nodes with a mesh. Their corners may be in ``.bin`` files in the folder of the file.
+    - glTF: the nodes with a mesh in the default scene of the file. A DrawingWarning reports the number of
+      other meshes. Corners may be in ``.bin`` files in the folder of the file.
     - A file with a single mesh, such as a PLY or STL file: the closed surfaces of the mesh.
     - A folder: each file is a block, whose name is the file name without the ending. A DrawingWarning names
       files of formats that cannot be read, such as ``.dae``, and subfolders with meshes.
@@ -247,7 +248,7 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
     elif ending == ".stl":
         meshes = _triangles(data)
     else:
-        meshes = read_gltf(data, path.parent, _LARGEST_MESH)
+        meshes = read_gltf(data, path, _LARGEST_MESH)
     if not meshes:
         raise ValueError(
             "the file has no complete faces: export closed surfaces, in the format of the file extension"

@@ -33,8 +33,8 @@ _CORNERS = ("vertex_indices", "vertex_index")
 #: Reason of an error if a file has fewer values than its header states.
 _CUT_OFF = "it is cut off, so corners or faces are missing"
 
-#: Upper limit of a vertex index. Larger whole numbers are not exact in double precision.
-_LARGEST_INDEX = 2**53
+#: Upper limit of whole numbers. Larger whole numbers are not exact in double precision.
+_LARGEST_INTEGER = 2**53
 
 #: Smallest number of corners of a face. Points and edges are not faces.
 _FEWEST_CORNERS = 3
@@ -211,10 +211,13 @@ def _numbers(words: list[bytes], kind: str) -> np.ndarray:
         raise ValueError(
             f"'{stones.block_name(wrong.decode('utf-8', 'replace'))[:60]}' is not a number"
         ) from None
-    if kind[0] != "f" and not (np.abs(numbers) < _LARGEST_INDEX).all():
-        raise ValueError("a face has a vertex index that is too large")
-    if kind[0] != "f" and (numbers != np.round(numbers)).any():
-        raise ValueError("a face has a vertex index that is not a whole number")
+    if kind[0] != "f":
+        is_whole = (np.abs(numbers) < _LARGEST_INTEGER) & (numbers == np.round(numbers))
+        if not is_whole.all():
+            text = words[int(np.argmin(is_whole))].decode("utf-8", "replace")
+            raise ValueError(
+                f"'{stones.block_name(text)[:60]}' is not a whole number, but its property has whole numbers"
+            )
     return numbers
 
 

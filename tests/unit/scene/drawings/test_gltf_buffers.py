@@ -9,6 +9,7 @@ import trimesh
 from meshes import box
 
 import masonry_opt as mo
+from masonry_opt.errors import DrawingWarning
 from masonry_opt.scene.drawings import mesh_files
 from masonry_opt.scene.space.shapes import shapes
 
@@ -195,3 +196,14 @@ def test_a_range_of_six_digits_is_accepted(tmp_path):
             accessor[key] = [float(f"{value:.6g}") for value in np.ravel(accessor[key])]
     path.write_text(json.dumps(tree))
     assert shapes(mo.read_mesh(path, **GIVEN)).size == pytest.approx([12, 2, 8], rel=0.02)
+
+
+def test_a_warning_counts_meshes_outside_the_default_scene(tmp_path):
+    path = write(tmp_path, "stones", STONES)
+    tree = json.loads(path.read_text())
+    nodes = {node["name"]: number for number, node in enumerate(tree["nodes"])}
+    tree["scenes"] = [{"nodes": [nodes["fixed"], nodes["low"]]}, {"nodes": [nodes["high"]]}]
+    path.write_text(json.dumps(tree))
+    with pytest.warns(DrawingWarning, match="1 mesh outside the default scene of the file was left out"):
+        scene = mo.read_mesh(path, **GIVEN)
+    assert [block.name for block in scene.blocks] == ["fixed", "low"]
