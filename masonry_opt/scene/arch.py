@@ -105,13 +105,13 @@ class ArchRing(AnyGenerator):
         if (None in by_angles and None in by_rise) or (any(by_angles) and any(by_rise)):
             yield "an arch needs either 'radius' and 'angles', or 'span' and 'rise': give one of these pairs"
             return
-        swept = math.degrees(self._arc.swept)
-        if not 0 < swept < 360:
-            yield f"the 'angles' of an arch must differ by more than 0° and less than 360° (found {swept:g}°)"
-        elif not swept < 180 * self.voussoirs:
+        sweep = math.degrees(self._arc.swept)
+        if not 0 < sweep < 360:
+            yield f"the 'angles' of an arch must differ by more than 0° and less than 360° (found {sweep:g}°)"
+        elif not sweep < 180 * self.voussoirs:
             yield (
                 "each voussoir must span less than 180° to be a wedge "
-                f"(found {swept / self.voussoirs:g}°): raise the number of 'voussoirs'"
+                f"(found {sweep / self.voussoirs:g}°): raise the number of 'voussoirs'"
             )
         if self._is_pointed and self.voussoirs % 2:
             yield (
@@ -122,7 +122,7 @@ class ArchRing(AnyGenerator):
         if self.span is not None and self.thickness > _GREATEST_THICKNESS * self.span:
             yield (
                 f"'thickness' is {rounded(self.thickness / self.span)} times the span "
-                f"(found {self.thickness:g}): give all lengths in the same unit"
+                f"('thickness' = {self.thickness:g}): give all lengths in the same unit"
             )
         if not self.thickness < 2 * radius:
             yield f"'thickness' must be less than twice the radius {radius:g} (found {self.thickness:g})"
@@ -132,7 +132,7 @@ class ArchRing(AnyGenerator):
         """Generate an error message if skewbacks of the given width do not fit the feet of the arch."""
         if self.skewbacks is None:
             return
-        for angle, turn in self._ends:
+        for angle, turn in self._end_joints:
             foot = self.thickness * -turn * math.cos(angle)
             up = math.sin(angle)
             if up <= _ARCH_LENGTH_TOLERANCE or foot < -_ARCH_LENGTH_TOLERANCE * self.thickness:
@@ -158,8 +158,8 @@ class ArchRing(AnyGenerator):
         """Return the circular arc of the arch, from its radius and angles or from its span and rise."""
         if self.radius is not None and self.angles is not None:
             first, last = self.angles
-            inner, swept = self.radius - self.thickness / 2, math.radians(abs(last - first))
-            return _Arc((0.0, 0.0), inner, self.radius, math.radians(first), math.radians(last), swept)
+            inner, sweep = self.radius - self.thickness / 2, math.radians(abs(last - first))
+            return _Arc((0.0, 0.0), inner, self.radius, math.radians(first), math.radians(last), sweep)
         assert self.span is not None
         assert self.rise is not None
         half = self.span / 2
@@ -172,22 +172,22 @@ class ArchRing(AnyGenerator):
         return _Arc((0.0, self.rise - inner), inner, radius, first, last, first - last)
 
     @property
-    def _ends(self) -> list[tuple[float, float]]:
+    def _end_joints(self) -> list[tuple[float, float]]:
         """Return, for each end joint, its direction in radians and the sign of rotations away from the arch.
 
         The sign is 1 if a counter-clockwise rotation about the centre leads away from the arch, and -1 if a
         clockwise rotation does.
         """
         first, last = self._arc.first, self._arc.last
-        onwards = math.copysign(1.0, last - first)
-        return [(first, -onwards), (last, onwards)]
+        sign = math.copysign(1.0, last - first)
+        return [(first, -sign), (last, sign)]
 
     def _stones(self) -> Iterator[Stone]:
         """Generate the voussoirs ``v1``, ``v2``, ..., then the skewbacks, then the abutments."""
         shapes = self._voussoirs()
         for number, shape in enumerate(shapes, start=1):
             yield shape._replace(name=f"v{number}")
-        first, last, (begin, end) = shapes[0].corners, shapes[-1].corners, self._ends
+        first, last, (begin, end) = shapes[0].corners, shapes[-1].corners, self._end_joints
         feet = [(first[0], first[1], *begin), (last[3], last[2], *end)]
         if self.skewbacks is not None:
             for number, (inner, outer, _, turn) in enumerate(feet, start=1):
@@ -210,17 +210,19 @@ class ArchRing(AnyGenerator):
         """Return the voussoirs of the arch, without names."""
         arc, count = self._arc, self.voussoirs
         if self._is_pointed:
-            joints = [math.pi - arc.swept / count * k for k in range(count // 2)]
-            built = [*(self._wedge(*pair) for pair in pairwise(joints)), self._half_key(joints[-1])]
+            joints = [math.pi - arc.swept / count * number for number in range(count // 2)]
+            stones = [*(self._wedge(*pair) for pair in pairwise(joints)), self._half_key(joints[-1])]
         else:
-            joints = [arc.first + (arc.last - arc.first) * k / count for k in range(count + 1)]
-            built = [self._wedge(*pair) for pair in pairwise(joints)]
+            joints = [arc.first + (arc.last - arc.first) * number / count for number in range(count + 1)]
+            stones = [self._wedge(*pair) for pair in pairwise(joints)]
         x, y = arc.centre
-        built = [stone.mapped(lambda p: (p[0] + x, p[1] + y)) for stone in built]
+        stones = [stone.mapped(lambda point: (point[0] + x, point[1] + y)) for stone in stones]
         if self._is_pointed:
-            mirrored = [stone.mapped(lambda p: (-p[0], p[1])) for stone in reversed(built)]
-            built += [stone._replace(corners=stone.corners[::-1]) for stone in mirrored]
-        return built
+            mirrored_stones = [
+                stone.mapped(lambda point: (-point[0], point[1])) for stone in reversed(stones)
+            ]
+            stones += [stone._replace(corners=stone.corners[::-1]) for stone in mirrored_stones]
+        return stones
 
     def _wedge(self, begin: float, end: float) -> Stone:
         """Return a wedge-shaped voussoir between two radial joints with given directions, in radians.
@@ -259,15 +261,15 @@ class ArchRing(AnyGenerator):
         corners = [polar(inner, begin), polar(outer, begin)]
         corners += [polar(outer, crown[outer]), polar(inner, crown[inner])]
         back = ((corners[1][0] + corners[2][0]) / 2, (corners[1][1] + corners[2][1]) / 2)
-        points, after = np.array(corners), np.array([*corners[1:], corners[0]])
-        cross = after[:, 0] * points[:, 1] - points[:, 0] * after[:, 1]  # corners go clockwise
+        points, next_points = np.array(corners), np.array([*corners[1:], corners[0]])
+        cross = next_points[:, 0] * points[:, 1] - points[:, 0] * next_points[:, 1]  # corners go clockwise
         drawn_area = area = float(cross.sum()) / 2
         if weights == "centreline":
             angle = begin - crown[radius]
             area = angle * radius * thickness
             centroid = polar(radius * 2 * math.sin(angle / 2) / angle, begin - angle / 2)
             return Stone("", corners, area, centroid, back, _ratio(area, drawn_area))
-        moment = (cross[:, None] * (points + after) / 6).sum(axis=0)
+        moment = (cross[:, None] * (points + next_points) / 6).sum(axis=0)
         if weights == "sector":
             # Add the circular segment between arc and chord at the outer edge, and subtract the circular
             # segment at the inner edge.
@@ -339,15 +341,15 @@ class Arch(ArchRing, Generator):
         unit weight of a voussoir is scaled so that the polygon has the weight of that area.
         """
         forces = {f"v{load.voussoir}": load.force for load in self.point_loads if any(load.force)}
-        built = []
+        blocks = []
         for name, corners, area, weight_at, back, area_ratio in self._stones():
             if area is None:
-                built.append(self._block(name, {"vertices": corners}, fixed=True))
+                blocks.append(self._block(name, {"vertices": corners}, fixed=True))
                 continue
             live = {"live": forces[name], "live_at": back} if name in forces else {}
             if thickness is None:
                 weight = {"unit_weight": self.unit_weight * area_ratio}
             else:
                 weight = {"weight": self.unit_weight * area * thickness}
-            built.append(self._stone(name, corners, weight_at=weight_at, **weight, **live))
-        return built
+            blocks.append(self._stone(name, corners, weight_at=weight_at, **weight, **live))
+        return blocks

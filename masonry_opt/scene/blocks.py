@@ -24,18 +24,19 @@ _R = TypeVar("_R", bound="Record")
 LARGEST_NUMBER = 1e30
 
 
-def _bounded(value: float) -> float:
+def _check_bounds(value: float) -> float:
     if not abs(value) <= LARGEST_NUMBER:
         raise ValueError(f"must be a number between -{LARGEST_NUMBER:g} and {LARGEST_NUMBER:g}")
     return value + 0.0  # turns -0.0 into 0.0
 
 
-Number = Annotated[float, Strict(), AfterValidator(_bounded)]
+Number = Annotated[float, Strict(), AfterValidator(_check_bounds)]
 NonNegative = Annotated[Number, Field(ge=0)]
 Positive = Annotated[Number, Field(gt=0)]
 Point = tuple[Number, Number]
 YesNo = Annotated[bool, Strict()]
-#: Pairs of keys that exclude each other in a record: setting the first key removes the second key.
+#: For each key, the key that a new value removes, because both describe the same property of a record. No
+#: angle needs to be removed, because angles are stored as their tangents.
 EXCLUSIVE_KEYS = {
     "weight": "unit_weight",
     "unit_weight": "weight",
@@ -45,25 +46,26 @@ EXCLUSIVE_KEYS = {
 #: Keys that define the shape of a convex solid, as a phrase of error messages.
 SHAPES = "'box', or 'vertices' with 'faces'"
 #: Characters that names must not contain, as a character class of a regular expression: control characters,
-#: line ends, and marks that change the direction of writing. Texts may contain tabs and line ends.
+#: line ends, and marks that change the direction of writing. In a ``Text``, only tabs and line ends among
+#: these characters are allowed.
 _INVISIBLE = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
 Name = Annotated[str, Strict(), Field(min_length=1, max_length=200, pattern=rf"^[^{_INVISIBLE}]*$")]
 #: Type of a text that may have several lines, such as the title of a scene.
 Text = Annotated[str, Strict(), Field(max_length=2000, pattern=rf"^(?:[^{_INVISIBLE}]|[\t\n\r])*$")]
 
 
-def _rightward(line: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    for (before, _), (after, _) in itertools.pairwise(line):
-        if after <= before:
-            raise ValueError(f"must run from left to right, but x = {after:g} follows x = {before:g}")
+def _check_direction(line: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    for (previous_x, _), (next_x, _) in itertools.pairwise(line):
+        if next_x <= previous_x:
+            raise ValueError(f"must run from left to right, but x = {next_x:g} follows x = {previous_x:g}")
     return line
 
 
-RoadLine = Annotated[list[Point], Field(min_length=2), AfterValidator(_rightward)]
+RoadLine = Annotated[list[Point], Field(min_length=2), AfterValidator(_check_direction)]
 Ring = Annotated[list[Point], Field(min_length=3)]  #: Corners of a polygon in order.
 
 
-class _Shown:
+class _SignatureDescriptor:
     """Descriptor that returns the call signature of a record class: its keys, their types and defaults.
 
     The signature omits the validators of the types. It is built only when it is requested, for example by
@@ -87,9 +89,9 @@ class _RecordType(_ModelType):
     If pydantic creates a record inside another record, only the outer record raises the error.
     """
 
-    # Ignore the type error: mypy does not know that every class of this type is a Record.
-    def __call__(cls: type[_R], /, *unnamed: Any, **values: Any) -> _R:  # type: ignore[misc]
-        if unnamed:
+    # Ignore the type error: mypy does not know that this metaclass creates only Record and its subclasses.
+    def __call__(cls: type[_R], /, *arguments: Any, **values: Any) -> _R:  # type: ignore[misc]
+        if arguments:
             names = ", ".join(cls.model_fields)
             raise CaseError(f"{cls.__name__}: every argument must be given by its name, one of: {names}")
         try:
@@ -117,7 +119,7 @@ class Record(BaseModel, metaclass=_RecordType):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
-        cls.__signature__ = _Shown()  # type: ignore[assignment]
+        cls.__signature__ = _SignatureDescriptor()  # type: ignore[assignment]
 
     __repr__ = brief
     __str__ = brief
@@ -126,7 +128,7 @@ class Record(BaseModel, metaclass=_RecordType):
         return [*dir(type(self)), *type(self).model_fields]
 
     @model_validator(mode="after")
-    def _consistent(self) -> Self:
+    def _check_consistency(self) -> Self:
         mistakes = list(itertools.islice(self._mistakes(), self.most_listed_mistakes))
         if mistakes:
             raise ValueError("; ".join(mistakes))
@@ -148,17 +150,17 @@ class Record(BaseModel, metaclass=_RecordType):
         CaseError
             If a value is not valid.
         """
-        return type(self)(**self._with(changes))
+        return type(self)(**self._values_with(changes))
 
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """Return a copy of the record with the changes in ``update``, as :meth:`replace` does."""
-        copied = super().model_copy(deep=deep)
-        return copied.replace(**update) if update else copied
+        record = super().model_copy(deep=deep)
+        return record.replace(**update) if update else record
 
     #: Override pydantic's older method ``copy``, because it does not validate changed values.
     copy = model_copy  # type: ignore[assignment, pydantic-field]
 
-    def _with(self, changes: Mapping[str, Any]) -> dict[str, Any]:
+    def _values_with(self, changes: Mapping[str, Any]) -> dict[str, Any]:
         """Apply changes to the values of the record, and return all values as keyword arguments.
 
         A field that has an alias is named by its alias.
@@ -166,15 +168,17 @@ class Record(BaseModel, metaclass=_RecordType):
         fields = type(self).model_fields
         names = {field.alias: name for name, field in fields.items()}
         values = {name: getattr(self, name) for name in self.model_fields_set}
-        for name, change in self._nested({names.get(key, key): changes[key] for key in changes}).items():
+        for name, change in self._nest_changes(
+            {names.get(key, key): changes[key] for key in changes}
+        ).items():
             excluded_key = EXCLUSIVE_KEYS.get(name, "")
             if change is not None and excluded_key not in changes:
                 values.pop(excluded_key, None)
-            values[name] = self._changed(name, change)
+            values[name] = self._changed_value(name, change)
         return {(name in fields and fields[name].alias) or name: value for name, value in values.items()}
 
-    def _nested(self, changes: dict[str, Any]) -> dict[str, Any]:
-        """Move changed keys of a nested record into a dict under the record's name, and return all changes.
+    def _nest_changes(self, changes: dict[str, Any]) -> dict[str, Any]:
+        """Return the changes, with the keys of each nested record collected in one mapping.
 
         For example, ``friction=0.6`` becomes ``joints={"friction": 0.6}`` in a scene. Raises CaseError in
         these cases:
@@ -187,10 +191,12 @@ class Record(BaseModel, metaclass=_RecordType):
         own_name = called(type(self), vars(self))
         if changes.keys() <= fields.keys():
             return changes
-        within = {name: _keys(getattr(self, name)) for name in fields}
+        nested_keys = {name: _record_keys(getattr(self, name)) for name in fields}
         for key in [key for key in changes if key not in fields]:
             holders = [
-                name for name, keys in within.items() if not keys.isdisjoint({key, EXCLUSIVE_KEYS.get(key)})
+                name
+                for name, keys in nested_keys.items()
+                if not keys.isdisjoint({key, EXCLUSIVE_KEYS.get(key)})
             ]
             nested_changes = changes.get(holders[0], {}) if len(holders) == 1 else None
             in_record = isinstance(getattr(self, holders[0]), Record) if holders else False
@@ -203,52 +209,55 @@ class Record(BaseModel, metaclass=_RecordType):
                     "change it in a mapping, such as joints={'friction': 0.6} or blocks={'A': {'weight': 3}}"
                 )
             else:
-                near = did_you_mean(key, [*fields, *itertools.chain(*within.values())])
-                if near:
-                    raise CaseError(f"{own_name}: unknown key '{key}'{near}")
+                suggestion = did_you_mean(key, [*fields, *itertools.chain(*nested_keys.values())])
+                if suggestion:
+                    raise CaseError(f"{own_name}: unknown key '{key}'{suggestion}")
         return changes
 
-    def _changed(self, name: str, change: Any) -> Any:
+    def _changed_value(self, name: str, change: Any) -> Any:
         """Return the new value of a key.
 
         If the old value is a record or a list of named records, a mapping changes only the keys or records
         that it names.
         """
-        old = getattr(self, name, None)
+        old_value = getattr(self, name, None)
         if not isinstance(change, Mapping):
             return change
-        if isinstance(old, Record):
-            return old._with(change)
-        entries = old if isinstance(old, list) else []
-        named = [entry.name for entry in entries if getattr(entry, "name", None)]
-        if not named:
+        if isinstance(old_value, Record):
+            return old_value._values_with(change)
+        entries = old_value if isinstance(old_value, list) else []
+        names = [entry.name for entry in entries if getattr(entry, "name", None)]
+        if not names:
             return change
-        unknown = [key for key in change if key not in named]
-        if unknown:
-            near = did_you_mean(unknown[0], named)
+        unknown_names = [key for key in change if key not in names]
+        if unknown_names:
+            suggestion = did_you_mean(unknown_names[0], names)
             own_name = called(type(self), vars(self))
-            raise CaseError(f"{own_name}: '{name}' has no record named '{unknown[0]}'{near}")
-        new = [(entry, change.get(entry.name, entry)) for entry in entries]
-        return [entry._with(own) if isinstance(own, Mapping) else own for entry, own in new]
+            raise CaseError(f"{own_name}: '{name}' has no record named '{unknown_names[0]}'{suggestion}")
+        entry_changes = [(entry, change.get(entry.name, entry)) for entry in entries]
+        return [
+            entry._values_with(entry_change) if isinstance(entry_change, Mapping) else entry_change
+            for entry, entry_change in entry_changes
+        ]
 
     def __setattr__(self, name: str, value: Any) -> None:
         if not name.startswith("_"):
-            raise self._stays(name, "set")
+            raise self._immutability_error(name, "set")
         super().__setattr__(name, value)
 
     def __delattr__(self, name: str) -> None:
-        raise self._stays(name, "deleted")
+        raise self._immutability_error(name, "deleted")
 
-    def _stays(self, name: str, how: str) -> CaseError:
+    def _immutability_error(self, name: str, action: str) -> CaseError:
         """Return the error for an attempt to change an attribute of a record, which is immutable."""
         own_name = called(type(self), vars(self))
         return CaseError(
-            f"{own_name}: '{name}' cannot be {how}, because records are immutable: "
+            f"{own_name}: '{name}' cannot be {action}, because records are immutable: "
             f"use replace({name}=...), which returns a changed copy"
         )
 
 
-def _keys(value: Any) -> set[str]:
+def _record_keys(value: Any) -> set[str]:
     """Return all keys of a record or, for a list of records, the keys that are set in at least one of them.
 
     The set is empty for any other value.

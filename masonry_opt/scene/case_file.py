@@ -59,17 +59,17 @@ class CaseFile(SceneKeys):
     mesh: MeshTable | None = None
 
     def _mistakes(self) -> Iterator[str]:
-        flat = self._of(Generator)
-        solid = self._of(SolidGenerator)
-        size = sum(generator.size for generator in [*flat, *solid])
+        flat_generators = self._generators_of(Generator)
+        solid_generators = self._generators_of(SolidGenerator)
+        size = sum(generator.size for generator in [*flat_generators, *solid_generators])
         if size > MOST_BLOCKS_GENERATED:
             yield (
                 f"the generators build about {size} blocks, "
                 f"but at most {MOST_BLOCKS_GENERATED} are allowed: build fewer blocks"
             )
-        plane = self._plane_content(flat)
-        space = self._space_content(solid)
-        if plane and space and (flat or solid or self.mesh):
+        plane = self._plane_content(flat_generators)
+        space = self._space_content(solid_generators)
+        if plane and space and (flat_generators or solid_generators or self.mesh):
             yield f"a scene must be in the plane or in space, but {plane}, and {space}: remove one of the two"
 
     def _plane_content(self, generators: list[Generator]) -> str:
@@ -78,7 +78,7 @@ class CaseFile(SceneKeys):
         The phrase is part of an error message. It is empty if there are neither.
         """
         if generators:
-            return f"{_table(generators[0])} builds blocks in the plane"
+            return f"{_table_name(generators[0])} builds blocks in the plane"
         names = [block.name for block in self.blocks if block.dimension == 2]
         return f"block '{names[0]}' lies in the plane" if names else ""
 
@@ -88,7 +88,7 @@ class CaseFile(SceneKeys):
         The phrase is part of an error message. It is empty if there are none of these.
         """
         if generators:
-            return f"{_table(generators[0])} builds solids"
+            return f"{_table_name(generators[0])} builds solids"
         if self.mesh:
             return "[mesh] contains solids"
         names = [block.name for block in self.blocks if block.dimension == 3]
@@ -100,9 +100,9 @@ class CaseFile(SceneKeys):
 
         The dimension is 3 if the listed blocks, a generator or the mesh define solids.
         """
-        return 3 if self._of(SolidGenerator) or self.mesh else super().dimension
+        return 3 if self._generators_of(SolidGenerator) or self.mesh else super().dimension
 
-    def _of(self, kind: type[_G]) -> list[_G]:
+    def _generators_of(self, kind: type[_G]) -> list[_G]:
         """Return the block generators of a given class in the case file, such as arches or walls."""
         values = (getattr(self, name) for name in type(self).model_fields)
         lists = (value for value in values if isinstance(value, list))
@@ -113,8 +113,8 @@ class CaseFile(SceneKeys):
 
         In blocks and loads, ``live`` is a force.
         """
-        with_old_name = [generator for generator in self._of(Generator) if any(generator.live)]
-        return list(dict.fromkeys(map(_table, with_old_name)))
+        generators = [generator for generator in self._generators_of(Generator) if any(generator.live)]
+        return list(dict.fromkeys(map(_table_name, generators)))
 
     def scene(self) -> Scene:
         """Return the scene: the listed blocks, then the blocks of generators and of the mesh.
@@ -123,10 +123,10 @@ class CaseFile(SceneKeys):
         cannot build its blocks or the mesh cannot be read.
         """
         blocks = list(self.blocks)
-        for flat in self._of(Generator):
-            blocks += flat.blocks()
-        for solid in self._of(SolidGenerator):
-            blocks += solid.blocks()
+        for flat_generator in self._generators_of(Generator):
+            blocks += flat_generator.blocks()
+        for solid_generator in self._generators_of(SolidGenerator):
+            blocks += solid_generator.blocks()
         # Pass only the keys that the file contains, because a scene in space rejects some keys even if they
         # have their default value.
         keys = {name: getattr(self, name) for name in SceneKeys.model_fields if name in self.model_fields_set}
@@ -136,13 +136,13 @@ class CaseFile(SceneKeys):
 
             options = self.mesh.model_dump(exclude={"file", "live_per_weight"})
             options["tolerance"] = self.tolerance
-            read = read_mesh(self.mesh.file, friction=0.0, live=self.mesh.live_per_weight, **options)
-            blocks += read.blocks
-            keys["tolerance"] = read.tolerance
+            mesh_scene = read_mesh(self.mesh.file, friction=0.0, live=self.mesh.live_per_weight, **options)
+            blocks += mesh_scene.blocks
+            keys["tolerance"] = mesh_scene.tolerance
         return Scene.model_validate(keys | {"blocks": blocks})
 
 
-def _table(generator: AnyGenerator) -> str:
+def _table_name(generator: AnyGenerator) -> str:
     """Return the name of a generator's table in case files."""
     return f"[{type(generator).__name__.lower()}]"
 
@@ -219,7 +219,7 @@ def toml_text(scene: SceneKeys) -> str:
 
 
 def case_folder(named: Path | None = None) -> Path:
-    """Return the folder of the paper's case files.
+    """Return the folder of the package's case files.
 
     The result is the first of these folders that has the files: the folder ``named``, which is not checked,
     ``cases/`` in the current folder, and ``cases/`` in the package or, in a clone, next to the package.

@@ -62,21 +62,23 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
         tolerance=scene.tolerance,
         contact_tolerance=scene.contact_tolerance,
         tilt=None if sideways is None else _in_space(sideways.tolist()),
-        joints=_joint(scene.joints, cohesion),
+        joints=_scaled_joint(scene.joints, cohesion),
         blocks=[_solid(block, shapes, index, scene.thickness, depth) for index, block in enumerate(blocks)],
-        exceptions=[_joint(joint, cohesion) for joint in scene.exceptions],
+        exceptions=[_scaled_joint(joint, cohesion) for joint in scene.exceptions],
         **{
-            name: [type(record)(**_keys(record, depth)) for record in getattr(scene, name)]
+            name: [type(record)(**_keys_in_space(record, depth)) for record in getattr(scene, name)]
             for name in _FORCES
         },
-        load_cases=[case.replace(earthquake=_quake(scene, case.earthquake)) for case in scene.load_cases],
-        earthquake=_quake(scene, scene.earthquake),
+        load_cases=[
+            case.replace(earthquake=_quake_in_space(scene, case.earthquake)) for case in scene.load_cases
+        ],
+        earthquake=_quake_in_space(scene, scene.earthquake),
     ).read_from(scene.origin)
     case = scene.load_case
     return solid.in_case(case.name) if case else solid
 
 
-def _quake(scene: Scene, quake: Earthquake | None) -> Earthquake | None:
+def _quake_in_space(scene: Scene, quake: Earthquake | None) -> Earthquake | None:
     """Return an earthquake with its direction converted from the plane to space."""
     if quake is None:
         return None
@@ -93,12 +95,12 @@ def _in_space(vector: Any, at: float = 0.0) -> Any:
     return (vector[0], at, vector[1])
 
 
-def _joint(joint: _J, times: float) -> _J:
+def _scaled_joint(joint: _J, factor: float) -> _J:
     """Return the properties of a joint with its cohesion multiplied by a factor."""
-    return joint.replace(cohesion=joint.cohesion * times) if joint.cohesion else joint
+    return joint.replace(cohesion=joint.cohesion * factor) if joint.cohesion else joint
 
 
-def _keys(record: Record, depth: float) -> dict[str, Any]:
+def _keys_in_space(record: Record, depth: float) -> dict[str, Any]:
     """Return the values that are set in a record, by key, with vectors converted from the plane to space.
 
     The coordinate y is 0 for forces, and half the depth for points.
@@ -112,7 +114,7 @@ def _keys(record: Record, depth: float) -> dict[str, Any]:
 
 def _solid(block: Block, shapes: Geometry, index: int, thickness: float, depth: float) -> Solid:
     """Return a block of the plane as a solid of a given depth."""
-    keys = _keys(block, depth)
+    keys = _keys_in_space(block, depth)
     if block.weight is not None or block.unit_weight is not None:
         keys["weight"] = block.weight_of(float(shapes.size[index]) * thickness)
     for key in ("unit_weight", "vertices", "parts", "holes"):
@@ -124,10 +126,10 @@ def _solid(block: Block, shapes: Geometry, index: int, thickness: float, depth: 
 def _rings(block: Block, shapes: Geometry, index: int) -> list[list[Point]]:
     """Return the rings of a block's convex pieces: corners in the scene's coordinates, counter-clockwise."""
     polygon, origin = shapes.polygons[index], shapes.origin
-    whole = [shapely.get_coordinates(polygon)[:-1]]
-    pieces = whole if shapes.convex[index] else convex_pieces(polygon, shapes.tolerance)
-    # Take corners from the scene, because its coordinates have no rounding errors. Compute only corners at
-    # which two outlines cross, which the scene does not specify.
+    outline = [shapely.get_coordinates(polygon)[:-1]]
+    pieces = outline if shapes.convex[index] else convex_pieces(polygon, shapes.tolerance)
+    # Take corners from the scene, because its coordinates have no rounding errors. The scene does not contain
+    # the points at which outlines of parts or holes cross. Compute these crossing points.
     corners = np.array([point for ring in [*block.rings, *block.holes] for point in ring], dtype=float)
     corner_at = dict(zip(map(tuple, corners - origin), map(tuple, corners.tolist()), strict=True))
     return [

@@ -11,8 +11,9 @@ from pydantic import Field, Strict, Tag
 from masonry_opt.scene.blocks import Block, Body, Name, NonNegative, Point, Positive, Record
 from masonry_opt.scene.solids import ONE_OR_SEVERAL, Solid, Vector
 
-#: Largest number of blocks, openings and gaps of a generator, and of all generators of a case file together.
-#: A larger number raises an error, because larger scenes cannot be solved.
+#: Largest ``size`` of a generator, and largest sum of the sizes of all generators of a case file. A larger
+#: size raises an error before any block is built. With a larger limit, a mistyped number can exhaust the
+#: memory.
 MOST_BLOCKS_GENERATED = 100_000
 
 #: Number of courses, rings or drums.
@@ -62,29 +63,33 @@ class AnyGenerator(Record):
 
     @property
     def size(self) -> int:
-        """Return the number of generated blocks, or a slightly larger upper bound.
+        """Return the number of generated blocks, or an upper bound on this number.
 
-        The number is computed without building the blocks.
+        The result is computed without building the blocks.
         """
         return math.prod(getattr(self, key, 1) for key in ("rings", "voussoirs", "drums"))
 
     def _block(self, name: str, *parts: Shape, **keys: Any) -> Any:
-        """Return a block. The points of ``parts`` and ``keys`` are relative to the generator's origin."""
-        moved = [self._moved(part) for part in parts]
-        shape = moved[0] if len(moved) == 1 else {"parts": moved}
-        called = name if self.name is None else f"{self.name} {name}"
-        return self.kind(name=called, **shape, **self._moved(keys))
+        """Return a block that consists of ``parts`` and has the properties ``keys``.
 
-    def _moved(self, keys: Shape) -> Shape:
+        Points in ``parts`` and in ``keys`` are relative to the generator's origin. The block has the
+        coordinates of the scene.
+        """
+        moved_parts = [self._moved_keys(part) for part in parts]
+        shape = moved_parts[0] if len(moved_parts) == 1 else {"parts": moved_parts}
+        full_name = name if self.name is None else f"{self.name} {name}"
+        return self.kind(name=full_name, **shape, **self._moved_keys(keys))
+
+    def _moved_keys(self, keys: Shape) -> Shape:
         """Return the keys and values of a block, with its points moved to the coordinates of the scene.
 
         The points in ``keys`` are relative to the generator's origin.
         """
         points = {key: keys[key] for key in ("vertices", "weight_at", "live_at") if keys.get(key) is not None}
-        moved = {key: np.add(at, self.at).tolist() for key, at in points.items()}
+        moved_points = {key: np.add(at, self.at).tolist() for key, at in points.items()}
         if "box" in keys:
-            moved["box"] = np.add(np.transpose(keys["box"]), self.at).T.tolist()
-        return keys | moved
+            moved_points["box"] = np.add(np.transpose(keys["box"]), self.at).T.tolist()
+        return keys | moved_points
 
 
 class Generator(AnyGenerator):
@@ -189,34 +194,38 @@ def polar(radius: float, angle: float, *z: float) -> Any:
 
 
 def both(widths: float | tuple[float, float]) -> tuple[float, float]:
-    """Return both widths as a pair: a single width is repeated, and a pair remains unchanged."""
+    """Return a pair of widths: repeat a single width, and return a pair unchanged."""
     return widths if isinstance(widths, tuple) else (widths, widths)
 
 
 def cut(
     start: float, end: float, joints: Iterable[float], length: float, spare: Sequence[float] = ()
 ) -> list[tuple[float, float]]:
-    """Divide a length into stones, and return the two ends of each stone.
+    """Divide a course from ``start`` to ``end`` into stones, and return the two ends of each stone.
 
-    ``joints`` are the joints of the bond, in ascending order. A joint is left out if its distance from an end
-    is less than the length of a closer, the shortest cut stone. A piece that is longer than a stone and a
-    closer is divided in two steps: first at the places ``spare`` that are at least half a stone from joints,
-    and then into equal stones.
+    ``length`` is the length of a whole stone. ``joints`` are the joints of the bond, in ascending order. A
+    joint is left out if its distance from an end is less than the length of a closer, the shortest cut stone.
+    A piece that is longer than a stone and a closer is divided in two steps: first at the places ``spare``
+    that are at least half a stone from joints, and then into equal stones.
     """
 
-    def within(places: Iterable[float], low: float, high: float, least: float) -> list[float]:
-        """Return the positions between two ends that are at least ``least`` stone lengths from both ends."""
-        least *= length * (1 - _STONE_LENGTH_TOLERANCE)
-        return [place for place in places if low + least < place < high - least]
+    def inner_places(places: Iterable[float], low: float, high: float, distance: float) -> list[float]:
+        """Return the places from ``low`` to ``high`` that are at least ``distance * length`` from both."""
+        distance *= length * (1 - _STONE_LENGTH_TOLERANCE)
+        return [place for place in places if low + distance < place < high - distance]
 
-    ends = [start, *within(joints, start, end, CLOSER), end]
-    too_long = [(a, b) for a, b in pairwise(ends) if b - a > length * (1 + CLOSER + _STONE_LENGTH_TOLERANCE)]
-    spares = [place for run in too_long for place in within(spare, *run, 0.5)]
+    ends = [start, *inner_places(joints, start, end, CLOSER), end]
+    long_pieces = [
+        (left, right)
+        for left, right in pairwise(ends)
+        if right - left > length * (1 + CLOSER + _STONE_LENGTH_TOLERANCE)
+    ]
+    spare_joints = [place for run in long_pieces for place in inner_places(spare, *run, 0.5)]
     stones: list[tuple[float, float]] = []
-    for low, high in pairwise(sorted([*ends, *spares])):
+    for low, high in pairwise(sorted([*ends, *spare_joints])):
         count = max(1, math.ceil((high - low) / length - CLOSER - _STONE_LENGTH_TOLERANCE))
-        between = [low + (high - low) * number / count for number in range(1, count)]
-        stones += pairwise([low, *between, high])
+        inner_joints = [low + (high - low) * number / count for number in range(1, count)]
+        stones += pairwise([low, *inner_joints, high])
     return stones
 
 

@@ -38,13 +38,13 @@ MORTAR = 0.35
 #: lost.
 _CHORD_ALLOWANCE = 0.05
 
-#: Ratio of the recommended ``tolerance`` to the error of a drawing's corners. With a smaller ratio, a joint
-#: whose two sides deviate by this error remains wedge-shaped. A larger ratio aligns more joints than
-#: necessary.
+#: Ratio of the recommended ``tolerance`` to the coordinate error of a drawing's corners. With a smaller
+#: ratio, joints that are wedge-shaped because of this error may remain wedge-shaped. A larger ratio aligns
+#: more joints than necessary.
 TOLERANCE_OVER_ERROR = 3.0
 
-#: A corner is removed if its distance from the line between the previous and the next corner is at most this
-#: value, relative to the tolerance.
+#: A corner is removed if its distance from the line between the two neighbouring corners is at most this
+#: value times the tolerance. A larger value removes more corners.
 LARGEST_STRAIGHT_DISTANCE = 0.1
 
 
@@ -54,8 +54,8 @@ def frame_of(scene: Scene, corners: np.ndarray, block: np.ndarray) -> tuple[np.n
     Both are computed from the movable blocks only, because supports may be much larger. ``block`` is the
     index of the block of each corner.
     """
-    movable = corners[~scene.fixed[block]]
-    low, high = movable.min(axis=0), movable.max(axis=0)
+    movable_corners = corners[~scene.fixed[block]]
+    low, high = movable_corners.min(axis=0), movable_corners.max(axis=0)
     tolerance = scene.tolerance or RELATIVE_TOLERANCE * float(np.hypot.reduce(high - low))
     # The tolerance is at least eight times the rounding error of the largest coordinate.
     return (low + high) / 2, max(tolerance, 8 * float(np.spacing(np.abs(corners).max())))
@@ -83,11 +83,12 @@ class Common(NamedTuple):
 class Extents(ABC):
     """Shapes of the blocks of a scene, in the plane or in space.
 
-    Coordinates are relative to the middle of the movable blocks, because coordinates far from the origin have
-    larger rounding errors.
+    Coordinates are relative to the centre of the box around the movable blocks, because coordinates far from
+    the origin have larger rounding errors.
     """
 
-    #: Origin of the shapes: the middle of the movable blocks in scene coordinates, shape (2,) or (3,).
+    #: Origin of the shapes, in scene coordinates: the centre of the box around the movable blocks, shape (2,)
+    #: or (3,).
     origin: np.ndarray
     tolerance: float  #: length below which details of the scene are ignored
     contact_tolerance: float  #: largest gap or overlap at which facing sides are in contact
@@ -138,10 +139,9 @@ class Extents(ABC):
 
     @abstractmethod
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Yield the pairs of blocks that overlap by more than the contact tolerance, with their overlaps.
+        """Yield the index in ``pairs`` of each pair of overlapping blocks, and the region of the overlap.
 
-        Each item has the index of the pair in ``pairs``, in ascending order, and the region in which the two
-        blocks overlap.
+        Overlaps whose depth is within the contact tolerance are left out. The indices are in ascending order.
         """
 
     @cached_property
@@ -206,19 +206,20 @@ class Geometry(Extents):
         return np.array([least_width(polygon) for polygon in self.polygons])
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Yield, for each overlapping pair of blocks, the index of the pair and the region of the overlap."""
-        common = shapely.intersection(self.polygons[pairs[:, 0]], self.polygons[pairs[:, 1]])
-        area, perimeter = shapely.area(common), shapely.length(common)
-        # `mean` is the area divided by half the perimeter. The width of a convex piece lies between `mean`
-        # and π times `mean`.
+        """Yield the index in ``pairs`` of each pair of overlapping blocks, and the region of the overlap."""
+        intersections = shapely.intersection(self.polygons[pairs[:, 0]], self.polygons[pairs[:, 1]])
+        area, perimeter = shapely.area(intersections), shapely.length(intersections)
+        # `mean` is the mean thickness of an overlap: its area divided by half its perimeter. The least width
+        # of a convex region lies between `mean` and π times `mean`.
         mean = np.divide(2 * area, perimeter, out=np.zeros_like(area), where=area > 0)
         for number in np.flatnonzero(mean > self.contact_tolerance / np.pi):
-            width = max(map(least_width, shapely.get_parts(common[number])))
-            # The depth of an overlap is at most the width of an enclosing strip. For a curved piece, such as
-            # the region between two arcs, π times its mean width (`mean`) is a smaller upper limit.
+            width = max(map(least_width, shapely.get_parts(intersections[number])))
+            # Take the least width of the overlap as its depth. For a curved region, such as the region
+            # between two arcs, the least width is much larger than the thickness. Therefore limit the depth
+            # to π times the mean thickness.
             depth = min(width, np.pi * float(mean[number]))
             if depth > self.contact_tolerance:
-                middle = shapely.get_coordinates(shapely.centroid(common[number]))[0]
+                middle = shapely.get_coordinates(shapely.centroid(intersections[number]))[0]
                 yield int(number), Common(depth, middle, float(area[number]))
 
     @cached_property
@@ -251,24 +252,24 @@ def geometry(scene: Scene) -> Geometry:
     # A block with several parts or holes has several rings: replace its outline by a polygon of all rings.
     for index, block in enumerate(blocks):
         if len(block.rings) > 1 or block.holes:
-            outlines[index] = _built_up(scene, block, index, origin, tolerance)
+            outlines[index] = _build_polygon(scene, block, index, origin, tolerance)
     hulls = shapely.convex_hull(outlines)
     thickness = mean_thickness(shapely.area(hulls), shapely.length(hulls))
     default = RELATIVE_TOLERANCE * float(np.hypot.reduce(np.ptp(corners, axis=0)))
     refuse_too_thin(
         scene, np.arange(len(blocks)), thickness, (LARGEST_STRAIGHT_DISTANCE * 2 * tolerance, default)
     )
-    flat = shapely.area(hulls) <= LARGEST_STRAIGHT_DISTANCE * tolerance * shapely.length(hulls)
+    is_flat = shapely.area(hulls) <= LARGEST_STRAIGHT_DISTANCE * tolerance * shapely.length(hulls)
     # Exclude outlines that are completely covered by holes: they raise another error below.
-    flat &= ~shapely.is_empty(outlines)
-    # Compare the area with the block's own length. The default tolerance is relative to the size of the
-    # scene, so it may exceed the size of a small block that has an area.
+    is_flat &= ~shapely.is_empty(outlines)
+    # Compare the area with the square of the block's own perimeter. The default tolerance is relative to the
+    # size of the scene, so a small block may be smaller than this tolerance although it has an area.
     has_area = shapely.area(hulls) > RELATIVE_TOLERANCE * shapely.length(hulls) ** 2
     raise_for(
-        np.flatnonzero(flat & ~has_area), scene, "{} has no area: its corners are on one line or coincide"
+        np.flatnonzero(is_flat & ~has_area), scene, "{} has no area: its corners are on one line or coincide"
     )
     raise_for(
-        np.flatnonzero(flat | ((shapely.area(hulls) <= tolerance**2) & has_area)),
+        np.flatnonzero(is_flat | ((shapely.area(hulls) <= tolerance**2) & has_area)),
         scene,
         f"{{}} is too small for the tolerance {rounded(tolerance)}: use one unit for all coordinates, remove "
         "blocks that are far away from the others, or set 'tolerance'",
@@ -276,42 +277,46 @@ def geometry(scene: Scene) -> Geometry:
     # The simplification never removes the first corner of an outline. Therefore begin at the lowest leftmost
     # corner, which is never on a straight side.
     polygons = shapely.simplify(shapely.normalize(outlines), LARGEST_STRAIGHT_DISTANCE * tolerance)
-    crossed = np.flatnonzero(~shapely.is_valid(polygons))
-    raise_for(crossed, scene, "the outline of {} crosses itself: list the corners in order along the outline")
+    crossed_blocks = np.flatnonzero(~shapely.is_valid(polygons))
+    raise_for(
+        crossed_blocks, scene, "the outline of {} crosses itself: list the corners in order along the outline"
+    )
     area = shapely.area(outlines)
     raise_for(np.flatnonzero(area <= tolerance**2), scene, "{} has no area")
     hulls = shapely.convex_hull(polygons)
     convex = shapely.get_num_coordinates(hulls) == shapely.get_num_coordinates(polygons)
     polygons = shapely.orient_polygons(polygons)
     centroid = shapely.get_coordinates(shapely.centroid(outlines))
-    touching = contact_tolerance_of(scene, tolerance)
-    return Geometry(origin, tolerance, touching, area, centroid, convex, np.zeros(0, dtype=int), polygons)
+    contact_tolerance = contact_tolerance_of(scene, tolerance)
+    return Geometry(
+        origin, tolerance, contact_tolerance, area, centroid, convex, np.zeros(0, dtype=int), polygons
+    )
 
 
-def _built_up(
+def _build_polygon(
     scene: Scene, block: Block, index: int, origin: np.ndarray, tolerance: float
 ) -> shapely.Geometry:
     """Return the polygon or multipolygon of a block that has several parts or holes."""
 
-    def ring(points: list[tuple[float, float]], what: str) -> shapely.Polygon:
+    def ring(points: list[tuple[float, float]], kind: str) -> shapely.Polygon:
         polygon = shapely.Polygon(np.array(points) - origin)
         if polygon.area <= tolerance**2:
-            raise_for([index], scene, f"{{}} has {what} without area")
+            raise_for([index], scene, f"{{}} has {kind} without area")
         if not polygon.is_valid:
-            raise_for([index], scene, f"{{}} has {what} that crosses itself: list its corners in order")
+            raise_for([index], scene, f"{{}} has {kind} that crosses itself: list its corners in order")
         return polygon
 
-    whole = shapely.union_all([ring(points, "a part") for points in block.rings])
+    block_polygon = shapely.union_all([ring(points, "a part") for points in block.rings])
     for points in block.holes:
         hole = ring(points, "a hole")
-        if not whole.buffer(tolerance).covers(hole):
+        if not block_polygon.buffer(tolerance).covers(hole):
             raise_for(
                 [index],
                 scene,
                 "{} has a hole that is not inside the block: move the hole, or draw a notch in the outline",
             )
-        whole = whole.difference(hole)
-    return whole
+        block_polygon = block_polygon.difference(hole)
+    return block_polygon
 
 
 def least_width(piece: shapely.Geometry) -> float:
@@ -320,8 +325,8 @@ def least_width(piece: shapely.Geometry) -> float:
     sides = np.diff(corners, axis=0)
     if len(sides) < 3:
         return 0.0
-    across = np.column_stack([-sides[:, 1], sides[:, 0]]) / np.hypot(*sides.T)[:, None]
-    return float(np.ptp(corners @ across.T, axis=0).min())
+    normals = np.column_stack([-sides[:, 1], sides[:, 0]]) / np.hypot(*sides.T)[:, None]
+    return float(np.ptp(corners @ normals.T, axis=0).min())
 
 
 def raise_for(blocks: Sequence[int] | np.ndarray, scene: Scene, why: str) -> None:
@@ -332,8 +337,8 @@ def raise_for(blocks: Sequence[int] | np.ndarray, scene: Scene, why: str) -> Non
     if len(blocks) == 0:
         return
     names = [repr(scene.blocks[index].name) for index in blocks]
-    more = f" (likewise {len(names) - 1} more: {', '.join(names[1:4])})" if len(names) > 1 else ""
-    raise CaseError(f"{scene.origin}: {why.replace('{}', f'block {names[0]}{more}', 1)}")
+    addition = f" (likewise {len(names) - 1} more: {', '.join(names[1:4])})" if len(names) > 1 else ""
+    raise CaseError(f"{scene.origin}: {why.replace('{}', f'block {names[0]}{addition}', 1)}")
 
 
 def mean_thickness(size: np.ndarray, boundary: np.ndarray) -> np.ndarray:
@@ -363,13 +368,13 @@ def refuse_too_thin(
         Thickness up to which the tolerance of the scene ignores a part, and thickness up to which the default
         tolerance ignores it.
     """
-    too_thin, none = limits
-    thin = np.flatnonzero((thickness <= too_thin) & (thickness > none))
-    if scene.tolerance is None or not len(thin):
+    scene_limit, default_limit = limits
+    thin_parts = np.flatnonzero((thickness <= scene_limit) & (thickness > default_limit))
+    if scene.tolerance is None or not len(thin_parts):
         return
-    thin = thin[np.argsort(thickness[thin], kind="stable")]
-    blocks = list(dict.fromkeys(block[thin].tolist()))
-    raise_for(blocks, scene, f"{{}} is {too_thin_for(scene.tolerance, float(thickness[thin[0]]))}")
+    thin_parts = thin_parts[np.argsort(thickness[thin_parts], kind="stable")]
+    blocks = list(dict.fromkeys(block[thin_parts].tolist()))
+    raise_for(blocks, scene, f"{{}} is {too_thin_for(scene.tolerance, float(thickness[thin_parts[0]]))}")
 
 
 @dataclass(frozen=True)
@@ -391,9 +396,9 @@ class Profile:
 
     @property
     def depth(self) -> np.ndarray:
-        """Return the depth of both ends of each piece of edge below the line, shape (pieces, 2).
+        """Return the depth of the block edge below ``line`` at both ends of each piece, shape (pieces, 2).
 
-        The depth is 0 where the edge is above the line.
+        The depth is 0 where the edge is above the line, and NaN where there is no edge.
         """
         return np.maximum(self.line - self.y, 0.0)
 
@@ -418,34 +423,34 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
         If the line runs through a block.
     """
     line = shapely.linestrings(points)
-    touched = np.flatnonzero(shapely.intersects(line, shapes.polygons))
-    inner = shapely.buffer(shapes.polygons[touched], -2 * shapes.tolerance)
-    for index in touched[shapely.intersects(line, inner)]:
+    touched_blocks = np.flatnonzero(shapely.intersects(line, shapes.polygons))
+    shrunken_polygons = shapely.buffer(shapes.polygons[touched_blocks], -2 * shapes.tolerance)
+    for index in touched_blocks[shapely.intersects(line, shrunken_polygons)]:
         name = scene.blocks[index].name
         raise CaseError(
             f"{scene.origin}: {where} runs through block '{name}': move the line onto or above the blocks"
         )
     tail, tip, owner = shapes.edges
     # Select the upper edges, which run leftwards because a block lies to the left of its edges.
-    upper = np.flatnonzero(tip[:, 0] < tail[:, 0])
-    tail, tip, owner = tail[upper], tip[upper], owner[upper]
+    upper_edges = np.flatnonzero(tip[:, 0] < tail[:, 0])
+    tail, tip, owner = tail[upper_edges], tip[upper_edges], owner[upper_edges]
     if shapes.contact_tolerance > shapes.tolerance:
         tail, tip = with_closed_gaps(tail, tip, owner, shapes.contact_tolerance)
-    at = np.unique(np.concatenate([points[:, 0], tail[:, 0], tip[:, 0]]))
-    at = at[(at >= points[0, 0]) & (at <= points[-1, 0])]
+    abscissae = np.unique(np.concatenate([points[:, 0], tail[:, 0], tip[:, 0]]))
+    abscissae = abscissae[(abscissae >= points[0, 0]) & (abscissae <= points[-1, 0])]
     # Merge pieces that are shorter than the tolerance with their neighbours.
-    at = at[np.r_[True, np.diff(at) > shapes.tolerance]]
-    middle = (at[1:] + at[:-1]) / 2
-    edge = _uppermost(tail, tip, middle, np.interp(middle, *points.T) + 2 * shapes.tolerance)
+    abscissae = abscissae[np.r_[True, np.diff(abscissae) > shapes.tolerance]]
+    middle = (abscissae[1:] + abscissae[:-1]) / 2
+    edge = _uppermost_edges(tail, tip, middle, np.interp(middle, *points.T) + 2 * shapes.tolerance)
     # A new piece begins where another edge begins, or where the line (such as a road) has a corner.
     slope = np.searchsorted(points[1:-1, 0], middle)
     begins = np.r_[True, (edge[1:] != edge[:-1]) | (slope[1:] != slope[:-1])]
-    edge, starts = edge[begins], at[:-1][begins]
-    x = np.column_stack([starts, np.r_[starts[1:], at[-1]]])
+    edge, starts = edge[begins], abscissae[:-1][begins]
+    x = np.column_stack([starts, np.r_[starts[1:], abscissae[-1]]])
     tail, tip = tail[edge], tip[edge]
     y = tail[:, 1:] + (x - tail[:, :1]) * ((tip - tail)[:, 1:] / (tip - tail)[:, :1])
     has_edge = edge >= 0
-    edge_number = np.where(has_edge, upper[edge], -1)
+    edge_number = np.where(has_edge, upper_edges[edge], -1)
     block = np.where(has_edge, owner[edge], -1)
     return Profile(x, np.where(has_edge[:, None], y, np.nan), np.interp(x, *points.T), edge_number, block)
 
@@ -459,10 +464,10 @@ def with_closed_gaps(
     their distance is at most ``widest``. ``owner`` is the block of each edge.
     """
     start, end = shapely.STRtree(shapely.points(tip)).query(shapely.points(tail), "dwithin", widest)
-    other_block = owner[start] != owner[end]
-    start, end = start[other_block], end[other_block]
-    nearest = np.argsort(np.hypot(*(tail[start] - tip[end]).T), kind="stable")
-    start, end = start[nearest], end[nearest]
+    is_gap = owner[start] != owner[end]
+    start, end = start[is_gap], end[is_gap]
+    order = np.argsort(np.hypot(*(tail[start] - tip[end]).T), kind="stable")
+    start, end = start[order], end[order]
     first = np.intersect1d(np.unique(start, return_index=True)[1], np.unique(end, return_index=True)[1])
     start, end = start[first], end[first]
     closed_tail, closed_tip = tail.copy(), tip.copy()
@@ -470,18 +475,20 @@ def with_closed_gaps(
     return closed_tail, closed_tip
 
 
-def _uppermost(tail: np.ndarray, tip: np.ndarray, x: np.ndarray, high: np.ndarray) -> np.ndarray:
+def _uppermost_edges(tail: np.ndarray, tip: np.ndarray, x: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Return the index of the highest edge below the height ``high`` at each abscissa ``x``.
 
     The index is -1 if there is no edge below this height.
     """
     low = np.full_like(high, min(tail[:, 1].min(), tip[:, 1].min()) - 1.0)
-    plumb = shapely.linestrings(np.stack([np.column_stack([x, x]), np.column_stack([low, high])], axis=2))
+    plumb_lines = shapely.linestrings(
+        np.stack([np.column_stack([x, x]), np.column_stack([low, high])], axis=2)
+    )
     edges = shapely.linestrings(np.stack([tail, tip], axis=1))
-    number, edge = shapely.STRtree(edges).query(plumb, predicate="intersects")
+    number, edge = shapely.STRtree(edges).query(plumb_lines, predicate="intersects")
     share = (x[number] - tail[edge, 0]) / (tip[edge, 0] - tail[edge, 0])
-    rising = np.argsort(tail[edge, 1] + share * (tip[edge, 1] - tail[edge, 1]), kind="stable")
-    highest = np.full(len(x), -1)
+    order = np.argsort(tail[edge, 1] + share * (tip[edge, 1] - tail[edge, 1]), kind="stable")
+    highest_edge = np.full(len(x), -1)
     # Assign the edges in ascending order of height, so that the highest edge is assigned last.
-    highest[number[rising]] = edge[rising]
-    return highest
+    highest_edge[number[order]] = edge[order]
+    return highest_edge

@@ -1,4 +1,4 @@
-"""Define joint properties: those of all joints of a scene, and exceptions between two blocks."""
+"""Define joint properties: defaults for all joints of a scene, and exceptions for pairs of blocks."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -13,7 +13,7 @@ from masonry_opt.scene.blocks import Name, NonNegative, Number, Positive, Record
 LARGEST_FRICTION = 1e6
 
 
-def _friction(value: float) -> float:
+def _check_friction(value: float) -> float:
     if not value >= 0:
         raise ValueError("must be zero or more")
     if LARGEST_FRICTION < value < math.inf:
@@ -28,7 +28,7 @@ Friction = Annotated[
     float,
     Strict(),
     BeforeValidator(lambda value: math.inf if isinstance(value, str) and value == "inf" else value),
-    AfterValidator(_friction),
+    AfterValidator(_check_friction),
     PlainSerializer(lambda value: "inf" if math.isinf(value) else value, when_used="json"),
 ]
 
@@ -41,7 +41,7 @@ class _InDegrees(Record):
 
     @model_validator(mode="before")
     @classmethod
-    def _as_tangents(cls, data: Any) -> Any:
+    def _convert_angles(cls, data: Any) -> Any:
         if not isinstance(data, Mapping):
             return data
         keys = dict(data)
@@ -93,7 +93,7 @@ class JointDefaults(_InDegrees):
         if self.dilatancy_stress and not self.dilatancy_stress[0] < self.dilatancy_stress[1]:
             yield (
                 "'dilatancy_stress' must be two increasing stresses: "
-                "the dilatancy is full up to the first stress and zero from the second stress"
+                "the dilatancy is full up to the first stress and zero above the second stress"
             )
 
 

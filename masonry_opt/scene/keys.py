@@ -53,7 +53,7 @@ class SceneKeys(Record):
     reference: dict[Name, Reference] = {}
 
     def model_post_init(self, _: Any) -> None:
-        """Set gravity to vertically downwards if the scene does not specify gravity."""
+        """Let gravity point vertically downwards if the scene does not specify gravity."""
         if "gravity" not in self.model_fields_set:
             # Write to ``__dict__``, because the record is immutable and an ordinary assignment would raise an
             # error.
@@ -89,8 +89,8 @@ class SceneKeys(Record):
             return np.array((-y, x) if towards == "right" else (y, -x))
         vector = np.array(towards, dtype=float)
         unit = _unit(vector) if vector.any() else self.down
-        sideways = unit - (unit @ self.down) * self.down
-        return _unit(sideways) if np.abs(sideways).max() > _PARALLEL_TOLERANCE else None
+        projection = unit - (unit @ self.down) * self.down
+        return _unit(projection) if np.abs(projection).max() > _PARALLEL_TOLERANCE else None
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:
@@ -108,40 +108,40 @@ def inconsistencies(scene: SceneKeys) -> Iterator[str]:
         yield "the scene has no block: add [[block]] tables or a generator such as [wall]"
     names = [block.name for block in scene.blocks]
     for name in repeated(names):
-        first, second, *_ = [number for number, other in enumerate(names, start=1) if other == name]
+        first, second, *_ = [number for number, block_name in enumerate(names, start=1) if block_name == name]
         yield (
             f"blocks no. {first} and no. {second} are both named '{name}': "
             "rename one of them, or give each generator its own 'name'"
         )
-    fixed = {block.name: block.fixed for block in scene.blocks}
-    yield from _without_support(scene, fixed)
-    if all(fixed.values()):
+    is_fixed = {block.name: block.fixed for block in scene.blocks}
+    yield from _without_support(scene, is_fixed)
+    if all(is_fixed.values()):
         yield "every block is fixed: the scene needs at least one movable block"
     yield from _wrong_dimension(scene)
-    yield from _wrong_exceptions(scene, fixed)
-    yield from _wrong_loads(scene, fixed)
+    yield from _wrong_exceptions(scene, is_fixed)
+    yield from _wrong_loads(scene, is_fixed)
     for name in repeated(group.name for group in scene.axles):
         yield f"two groups of axles are named '{name}': rename one of them"
     yield from _wrong_fills(scene)
-    yield from _wrong_struts(scene, fixed)
+    yield from _wrong_struts(scene, is_fixed)
     if scene.tilt and scene.tilt_direction is None:
         yield "'tilt' needs a direction that is not parallel to gravity"
-    for why in _not_tilting(scene) if scene.tilt else ():
+    for obstacle in _tilt_obstacles(scene) if scene.tilt else ():
         yield (
             "'tilt' is allowed only if all loads are weights and joints resist by friction alone, "
-            f"but {why}: remove this load or property, or remove 'tilt'"
+            f"but {obstacle}: remove this load or property, or remove 'tilt'"
         )
     yield from _wrong_cases(scene)
 
 
-def _without_support(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
+def _without_support(scene: SceneKeys, is_fixed: Mapping[str, bool]) -> Iterator[str]:
     """Generate an error message if the scene has no fixed block, and no tie or prop ends at the ground.
 
     A tie or prop that ends at "ground" ends at the block of this name if the scene has such a block.
     """
-    if any(fixed.values()):
+    if any(is_fixed.values()):
         return
-    if GROUND in fixed:
+    if GROUND in is_fixed:
         yield f"no block is fixed, not even the block named '{GROUND}': mark the support with 'fixed = true'"
     elif not any(GROUND in strut.between for strut in (*scene.ties, *scene.props)):
         yield f"no block is fixed: mark the support with 'fixed = true', or end a tie at \"{GROUND}\""
@@ -152,37 +152,37 @@ def _wrong_dimension(scene: SceneKeys) -> Iterator[str]:
     first = scene.blocks[0]
     for block in scene.blocks:
         if block.dimension != scene.dimension:
-            flat, solid = sorted((first, block), key=lambda mixed_block: mixed_block.dimension)
+            flat_block, solid_block = sorted((first, block), key=lambda mixed_block: mixed_block.dimension)
             yield (
-                f"block '{solid.name}' is a solid, but block '{flat.name}' lies in the plane: "
+                f"block '{solid_block.name}' is a solid, but block '{flat_block.name}' lies in the plane: "
                 "use only one of the two kinds ('extrude' converts a scene in the plane to solids)"
             )
     if len(scene.gravity) != scene.dimension:
         yield f"'gravity' needs {_POINT[scene.dimension]}, like the points of block '{first.name}'"
     yield from _wrong_load_dimension(scene)
-    space = scene.dimension == 3
-    if scene.tilt and isinstance(scene.tilt, str) == space:
-        yield "'tilt' needs a direction, [x, y, z]" if space else '\'tilt\' needs "left" or "right"'
-    if space and "thickness" in scene.model_fields_set:
+    is_in_space = scene.dimension == 3
+    if scene.tilt and isinstance(scene.tilt, str) == is_in_space:
+        yield "'tilt' needs a direction, [x, y, z]" if is_in_space else '\'tilt\' needs "left" or "right"'
+    if is_in_space and "thickness" in scene.model_fields_set:
         yield (
             f"'thickness' is only for scenes in the plane, but block '{first.name}' is a solid: "
             "remove 'thickness'"
         )
-    if space:
+    if is_in_space:
         yield from of_plane_alone(scene)
 
 
 def _wrong_load_dimension(scene: SceneKeys) -> Iterator[str]:
     """Generate an error message for each load whose vectors do not fit the dimension of the scene."""
     for number, load in enumerate(scene.loads, start=1):
-        where = f"load no. {number} on block '{load.block}'"
+        label = f"load no. {number} on block '{load.block}'"
         for key in ("live", "dead", "at"):
             vector = getattr(load, key)
             if vector and len(vector) != scene.dimension:
-                yield f"{where}: '{key}' needs {_POINT[scene.dimension]}"
+                yield f"{label}: '{key}' needs {_POINT[scene.dimension]}"
         for key in ("live_moment", "dead_moment"):
             if getattr(load, key) and scene.dimension == 2:
-                yield f"{where} has '{key}', which is only for solids: remove it"
+                yield f"{label} has '{key}', which is only for solids: remove it"
 
 
 def of_plane_alone(scene: SceneKeys) -> Iterator[str]:
@@ -197,47 +197,47 @@ def of_plane_alone(scene: SceneKeys) -> Iterator[str]:
     if scene.fills:
         yield "'fill' is only for scenes in the plane: give its weight and pressure as 'load'"
     for joint in (scene.joints, *scene.exceptions):
-        where = f"joint between {list(joint.between)}" if isinstance(joint, Joint) else "'joints'"
+        label = f"joint between {list(joint.between)}" if isinstance(joint, Joint) else "'joints'"
         for key in ("strength", "dilatancy_stress"):
             if getattr(joint, key) is not None:
-                yield f"{where}: '{key}' is only for joints in the plane: remove it"
+                yield f"{label}: '{key}' is only for joints in the plane: remove it"
 
 
-def _wrong_exceptions(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
-    """Generate an error message for each mistake in an exception: the joint properties of two blocks."""
+def _wrong_exceptions(scene: SceneKeys, is_fixed: Mapping[str, bool]) -> Iterator[str]:
+    """Generate an error message for each mistake in ``exceptions``, the joint properties of block pairs."""
     pairs: set[frozenset[str]] = set()
     for exception in scene.exceptions:
-        where, pair = f"joint between {list(exception.between)}", frozenset(exception.between)
+        label, pair = f"joint between {list(exception.between)}", frozenset(exception.between)
         for name in exception.between:
-            if name not in fixed:
-                yield f"{where}: no block is named '{name}'{did_you_mean(name, fixed)}"
+            if name not in is_fixed:
+                yield f"{label}: no block is named '{name}'{did_you_mean(name, is_fixed)}"
         if len(pair) == 1:
-            yield f"{where}: needs two different blocks"
+            yield f"{label}: needs two different blocks"
         if pair in pairs:
-            yield f"{where} is given twice: remove one of the two entries"
+            yield f"{label} is given twice: remove one of the two entries"
         pairs.add(pair)
         try:
             exception.over(scene.joints)
         except CaseError as error:
-            yield f"{where}: {str(error).removeprefix('JointDefaults: ')}"
+            yield f"{label}: {str(error).removeprefix('JointDefaults: ')}"
 
 
-def _wrong_loads(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
+def _wrong_loads(scene: SceneKeys, is_fixed: Mapping[str, bool]) -> Iterator[str]:
     """Generate an error message for each mistake in the loads on blocks."""
-    weighed: set[str] = set()
+    weighed_blocks: set[str] = set()
     for number, load in enumerate(scene.loads, start=1):
-        if load.block not in fixed:
-            yield f"load no. {number}: no block is named '{load.block}'{did_you_mean(load.block, fixed)}"
+        if load.block not in is_fixed:
+            yield f"load no. {number}: no block is named '{load.block}'{did_you_mean(load.block, is_fixed)}"
             continue
-        if fixed[load.block]:
+        if is_fixed[load.block]:
             yield f"load no. {number} acts on block '{load.block}', which is fixed: name a movable block"
         if load.weight is not None:
-            if load.block in weighed:
+            if load.block in weighed_blocks:
                 yield (
                     f"load no. {number} sets the 'weight' of block '{load.block}', but another load sets it "
                     "too: remove one of the two weights"
                 )
-            weighed.add(load.block)
+            weighed_blocks.add(load.block)
 
 
 def _wrong_fills(scene: SceneKeys) -> Iterator[str]:
@@ -251,21 +251,21 @@ def _wrong_fills(scene: SceneKeys) -> Iterator[str]:
             yield f"fill no. {left} and no. {right} overlap: end one fill where the other begins"
 
 
-def _wrong_struts(scene: SceneKeys, fixed: Mapping[str, bool]) -> Iterator[str]:
+def _wrong_struts(scene: SceneKeys, is_fixed: Mapping[str, bool]) -> Iterator[str]:
     """Generate an error message for each mistake in the ends of ties and props."""
     for number, strut in (*enumerate(scene.ties, start=1), *enumerate(scene.props, start=1)):
-        where = f"{type(strut).__name__.lower()} no. {number} between {list(strut.between)}"
+        label = f"{type(strut).__name__.lower()} no. {number} between {list(strut.between)}"
         for name in strut.between:
-            if name not in fixed and name != GROUND:
-                near = did_you_mean(name, fixed)
-                yield f"{where}: no block is named '{name}'{near} (\"{GROUND}\" is the fixed ground)"
-        if all(fixed.get(name, True) for name in strut.between):
-            yield f"{where} has no effect, because both ends are fixed: remove it"
+            if name not in is_fixed and name != GROUND:
+                suggestion = did_you_mean(name, is_fixed)
+                yield f"{label}: no block is named '{name}'{suggestion} (\"{GROUND}\" is the fixed ground)"
+        if all(is_fixed.get(name, True) for name in strut.between):
+            yield f"{label} has no effect, because both ends are fixed: remove it"
         if len(strut.at[0]) != scene.dimension:
-            yield f"{where}: 'at' needs points of {_POINT[scene.dimension]}"
+            yield f"{label}: 'at' needs points of {_POINT[scene.dimension]}"
 
 
-def _not_tilting(scene: SceneKeys) -> Iterator[str]:
+def _tilt_obstacles(scene: SceneKeys) -> Iterator[str]:
     """Generate a clause of an error message for each load or property that a tilted scene must not have.
 
     If the ground is tilted by θ, the weights are cos θ (W + tan θ W'), where W' are the weights W rotated by
@@ -295,14 +295,14 @@ def _not_tilting(scene: SceneKeys) -> Iterator[str]:
 def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
     """Generate an error message for each mistake in the load cases and the earthquake of a scene."""
     groups = {load.group for load in scene.loads} | {load.group for load in scene.edge_loads}
-    known = [*GROUPS, *sorted(name for name in groups if name is not None)]
+    known_groups = [*GROUPS, *sorted(name for name in groups if name is not None)]
     names: set[str] = set()
     for number, case in enumerate(scene.load_cases, start=1):
-        where = f"load_case no. {number} ('{case.name}')"
+        label = f"load_case no. {number} ('{case.name}')"
         if case.name in names:
-            yield f"{where}: another load case has the same name: rename one of the two load cases"
+            yield f"{label}: another load case has the same name: rename one of the two load cases"
         names.add(case.name)
-        yield from (f"{where}: {mistake}" for mistake in _wrong_groups(scene, case, known))
+        yield from (f"{label}: {mistake}" for mistake in _wrong_groups(scene, case, known_groups))
     yield from _wrong_earthquakes(scene)
     if scene.tilt and (scene.load_cases or scene.earthquake):
         yield "'tilt' must be the only live load: remove 'tilt', or remove the load cases and the earthquake"
@@ -315,13 +315,16 @@ def _wrong_cases(scene: SceneKeys) -> Iterator[str]:
         )
 
 
-def _wrong_groups(scene: SceneKeys, case: LoadCase, known: list[str]) -> Iterator[str]:
+def _wrong_groups(scene: SceneKeys, case: LoadCase, known_groups: list[str]) -> Iterator[str]:
     """Generate an error message for each load group that a load case names but the scene does not have."""
     for key in ("dead", "live"):
-        unknown = [group for group in getattr(case, key) if group not in known]
-        if unknown:
-            near = did_you_mean(unknown[0], known) or f"; the groups are: {', '.join(known)}"
-            yield f"'{key}' names group '{unknown[0]}', but no load has this group{near}"
+        unknown_groups = [group for group in getattr(case, key) if group not in known_groups]
+        if unknown_groups:
+            suggestion = (
+                did_you_mean(unknown_groups[0], known_groups)
+                or f"; the groups are: {', '.join(known_groups)}"
+            )
+            yield f"'{key}' names group '{unknown_groups[0]}', but no load has this group{suggestion}"
     if "axles" in case.live and scene.dimension == 3:
         yield "'live' names 'axles', which are only for scenes in the plane: remove them"
 
@@ -331,10 +334,10 @@ def _wrong_earthquakes(scene: SceneKeys) -> Iterator[str]:
     earthquakes = [("'earthquake'", scene.earthquake)]
     for number, case in enumerate(scene.load_cases, start=1):
         earthquakes.append((f"load_case no. {number} ('{case.name}'): 'earthquake'", case.earthquake))
-    for where, earthquake in earthquakes:
+    for label, earthquake in earthquakes:
         mistake = None if earthquake is None else wrong_direction(scene, earthquake)
         if mistake:
-            yield f"{where}: {mistake}"
+            yield f"{label}: {mistake}"
 
 
 def wrong_direction(scene: SceneKeys, quake: Earthquake) -> str | None:

@@ -11,8 +11,8 @@ from masonry_opt.scene.solids import ONE_OR_SEVERAL, PlaneOrSpaceVector, Vector
 
 Kind = Literal["dead", "live"]
 LOAD_KINDS: tuple[Kind, ...] = ("dead", "live")
-#: Pairs of a Python type and the tag of a direction of this type. Directions of all other types, such as
-#: numbers, have the tag "<one>".
+#: For each Python type of an earthquake's direction, the tag by which pydantic selects the validation. All
+#: other types, such as numbers, have the tag "<one>".
 _DIRECTION_TAGS = ((str, "<plane>"), ((list, tuple), "<several>"))
 #: Direction of an earthquake: "left" or "right" in the plane. In space the direction is an angle in plan in
 #: degrees, or a vector.
@@ -286,8 +286,8 @@ class LoadCase(Record):
 
     def factor(self, kind: Kind, group: str) -> float:
         """Return the factor of a load group in the dead load or in the live load."""
-        usual = 1.0 if kind == "dead" and group in ("weight", "fill", "dead") else 0.0
-        return (self.dead if kind == "dead" else self.live).get(group, usual)
+        default = 1.0 if kind == "dead" and group in ("weight", "fill", "dead") else 0.0
+        return (self.dead if kind == "dead" else self.live).get(group, default)
 
     @property
     def moves(self) -> bool:

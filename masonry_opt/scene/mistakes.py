@@ -77,24 +77,24 @@ def wrong_values(
 
     Each line begins with ``head``. The default is the name of the record.
     """
-    head, mistakes = head or called(record, values), _without_misspelt(error.errors(include_url=False))
+    head, mistakes = head or called(record, values), _drop_misspelt(error.errors(include_url=False))
     most_mistakes = _MOST_MESSAGE_LINES - 1  # the last line counts the others
     lines = [_line(dict(item), record, values) for item in mistakes[:most_mistakes]]
     lines += filter(None, [remainder(len(mistakes), most_mistakes, "mistake")])
     return CaseError("\n".join(f"{head}: {text}" for text in lines))
 
 
-def _without_misspelt(mistakes: Sequence[Any]) -> list[Any]:
+def _drop_misspelt(mistakes: Sequence[Any]) -> list[Any]:
     """Return all mistakes, except missing keys that the file probably contains with a misspelt name.
 
     A missing key is probably misspelt if its table has an unknown key with a similar name. The message about
     the unknown key suggests the missing key.
     """
-    unknown = [item["loc"] for item in mistakes if item["type"] == "extra_forbidden"]
+    unknown_keys = [item["loc"] for item in mistakes if item["type"] == "extra_forbidden"]
 
     def is_misspelt(loc: tuple[str | int, ...]) -> bool:
         """Return True if the table of a missing key has an unknown key with a similar name."""
-        names = [str(key_path[-1]) for key_path in unknown if key_path[:-1] == loc[:-1]]
+        names = [str(key_path[-1]) for key_path in unknown_keys if key_path[:-1] == loc[:-1]]
         return bool(loc) and any(did_you_mean(name, [str(loc[-1])]) for name in names)
 
     return [item for item in mistakes if item["type"] != "missing" or not is_misspelt(item["loc"])]
@@ -102,7 +102,7 @@ def _without_misspelt(mistakes: Sequence[Any]) -> list[Any]:
 
 def called(record: type[BaseModel], values: Mapping[str, Any]) -> str:
     """Return the name of a record for error messages: the title or name of its class, and its own name."""
-    return f"{record.model_config.get('title') or record.__name__} {_name(values)}".rstrip()
+    return f"{record.model_config.get('title') or record.__name__} {_entry_name(values)}".rstrip()
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
@@ -111,8 +111,8 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     The comparison ignores upper and lower case.
     """
     by_lower_case = {entry.lower(): entry for entry in known}
-    close = difflib.get_close_matches(name.lower(), by_lower_case, n=1)
-    return f"; did you mean '{by_lower_case[close[0]]}'?" if close else ""
+    matches = difflib.get_close_matches(name.lower(), by_lower_case, n=1)
+    return f"; did you mean '{by_lower_case[matches[0]]}'?" if matches else ""
 
 
 def keyword_arguments(function: Callable[..., object]) -> tuple[str, ...]:
@@ -123,14 +123,14 @@ def keyword_arguments(function: Callable[..., object]) -> tuple[str, ...]:
 
 def suggests_arguments(function: Callable[P, R]) -> Callable[P, R]:
     """Decorate a function: a call with an unknown argument raises OptionError and suggests a similar name."""
-    known = [name for name in keyword_arguments(function) if name != "self"]
+    known_names = [name for name in keyword_arguments(function) if name != "self"]
 
     @functools.wraps(function)
     def checked(*args: P.args, **kwargs: P.kwargs) -> R:
         for name in kwargs:
-            if name not in known:
-                near = did_you_mean(name, known) or f"; it has: {', '.join(known)}"
-                raise OptionError(f"'{function.__name__}' has no argument '{name}'{near}")
+            if name not in known_names:
+                suggestion = did_you_mean(name, known_names) or f"; it has: {', '.join(known_names)}"
+                raise OptionError(f"'{function.__name__}' has no argument '{name}'{suggestion}")
         return function(*args, **kwargs)
 
     return checked
@@ -139,9 +139,9 @@ def suggests_arguments(function: Callable[P, R]) -> Callable[P, R]:
 def instead_of(name: object, known: Iterable[str]) -> str:
     """Return a clause that suggests a valid name similar to ``name``, if any, and lists all valid names."""
     names = [*known]
-    similar = did_you_mean(str(name), names)
-    listed = ", ".join(names)
-    return f"{similar} Choose from: {listed}" if similar else f"; choose from: {listed}"
+    suggestion = did_you_mean(str(name), names)
+    name_list = ", ".join(names)
+    return f"{suggestion} Choose from: {name_list}" if suggestion else f"; choose from: {name_list}"
 
 
 def repeated(names: Iterable[str]) -> list[str]:
@@ -154,24 +154,26 @@ def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, An
     in_file = not record.model_config.get("populate_by_name")
     loc = [part for number, part in enumerate(item["loc"]) if not number or part not in _TAGS]
     key = str(loc[0]) if loc else ""
-    where: list[str] = []
+    labels: list[str] = []
     field = _fields(record).get(key)
     alias = field.alias if field else None
-    nested = _held(field, item["loc"]) if field else None
-    if nested and len(loc) > 1 and isinstance(loc[1], int) and (in_file or alias):
+    nested_record = _record_class(field, item["loc"]) if field else None
+    if nested_record and len(loc) > 1 and isinstance(loc[1], int) and (in_file or alias):
         # In a case file, a generator may be a single table instead of a list of tables. The message then has
         # no entry number.
         is_list = not in_file or isinstance(values.get(key), list)
-        where = [_entry(alias or key, loc[1], values.get(key)) if is_list else f"[{key}]"]
+        labels = [_entry(alias or key, loc[1], values.get(key)) if is_list else f"[{key}]"]
         loc = loc[2:]
-    elif in_file and (len(loc) > 1 or nested):
-        where = [f"[{_one_line(key)}]"]
+    elif in_file and (len(loc) > 1 or nested_record):
+        labels = [f"[{_one_line(key)}]"]
         loc = loc[1:]
     elif loc:
-        loc[0] = next((name for name, own in record.model_fields.items() if own.alias == key), key)
-    if in_file and item["type"] == "list_type" and nested and not loc:
+        loc[0] = next(
+            (name for name, field_info in record.model_fields.items() if field_info.alias == key), key
+        )
+    if in_file and item["type"] == "list_type" and nested_record and not loc:
         return f"[{key}] needs double brackets: write [[{key}]] once for each {key}"
-    return ": ".join([*where, _sentence(item, loc, nested or record, in_file)])
+    return ": ".join([*labels, _sentence(item, loc, nested_record or record, in_file)])
 
 
 def _sentence(item: dict[str, Any], loc: list[Any], record: type[BaseModel], in_file: bool) -> str:
@@ -180,18 +182,18 @@ def _sentence(item: dict[str, Any], loc: list[Any], record: type[BaseModel], in_
     ``record`` is the class whose keys the message may suggest.
     """
     kind = item["type"]
-    key = _dotted(loc)
+    key = _dotted_path(loc)
     messages = _MESSAGES if in_file else _PYTHON_MESSAGES
     if kind == "extra_forbidden":
-        known = [*_fields(record)]
-        near = did_you_mean(key.rsplit(".", 1)[-1], known) or f"; known: {', '.join(known)}"
-        return f"unknown key '{key}'{near}"
+        known_keys = [*_fields(record)]
+        suggestion = did_you_mean(key.rsplit(".", 1)[-1], known_keys) or f"; known: {', '.join(known_keys)}"
+        return f"unknown key '{key}'{suggestion}"
     if kind == "missing" and len(loc) > 1 and loc[-2] == "between":
         return "key 'between': needs the names of two blocks"
     if kind == "missing" and loc and isinstance(loc[-1], int):
         is_numeric = not any(isinstance(entry, str | list | tuple) for entry in item["input"])
-        needed = (messages if is_numeric else _PYTHON_MESSAGES)["missing"]
-        return f"key '{_dotted(loc[:-1])}': {needed}"
+        requirement = (messages if is_numeric else _PYTHON_MESSAGES)["missing"]
+        return f"key '{_dotted_path(loc[:-1])}': {requirement}"
     if kind == "missing":
         return f"missing key '{key}'" if key else "missing table"
     if kind in messages:
@@ -202,28 +204,28 @@ def _sentence(item: dict[str, Any], loc: list[Any], record: type[BaseModel], in_
         message = item["msg"].removeprefix("Value error, ")
         message = message[:1].lower() + message[1:_LONGEST_MESSAGE]
     if kind != "value_error" or key:
-        message += f" (found {_shown(item['input'])})"
+        message += f" (found {_short_text(item['input'])})"
     return f"key '{key}': {message}" if key else message
 
 
 def _entry(table: str, index: int, entries: Any) -> str:
     """Return the number and the name of an entry in a list of tables, for an error message."""
-    listed = isinstance(entries, list | tuple) and index < len(entries)
-    name = _name(entries[index]) if listed else ""
+    has_entry = isinstance(entries, list | tuple) and index < len(entries)
+    name = _entry_name(entries[index]) if has_entry else ""
     return f"{table} no. {index + 1}" + (f" ({name})" if name else "")
 
 
-def _name(entry: Any) -> str:
+def _entry_name(entry: Any) -> str:
     """Return the text that identifies an entry: its name or the names of its blocks, or an empty text."""
-    named = entry if isinstance(entry, Mapping) else {}
+    keys = entry if isinstance(entry, Mapping) else {}
     # In a load, the value of "block" is the name of the loaded block. A value that is not text is not a name.
-    block = named.get("block")
-    name = named.get("name", named.get("between", block if isinstance(block, str) else None))
+    block = keys.get("block")
+    name = keys.get("name", keys.get("between", block if isinstance(block, str) else None))
     # Test for arrays first, because the truth value of an array is ambiguous.
-    return _shown(name) if not hasattr(name, "shape") and name else ""
+    return _short_text(name) if not hasattr(name, "shape") and name else ""
 
 
-def _shown(value: Any) -> str:
+def _short_text(value: Any) -> str:
     """Return a value as one short line of text, however large or nested the value is."""
     try:
         return _one_line(_SHORT_REPR.repr(value).replace("\n", " "))
@@ -240,7 +242,7 @@ def _one_line(text: str) -> str:
     return text if len(text) <= _LONGEST_QUOTE else f"{text[: _LONGEST_QUOTE - 3]}..."
 
 
-def _dotted(loc: list[Any]) -> str:
+def _dotted_path(loc: list[Any]) -> str:
     """Return the path of a key with dots between its parts, such as ``blocks[2].name``."""
     parts = [f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc]
     return _one_line("".join(parts).removeprefix("."))
@@ -253,18 +255,18 @@ def _fields(record: type[BaseModel]) -> dict[str, FieldInfo]:
     alias.
     """
     by_name, fields = record.model_config.get("populate_by_name"), record.model_fields.items()
-    own = {name if by_name else field.alias or name: field for name, field in fields}
-    return own | {field.alias: field for _, field in fields if field.alias}
+    fields_by_key = {name if by_name else field.alias or name: field for name, field in fields}
+    return fields_by_key | {field.alias: field for _, field in fields if field.alias}
 
 
-def _held(field: FieldInfo, loc: Collection[str | int]) -> type[BaseModel] | None:
+def _record_class(field: FieldInfo, loc: Collection[str | int]) -> type[BaseModel] | None:
     """Return the class of the records that a field contains, or None if the field contains no records.
 
     If several classes are possible, the location of the error selects the class.
     """
     annotations: list[Any] = [field.annotation]
     candidates: list[tuple[bool, type[BaseModel]]] = []
-    for annotation in annotations:  # the loop appends the parts of annotations, to visit them too
+    for annotation in annotations:  # the loop appends the parts of nested annotations to this list
         kind, *marks = get_args(annotation) or (annotation,)
         if isinstance(kind, type) and issubclass(kind, BaseModel):
             is_tagged = any(isinstance(mark, Tag) and mark.tag in loc for mark in marks)

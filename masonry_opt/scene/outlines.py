@@ -27,8 +27,8 @@ def sides_of(polygons: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     rings, polygon = shapely.get_rings(polygons, return_index=True)
     corners, ring = shapely.get_coordinates(rings, return_index=True)
-    inside = ring[:-1] == ring[1:]
-    return corners[:-1][inside], corners[1:][inside], polygon[ring[:-1][inside]]
+    is_side = ring[:-1] == ring[1:]
+    return corners[:-1][is_side], corners[1:][is_side], polygon[ring[:-1][is_side]]
 
 
 def without_straight_corners(polygons: np.ndarray, tolerance: float) -> np.ndarray:
@@ -47,13 +47,13 @@ def without_slivers(polygons: np.ndarray, width: float) -> np.ndarray:
     return _offset(_offset(polygons, -width / 2), width / 2)
 
 
-def _offset(polygons: np.ndarray, by: float) -> np.ndarray:
+def _offset(polygons: np.ndarray, distance: float) -> np.ndarray:
     """Return the polygons with their outlines offset (moved outwards) by a distance."""
-    return shapely.buffer(polygons, by, join_style="mitre", mitre_limit=_MITRE_LIMIT)
+    return shapely.buffer(polygons, distance, join_style="mitre", mitre_limit=_MITRE_LIMIT)
 
 
 def wide(pieces: np.ndarray, width: float) -> np.ndarray:
-    """Return a mask of the polygons that have a part of at least the given width, shape (pieces,)."""
+    """Return a mask of the polygons that are somewhere at least ``width`` wide, shape (polygons,)."""
     return ~shapely.is_empty(_offset(pieces, -width / 2))
 
 
@@ -64,13 +64,17 @@ def sound(operation: Callable[..., np.ndarray], *polygons: np.ndarray, grid: flo
     area differs from the area of the result on the grid.
     """
     polygons = tuple(map(valid, polygons))
-    safe = operation(*polygons, grid_size=grid)
+    rounded_result = operation(*polygons, grid_size=grid)
     try:
-        exact = operation(*polygons)
+        exact_result = operation(*polygons)
     except shapely.errors.GEOSException:
-        return safe
-    perimeter = sum(shapely.length(polygon) for polygon in (*polygons, safe))
-    return np.where(np.abs(shapely.area(exact) - shapely.area(safe)) <= grid * perimeter, exact, safe)
+        return rounded_result
+    perimeter = sum(shapely.length(polygon) for polygon in (*polygons, rounded_result))
+    return np.where(
+        np.abs(shapely.area(exact_result) - shapely.area(rounded_result)) <= grid * perimeter,
+        exact_result,
+        rounded_result,
+    )
 
 
 def valid(polygons: np.ndarray) -> np.ndarray:
@@ -78,9 +82,9 @@ def valid(polygons: np.ndarray) -> np.ndarray:
 
     Offsets may produce outlines that cross themselves.
     """
-    crossed = ~shapely.is_valid(polygons)
+    is_crossed = ~shapely.is_valid(polygons)
     repaired = polygons.copy()
-    repaired[crossed] = shapely.orient_polygons(shapely.buffer(polygons[crossed], 0))
+    repaired[is_crossed] = shapely.orient_polygons(shapely.buffer(polygons[is_crossed], 0))
     return repaired
 
 
@@ -91,11 +95,11 @@ def common_to(first: np.ndarray, second: np.ndarray, tolerance: float) -> tuple[
     """
     low1, high1 = np.split(shapely.bounds(first), 2, axis=1)
     low2, high2 = np.split(shapely.bounds(second), 2, axis=1)
-    near = np.flatnonzero((np.minimum(high1, high2) - np.maximum(low1, low2)).min(axis=1) > tolerance)
-    whole = sound(shapely.intersection, first[near], second[near], grid=GRID * tolerance)
-    pieces, number = shapely.get_parts(whole, return_index=True)
-    solid = shapely.get_type_id(pieces) == shapely.GeometryType.POLYGON
-    return pieces[solid], near[number[solid]]
+    near_pairs = np.flatnonzero((np.minimum(high1, high2) - np.maximum(low1, low2)).min(axis=1) > tolerance)
+    intersections = sound(shapely.intersection, first[near_pairs], second[near_pairs], grid=GRID * tolerance)
+    pieces, number = shapely.get_parts(intersections, return_index=True)
+    is_polygon = shapely.get_type_id(pieces) == shapely.GeometryType.POLYGON
+    return pieces[is_polygon], near_pairs[number[is_polygon]]
 
 
 def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarray]:
@@ -113,35 +117,37 @@ def convex_pieces(polygon: shapely.Geometry, tolerance: float) -> list[np.ndarra
     corners, index = np.unique(coordinates.reshape(-1, 2), axis=0, return_inverse=True)
     rings = dict(enumerate(index.reshape(-1, 3).tolist()))
     piece_at = {side: piece for piece, ring in rings.items() for side in steps_round(ring)}
-    inner = [(a, b) for a, b in piece_at if a < b and (b, a) in piece_at]
-    for a, b in sorted(inner, key=lambda side: -np.hypot(*(corners[side[1]] - corners[side[0]]))):
-        first, second = piece_at[a, b], piece_at[b, a]
+    inner_sides = [(start, end) for start, end in piece_at if start < end and (end, start) in piece_at]
+    for start, end in sorted(inner_sides, key=lambda side: -np.hypot(*(corners[side[1]] - corners[side[0]]))):
+        first, second = piece_at[start, end], piece_at[end, start]
         if first == second:
             continue
-        # The merged ring follows the first ring from b to a, and then the second ring from a back to b.
-        whole = _rotated(rings[first], b) + _rotated(rings[second], a)[1:-1]
-        if not all(_is_convex(corners, whole, corner) for corner in (a, b)):
+        # The merged ring follows the first ring from `end` to `start`, then the second ring back to `end`.
+        merged_ring = _rotate(rings[first], end) + _rotate(rings[second], start)[1:-1]
+        if not all(_is_convex(corners, merged_ring, corner) for corner in (start, end)):
             continue
-        rings[first] = whole
+        rings[first] = merged_ring
         piece_at |= dict.fromkeys(steps_round(rings.pop(second)), first)
     pieces = [shapely.Polygon(corners[ring]) for ring in rings.values()]
-    thick = (piece for piece in pieces if 2 * piece.area > tolerance * piece.length)
-    return [shapely.get_coordinates(piece)[:-1] for piece in thick]
+    thick_pieces = (piece for piece in pieces if 2 * piece.area > tolerance * piece.length)
+    return [shapely.get_coordinates(piece)[:-1] for piece in thick_pieces]
 
 
-def _rotated(ring: list[int], corner: int) -> list[int]:
+def _rotate(ring: list[int], corner: int) -> list[int]:
     """Return the corners of a ring in order, rotated cyclically to start at a given corner."""
-    at = ring.index(corner)
-    return ring[at:] + ring[:at]
+    position = ring.index(corner)
+    return ring[position:] + ring[:position]
 
 
 def _is_convex(corners: np.ndarray, ring: list[int], corner: int) -> bool:
-    """Return True if a counter-clockwise ring turns left at a corner or goes straight on."""
-    at = ring.index(corner)
-    before, here, after = corners[[ring[at - 1], corner, ring[(at + 1) % len(ring)]]]
-    (x0, y0), (x1, y1) = here - before, after - here
+    """Return True if a counter-clockwise ring turns left or goes straight on at the given corner."""
+    position = ring.index(corner)
+    previous_point, point, next_point = corners[
+        [ring[position - 1], corner, ring[(position + 1) % len(ring)]]
+    ]
+    (x0, y0), (x1, y1) = point - previous_point, next_point - point
     size = np.hypot(x0, y0) * np.hypot(x1, y1)
-    turn, ahead = x0 * y1 - y0 * x1, x0 * x1 + y0 * y1
+    turn, advance = x0 * y1 - y0 * x1, x0 * x1 + y0 * y1
     turns_left = turn > _INWARD_TOLERANCE * size
-    goes_straight_on = turn >= -_INWARD_TOLERANCE * size and ahead > 0
+    goes_straight_on = turn >= -_INWARD_TOLERANCE * size and advance > 0
     return bool(turns_left or goes_straight_on)

@@ -15,9 +15,9 @@ _TONNE = 9.81
 #: Number of decimal places to which uniform loads are compared with their mirror images, to find out if a
 #: group of axles is symmetric.
 _DIGITS = 9
-#: Friction angle of a fill, in degrees, below which a warning suspects a tangent or an angle in radians. Such
-#: angles are permitted, because undrained clay can have them. With a smaller limit, steep angles in radians
-#: cause no warning (a right angle is 1.57 rad).
+#: Friction angle of a fill, in degrees, below which a warning says that the value may be a tangent or an
+#: angle in radians. Smaller angles are permitted, because undrained clay can have them. With a smaller limit,
+#: steep angles in radians cause no warning (a right angle is 1.57 rad).
 SMALL_FRICTION_ANGLE = 1.5
 #: Directions of travel along a road.
 TravelDirection = Literal["right", "left"]
@@ -33,7 +33,7 @@ class AxleSet(NamedTuple):
 
 _LM1 = "EN 1991-2:2003, 4.3.2, load model 1, tandem system of {}, characteristic, without the uniform load"
 _LM71 = "EN 1991-2:2003, 6.3.2, load model 71 (UIC 702), its four axles without the uniform load"
-_CS_SOURCE = "CS 454 (UK), table 7.3.1a, normal traffic, {}, without axle lift-off; a tonne is 9.81 kN"
+_CS_SOURCE = "CS 454 (UK), table 7.3.1a, normal traffic, {}, without axle lift-off; a tonne weighs 9.81 kN"
 
 SETS = {
     "LM1 lane 1": AxleSet((1.2,), (300.0,) * 2, _LM1.format("lane 1")),
@@ -149,12 +149,12 @@ class Axles(Record):
 
     @property
     def directions(self) -> tuple[TravelDirection, ...]:
-        """Return the directions of travel to compute: a single direction if the group is symmetric."""
+        """Return the directions of travel to analyse; for a symmetric group, one direction is enough."""
         if self.travels != "both":
             return (self.travels,)
         distances, loads, _ = self.group
-        same = distances == distances[::-1] and loads == loads[::-1] and self._has_symmetric_strips
-        return ("right",) if same else ("right", "left")
+        is_symmetric = distances == distances[::-1] and loads == loads[::-1] and self._has_symmetric_strips
+        return ("right",) if is_symmetric else ("right", "left")
 
     @property
     def _has_symmetric_strips(self) -> bool:
@@ -165,13 +165,13 @@ class Axles(Record):
         distances = self.group.distances
         # The mirror axis is the middle of the axles or, without axles, the middle of the uniform loads.
         twice_the_centre = sum(distances) if self.group.loads else strips[:, 1].min() + strips[:, 2].max()
-        mirrored = np.column_stack([strips[:, 0], twice_the_centre - strips[:, 2:0:-1]])
+        mirrored_strips = np.column_stack([strips[:, 0], twice_the_centre - strips[:, 2:0:-1]])
         own_rows = np.array(sorted(strips.round(_DIGITS).tolist()))
-        mirrored_rows = np.array(sorted(mirrored.round(_DIGITS).tolist()))
+        mirrored_rows = np.array(sorted(mirrored_strips.round(_DIGITS).tolist()))
         return bool(np.allclose(own_rows, mirrored_rows, rtol=0, atol=10.0 ** (1 - _DIGITS)))
 
 
-def _spread(value: Any) -> float | bool:
+def _parse_spread(value: Any) -> float | bool:
     """Return the angle of load spread in degrees, or False for loads that do not spread.
 
     Raises ValueError for any other value.
@@ -238,7 +238,7 @@ class Fill(Record):
     friction_angle: Annotated[Number, Field(ge=0, lt=90)] | None = None
     mobilised: Annotated[Number, Field(gt=0, le=1)] | None = None
     weight: YesNo = True
-    spread: Annotated[float | Literal[False], PlainValidator(_spread)] = 30.0
+    spread: Annotated[float | Literal[False], PlainValidator(_parse_spread)] = 30.0
     pressure: YesNo = True
     backing: Backing | None = None
 
@@ -247,15 +247,15 @@ class Fill(Record):
             for key in ("friction_angle", "mobilised"):
                 if getattr(self, key) is None:
                     yield f"a fill needs '{key}', or 'pressure = false' if it exerts no earth pressure"
-            least, _, most = self.coefficients
-            if least > most:
+            k_active, _, k_passive = self.coefficients
+            if k_active > k_passive:
                 yield (
-                    f"'mobilised' times K_p is {most:.4g}, below K_a = {least:.4g}: "
+                    f"'mobilised' times K_p is {k_passive:.4g}, below K_a = {k_active:.4g}: "
                     f"raise 'mobilised'{self._angle_advice()}"
                 )
         if self.backing:
-            backed = self.zones[1]
-            yield from (f"'backing': {mistake}" for mistake in backed._mistakes())
+            backing_fill = self.zones[1]
+            yield from (f"'backing': {mistake}" for mistake in backing_fill._mistakes())
             line = np.array(self.backing.line)
             road = np.array(self.road)
             x = np.unique([*line[:, 0], *road[:, 0]])
@@ -281,10 +281,14 @@ class Fill(Record):
         """Return the fill and, if it has a backing, a second fill that represents the backing."""
         if self.backing is None:
             return (self,)
-        own = {key: value for key, value in vars(self.backing).items() if key != "line" and value is not None}
+        backing_values = {
+            key: value for key, value in vars(self.backing).items() if key != "line" and value is not None
+        }
         # Do not validate the backing as a separate fill: `_mistakes` validates it, with messages that name
         # the backing.
-        return self, BaseModel.model_copy(self, update=own | {"road": self.backing.line, "backing": None})
+        return self, BaseModel.model_copy(
+            self, update=backing_values | {"road": self.backing.line, "backing": None}
+        )
 
     @property
     def coefficients(self) -> tuple[float, float, float]:
@@ -294,5 +298,9 @@ class Fill(Record):
         """
         assert self.friction_angle is not None
         assert self.mobilised is not None
-        active = math.tan(math.radians(45 - self.friction_angle / 2)) ** 2
-        return active, 1 - math.sin(math.radians(self.friction_angle)), self.mobilised / active
+        active_coefficient = math.tan(math.radians(45 - self.friction_angle / 2)) ** 2
+        return (
+            active_coefficient,
+            1 - math.sin(math.radians(self.friction_angle)),
+            self.mobilised / active_coefficient,
+        )

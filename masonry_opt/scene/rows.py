@@ -9,7 +9,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-#: Largest number of combinations that are computed at once. A larger value needs more memory.
+#: Approximate largest number of combinations, such as pairs of block sides, that are computed at once. A
+#: larger value needs more memory.
 _CHUNK_SIZE = 2_000_000
 
 
@@ -100,8 +101,8 @@ def turned(count: int, first: np.ndarray, second: np.ndarray, alike: np.ndarray)
     """
     # The graph has two nodes for each face, one for each orientation. Its edges connect consistent
     # orientations of neighbouring faces.
-    together = np.where(alike, second + count, second), np.where(alike, second, second + count)
-    group = linked(2 * count, np.append(first, first + count), np.append(*together))
+    targets = np.where(alike, second + count, second), np.where(alike, second, second + count)
+    group = linked(2 * count, np.append(first, first + count), np.append(*targets))
     return group[:count] > group[count:], group[:count] == group[count:]
 
 
@@ -117,25 +118,25 @@ def following(count: np.ndarray) -> np.ndarray:
     that follows the last entry of a ring is its first entry.
     """
     ends = np.cumsum(count)
-    after = np.arange(1, count.sum() + 1)
-    after[ends[count > 0] - 1] = (ends - count)[count > 0]
-    return after
+    next_entry = np.arange(1, count.sum() + 1)
+    next_entry[ends[count > 0] - 1] = (ends - count)[count > 0]
+    return next_entry
 
 
 def steps_round(ring: Sequence[int]) -> Iterator[tuple[int, int]]:
-    """Return the steps round a ring: its pairs of successive entries, and the pair of last and first."""
+    """Return the pairs of successive entries of a ring; the last entry is paired with the first."""
     return zip(ring, [*ring[1:], ring[0]], strict=True)
 
 
 def combine(
     first1: np.ndarray, count1: np.ndarray, first2: np.ndarray, count2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return all pairs of integers from ranges that have the same index in two lists of ranges.
+    """For each k, pair all integers in range k of one list of ranges with all integers in range k of another.
 
-    A pair consists of an integer from a range of the first list and an integer from the range of the second
-    list. Ranges are given by their first integers and their lengths. The results are, for each pair, the
-    index of the two ranges, the integer from the first list, and the integer from the second list. The
-    integer from the second list varies fastest.
+    Range k of the first list has ``count1[k]`` integers and begins with ``first1[k]``. Range k of the second
+    list has ``count2[k]`` integers and begins with ``first2[k]``. A pair consists of an integer i from range
+    k of the first list and an integer j from range k of the second list. The results are the numbers k, i and
+    j of each pair, as three arrays of shape (pairs,). The number j varies fastest, and k varies slowest.
     """
     size = count1 * count2
     number = np.repeat(np.arange(len(size)), size)
@@ -155,9 +156,10 @@ def chunks(sizes: np.ndarray) -> Iterator[slice]:
 def spaces(
     start: float, end: float, gaps: Iterable[Sequence[float]], least: float = 0.0
 ) -> list[tuple[float, float]]:
-    """Return the spaces between gaps: the parts of the interval from ``start`` to ``end`` outside all gaps.
+    """Return the parts of the interval from ``start`` to ``end`` that are outside all ``gaps``.
 
-    The gaps can be in any order. Parts that are not longer than ``least`` are left out.
+    Each gap is a pair of its lower and its upper end. The gaps can be in any order, and may overlap. Parts
+    that are not longer than ``least`` are left out.
     """
     pieces = []
     position = start

@@ -106,8 +106,8 @@ class Scene(SceneKeys):
         facts += [key for key in ("tilt", "earthquake") if getattr(self, key)]
         if self.load_case:
             facts.append(f"in load case {self.load_case.name!r}")
-        where = "the plane" if self.dimension == 2 else "space"
-        return f"<Scene {self.called!r} in {where}\n {', '.join(facts)}>"
+        setting = "the plane" if self.dimension == 2 else "space"
+        return f"<Scene {self.called!r} in {setting}\n {', '.join(facts)}>"
 
     __str__ = __repr__
 
@@ -161,9 +161,9 @@ class Scene(SceneKeys):
             raise OptionError(
                 f"{self.origin}: the scene has no load cases, so {name!r} cannot be chosen: omit the name"
             )
-        known = ", ".join(map(repr, by_name))
-        near = did_you_mean(str(name), by_name) or f"; there are: {known}"
-        raise OptionError(f"{self.origin}: no load case {name!r}{near}")
+        known_names = ", ".join(map(repr, by_name))
+        suggestion = did_you_mean(str(name), by_name) or f"; there are: {known_names}"
+        raise OptionError(f"{self.origin}: no load case {name!r}{suggestion}")
 
     def with_load_case(self, case: LoadCase | None) -> Self:
         """Return the scene in a given load case. The load case is not checked for unknown groups."""
@@ -172,9 +172,10 @@ class Scene(SceneKeys):
         return scene
 
     def in_case_of(self, other: "Scene") -> Self:
-        """Return this scene, which was made from the scene ``other``, in the load case selected in ``other``.
+        """Return this scene with the load case that is selected in the scene ``other``.
 
-        If ``other`` lists this load case, the load case with the same name in this scene is selected.
+        If the load case is in the list ``other.load_cases``, the result has the load case with the same name
+        from the list of this scene. Otherwise the result has the load case of ``other`` itself.
         """
         case = other.load_case
         return self.in_case(case.name) if case in other.load_cases else self.with_load_case(case)
@@ -274,7 +275,7 @@ class Scene(SceneKeys):
 
     @property
     def shaking(self) -> np.ndarray | None:
-        """Return the force with which the earthquake shakes each unit of weight, shape (2,) or (3,).
+        """Return the force of the earthquake on each unit of weight at λ = 1, shape (2,) or (3,).
 
         The result is None if there is no earthquake.
         """
@@ -351,6 +352,6 @@ class Scene(SceneKeys):
 
         Equal scenes may be read from different files.
         """
-        same = isinstance(other, Scene) and self.load_case == other.load_case
-        same = same and self.settled is other.settled  # type: ignore[attr-defined]
-        return same and self.model_dump() == other.model_dump()  # type: ignore[attr-defined]
+        is_equal = isinstance(other, Scene) and self.load_case == other.load_case
+        is_equal = is_equal and self.settled is other.settled  # type: ignore[attr-defined]
+        return is_equal and self.model_dump() == other.model_dump()  # type: ignore[attr-defined]

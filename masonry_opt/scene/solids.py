@@ -44,7 +44,7 @@ COORDINATES = {2: "two numbers, x, y", 3: "three numbers, x, y, z"}
 
 
 def coordinates(value: Any, dimension: int) -> np.ndarray | None:
-    """Convert a value to a vector, shape (dimension,); return None if it is no vector of finite numbers."""
+    """Convert a value to a vector of finite numbers, shape (dimension,), or return None if impossible."""
     try:
         vector = np.array(value, dtype=float)
     except (TypeError, ValueError):
@@ -169,7 +169,7 @@ class Solid(Body):
 
 
 def _is_solid(value: Any) -> bool:
-    """Return True if a record, or a table of keys, describes a block in space."""
+    """Return True if a block record, or the table of a block in a case file, describes a block in space."""
     if not isinstance(value, Mapping):
         return isinstance(value, Solid)
     if not value.keys().isdisjoint({"box", "faces", "live_moment", "dead_moment"}):
@@ -177,16 +177,16 @@ def _is_solid(value: Any) -> bool:
     shape = value.get("vertices", value.get("parts"))
     # Without a shape, vectors with three components show that a solid is intended.
     if shape is None:
-        return any(_numbers(value.get(key)) == 3 for key in _VECTOR_KEYS)
-    return any(isinstance(part, Part | Mapping) for part in _entries(shape)) or _numbers(shape) == 3
+        return any(_coordinate_count(value.get(key)) == 3 for key in _VECTOR_KEYS)
+    return any(isinstance(part, Part | Mapping) for part in _entries(shape)) or _coordinate_count(shape) == 3
 
 
-def _numbers(value: Any) -> int:
+def _coordinate_count(value: Any) -> int:
     """Return the number of coordinates of a point, or of the first point in nested lists of points."""
     entries = _entries(value)
     for _ in range(2):
-        nested = _entries(entries[0]) if entries else ()
-        entries = nested or entries
+        inner_entries = _entries(entries[0]) if entries else ()
+        entries = inner_entries or entries
     return len(entries)
 
 
@@ -247,10 +247,10 @@ def _wrong_faces(shape: Part | Solid) -> Iterator[str]:
             yield f"'box' has no extent along {axis}: give two increasing numbers (found [{low:g}, {high:g}])"
     count = len(shape.vertices or ())
     for number, face in enumerate(shape.faces or (), start=1):
-        beyond = [index for index in face if index >= count]
-        if beyond:
+        wrong_indices = [index for index in face if index >= count]
+        if wrong_indices:
             yield (
-                f"face no. {number} names corner {beyond[0]}, "
+                f"face no. {number} names corner {wrong_indices[0]}, "
                 f"but the 'vertices' are numbered from 0 to {count - 1}"
             )
         if len(set(face)) < len(face):

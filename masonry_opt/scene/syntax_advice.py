@@ -2,7 +2,7 @@
 
 import re
 
-#: Beginnings of files of other kinds, each with the reason why such a file cannot be read, and a remedy.
+#: First bytes of files that cannot be read, such as web pages and archives, each with a reason and a remedy.
 _OTHER_CONTENTS = (
     (
         rb"version https://git-lfs\.github\.com/",
@@ -56,7 +56,7 @@ _LONGEST_LINE = 300
 
 
 def other_content(data: bytes) -> str:
-    """Return why a file of another kind cannot be read, with a remedy, or "" if its kind is unknown."""
+    """Return a reason and a remedy if the file is a web page, an archive or the like, and "" otherwise."""
     head = data[:200]
     return next((text for start, text in _OTHER_CONTENTS if re.match(start, head, re.IGNORECASE)), "")
 
@@ -66,25 +66,25 @@ def advice_on_line(text: str, message: str, ending: str) -> str:
 
     ``ending`` is ".toml" or ".json".
     """
-    named = re.search(r"line (\d+)", message)
+    line_number = re.search(r"line (\d+)", message)
     lines = text.splitlines()
-    number = int(named.group(1)) if named else len(lines)
+    number = int(line_number.group(1)) if line_number else len(lines)
     patterns = _TOML_ADVICE if ending == ".toml" else _JSON_ADVICE
     if re.search("twice|overwrite", message):
         return "remove the repeated key or table, or write [[name]] for each table of a list"
     # A parser of JSON may name the line after the mistake, for example after a comma at the end of a list. A
     # parser of TOML names the line of the mistake, so the line before it is correct.
-    earliest = number - 1 if ending == ".toml" else number - 2
-    for first in range(number - 1, max(earliest, 0) - 1, -1):
-        line = "\n".join(_without_texts(part[:_LONGEST_LINE], ending) for part in lines[first:number])
+    earliest_line = number - 1 if ending == ".toml" else number - 2
+    for first in range(number - 1, max(earliest_line, 0) - 1, -1):
+        line = "\n".join(_replace_texts(part[:_LONGEST_LINE], ending) for part in lines[first:number])
         for pattern, advice in patterns:
             if re.search(pattern, line):
                 return advice
     return ""
 
 
-def _without_texts(line: str, ending: str) -> str:
-    """Return a line with its quoted texts replaced by "", and without the comment of TOML.
+def _replace_texts(line: str, ending: str) -> str:
+    """Return a line in which "" replaces each quoted text. In TOML, also remove the comment.
 
     A text with a backslash remains, because the backslash may be the mistake.
     """

@@ -17,9 +17,9 @@ from masonry_opt.files import JSON_KEY, write_whole
 from masonry_opt.scene.mistakes import did_you_mean, repeated
 from masonry_opt.scene.syntax_advice import advice_on_line, other_content
 
-#: Largest size of a case file, in bytes. Larger files are refused, because reading needs memory of about 80
-#: times the size, up to 400 times for a malicious file. A file of this size has about 90,000 blocks, more
-#: than can be solved.
+#: Largest size of a case file, in bytes. Larger files are refused, because reading a file needs about 80
+#: times its size in memory, and up to 400 times for a malicious file. A file of this size has about 90,000
+#: blocks, more than can be solved.
 LARGEST_FILE = 10_000_000
 
 #: Largest number of entries in one list of tables. Longer lists are refused, because the error message of
@@ -93,15 +93,15 @@ def parse_file(path: Path) -> Any:
     except RecursionError:
         raise CaseError(f"{path}: the lists or tables are nested too deeply for a case file") from None
     except ValueError as error:
-        # Python refuses to convert integers with thousands of digits, and its message does not explain the
-        # mistake in the file.
-        why = str(error)
-        if "integer string conversion" in why:
-            why = "a whole number has thousands of digits"
-        if len(why) > 300:
-            why = why[:297] + "..."
-        advice = advice_on_line(text, why, path.suffix.lower())
-        reason = f"{why}: {advice}" if advice else why
+        # Python refuses to convert integers with thousands of digits. Replace Python's message, because it
+        # does not explain the mistake in the file.
+        message = str(error)
+        if "integer string conversion" in message:
+            message = "a whole number has thousands of digits"
+        if len(message) > 300:
+            message = message[:297] + "..."
+        advice = advice_on_line(text, message, path.suffix.lower())
+        reason = f"{message}: {advice}" if advice else message
         raise CaseError(f"{path}: the file is not valid {path.suffix[1:].upper()}: {reason}") from None
 
 
@@ -109,8 +109,8 @@ def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
     """Return the content of a file.
 
     Raises CaseError if the file does not exist, is not a regular file, or is larger than ``largest`` bytes.
-    The error for a large file ends with ``remedy``. CaseError is also raised for files of other kinds, such
-    as web pages.
+    The error for a large file ends with ``remedy``. CaseError is also raised if the content is a web page, an
+    archive or the like.
     """
     data = b""
     try:
@@ -126,9 +126,9 @@ def read_bytes(path: Path, largest: int, remedy: str) -> bytes:
         raise CaseError(f"{path}: this is a folder: give the path of a file")
     if not stat.S_ISREG(mode):
         raise CaseError(f"{path}: this is a pipe or device: give the path of a regular file")
-    other = other_content(data)
-    if other:
-        raise CaseError(f"{path}: {other}")
+    description = other_content(data)
+    if description:
+        raise CaseError(f"{path}: {description}")
     if len(data) > largest:
         raise CaseError(f"{path}: the file is larger than {largest // 1_000_000} MB: {remedy}")
     return data
@@ -142,7 +142,8 @@ def _similar_file(path: Path) -> str:
         names = [entry.name for entry in path.parent.iterdir() if entry.is_file()]
     except OSError:  # the user may not list the folder
         return ""
-    # Users often omit the ending of a name, so a case file with this stem is suggested first.
+    # Users often omit the ending of a name. First suggest the files whose names are the path's name plus
+    # ``.toml`` or ``.json``.
     same_stem = [name for name in names if name in (f"{path.name}.toml", f"{path.name}.json")]
     return did_you_mean(path.name, same_stem or names) or did_you_mean(f"{path.name}.toml", same_stem)
 
@@ -180,7 +181,7 @@ def broken(refusal: Callable[[str], Exception]) -> Iterator[None]:
         raise refusal(" ".join(str(error).split())[:200] or type(error).__name__) from None
 
 
-def _toml(text: str) -> Any:
+def _parse_toml(text: str) -> Any:
     """Return the content of a TOML text as a dictionary.
 
     Raises ValueError if a key has too many parts.
@@ -189,10 +190,10 @@ def _toml(text: str) -> Any:
     if long_key:
         line = text.count("\n", 0, long_key.start()) + 1
         raise ValueError(f"line {line} has a key with more than {_MOST_KEY_PARTS} parts: shorten the key")
-    return tomllib.loads(text, parse_float=_number)
+    return tomllib.loads(text, parse_float=_parse_number)
 
 
-def _number(text: str) -> float:
+def _parse_number(text: str) -> float:
     """Convert a text to a number.
 
     Raises ValueError if the number is too large for double precision.
@@ -203,7 +204,7 @@ def _number(text: str) -> float:
     return value
 
 
-def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _refuse_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     """Convert the key–value pairs of a JSON object to a dictionary, and refuse repeated keys.
 
     Raises ValueError if a key occurs twice, because the parser would silently use its last value.
@@ -214,6 +215,6 @@ def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 _PARSERS: dict[str, Callable[[str], Any]] = {
-    ".toml": _toml,
-    ".json": partial(json.loads, object_pairs_hook=_without_repeats, parse_float=_number),
+    ".toml": _parse_toml,
+    ".json": partial(json.loads, object_pairs_hook=_refuse_repeats, parse_float=_parse_number),
 }

@@ -9,7 +9,7 @@ from masonry_opt.errors import rounded, rounded_down, rounded_up
 _GAP_ROUNDING = 1e-6
 
 #: Largest advised ``tolerance``, relative to the thickness of the thinnest block. Sides shorter than about
-#: ten tolerances have no joints, so a larger value would advise tolerances that separate blocks.
+#: ten tolerances have no joints. With a larger value, the advised tolerance might remove joints.
 _ADVISED_SHARE = 0.1
 
 

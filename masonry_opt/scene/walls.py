@@ -54,8 +54,8 @@ class Wall(WeighedGenerator):
             if not isinstance(entry, str):
                 yield from _wrong_lengths(f"course no. {number}", entry)
             elif entry not in self.course:
-                known = ", ".join(self.course) or "none"
-                yield f"course no. {number}: no course is named '{entry}' (existing names: {known})"
+                known_names = ", ".join(self.course) or "none"
+                yield f"course no. {number}: no course is named '{entry}' (existing names: {known_names})"
         for name, lengths in self.course.items():
             if name not in self.courses:
                 yield f"course '{name}' is not used in 'courses': use the course or remove it"
@@ -74,15 +74,17 @@ class Wall(WeighedGenerator):
 
         See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``.
         """
-        right = 0.0
+        width = 0.0
         courses: list[list[_CoursePiece]] = []
         for entry in self.courses:
             parts = self._lengths(entry)
-            at = [*accumulate(map(abs, parts), initial=0.0)]
-            pieces = zip(at, parts, strict=False)
-            courses.append([(x, x + part, _share(self.weight, part)) for x, part in pieces if part > 0])
-            right = max(right, at[-1])
-        return _built(self, courses * self.repeat, right, thickness)
+            positions = [*accumulate(map(abs, parts), initial=0.0)]
+            pieces = zip(positions, parts, strict=False)
+            courses.append(
+                [(x, x + part, _weight_share(self.weight, part)) for x, part in pieces if part > 0]
+            )
+            width = max(width, positions[-1])
+        return _build_courses(self, courses * self.repeat, width, thickness)
 
 
 class Facade(WeighedGenerator):
@@ -137,7 +139,10 @@ class Facade(WeighedGenerator):
         if self.unit_weight is not None and self.lintel_weight is not None:
             yield "'unit_weight' determines the weight of lintels too: remove 'lintel_weight'"
         if (self.sill + self.opening[1]) % 2 == 0:
-            yield "'sill' and the height of 'opening' must add up to an odd number of courses"
+            yield (
+                "'sill' and the height of 'opening' must add up to an odd number of courses: "
+                "the lintel must be in a course that is shifted by half a block"
+            )
         if self.storey % 2:
             yield (
                 "'sill', the height of 'opening' and 'spandrel' must add up to an odd number: "
@@ -174,7 +179,7 @@ class Facade(WeighedGenerator):
         courses = [self._course(row) for row in range(self.openings[1] * self.storey)]
         if self.omit_top_left:
             del courses[-1][0]
-        return _built(self, courses, self.width, thickness)
+        return _build_courses(self, courses, self.width, thickness)
 
     def _course(self, row: int) -> list[_CoursePiece]:
         """Return the blocks of a course."""
@@ -188,7 +193,7 @@ class Facade(WeighedGenerator):
             gaps = self._openings(self.doors)
         ends = sorted({0.0, *bond, float(self.width), *(end for gap in gaps for end in gap)})
         runs = [run for run in pairwise(ends) if not any(start <= run[0] < end for start, end in gaps)]
-        pieces = [(left, right, _share(self.weight, right - left)) for left, right in runs]
+        pieces = [(left, right, _weight_share(self.weight, right - left)) for left, right in runs]
         if level == self.opening[1]:  # the course of the lintels, which rest on half a block on either side
             pieces += [(left, right, self.lintel_weight) for left, right in gaps]
         return sorted(pieces, key=lambda piece: piece[0])
@@ -248,43 +253,43 @@ class Column(WeighedGenerator):
         bottom, top = both(self.width)
         area = (bottom + top) / 2 * self.height
         # Share of the batter on the left side.
-        left = {"both": 0.5, "left": 1.0, "right": 0.0}[self.batter]
+        left_share = {"both": 0.5, "left": 1.0, "right": 0.0}[self.batter]
         levels = []  # left end, right end and height of each bed joint of the column
         for up in (joint / self.drums for joint in range(self.drums + 1)):
-            narrower = (bottom - top) * up
-            levels.append((left * narrower, bottom - (1 - left) * narrower, self.height * up))
-        built: list[Block] = []
+            reduction = (bottom - top) * up
+            levels.append((left_share * reduction, bottom - (1 - left_share) * reduction, self.height * up))
+        blocks: list[Block] = []
         for number, ((x0, x1, low), (x2, x3, high)) in enumerate(pairwise(levels), start=1):
             share = (x1 - x0 + x3 - x2) / (bottom + top) / self.drums
             corners = [(x0, low), (x1, low), (x3, high), (x2, high)]
-            weight = _share(self.weight, share)
-            built.append(self._weighed_stone(f"d{number}", corners, weight, share * area, thickness))
+            weight = _weight_share(self.weight, share)
+            blocks.append(self._weighed_stone(f"d{number}", corners, weight, share * area, thickness))
         if self.base:
             foot = rectangle(0.0, bottom, -self.height / self.drums, 0.0)
-            built.append(self._block("base", {"vertices": foot}, fixed=True))
-        return built
+            blocks.append(self._block("base", {"vertices": foot}, fixed=True))
+        return blocks
 
 
-def _share(weight: float | None, share: float) -> float | None:
+def _weight_share(weight: float | None, share: float) -> float | None:
     """Return the weight of a piece: the given share of a total weight; None if no weight is given."""
     return None if weight is None else weight * share
 
 
-def _built(
+def _build_courses(
     wall: Wall | Facade, courses: Sequence[Sequence[_CoursePiece]], width: float, thickness: float | None
 ) -> list[Block]:
     """Return the blocks of all courses, one course above the other, and the base."""
     length, height = wall.block
-    built: list[Block] = []
+    blocks: list[Block] = []
     for row, course in enumerate(courses):
         for number, (left, right, weight) in enumerate(course, start=1):
             corners = rectangle(left * length, right * length, row * height, (row + 1) * height)
             name, area = f"{row + 1}-{number}", (right - left) * length * height
-            built.append(wall._weighed_stone(name, corners, weight, area, thickness))
+            blocks.append(wall._weighed_stone(name, corners, weight, area, thickness))
     if wall.base:
         foot = rectangle(-length, (width + 1) * length, -height, 0.0)
-        built.append(wall._block("base", {"vertices": foot}, fixed=True))
-    return built
+        blocks.append(wall._block("base", {"vertices": foot}, fixed=True))
+    return blocks
 
 
 def _wrong_lengths(course: str, lengths: list[float]) -> Iterator[str]:

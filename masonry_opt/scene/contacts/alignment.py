@@ -40,12 +40,13 @@ class AlignmentSettings:
     #: Number of fits of plane directions to the contact points. Each fit merges more planes of one bed joint.
     #: With fewer fits, a long bed joint may keep several planes.
     fits: int = 4
-    #: Largest movement of a contact point, relative to the tolerance. A point that would move farther, where
-    #: planes meet at a sharp angle, is moved only onto the plane of its joint.
+    #: Largest movement of a contact point, relative to the tolerance. Planes at a sharp angle may intersect
+    #: farther away. The point then moves only onto one of these planes, if possible the plane of its joint.
     most_shift: float = 2.0
-    #: If a block has at most this many joints, they are compared in pairs before the alignment. Planes that
-    #: are neither parallel nor perpendicular to any other joint of their two blocks are then left out. A
-    #: larger value needs more memory. With a smaller value, rubble needs more time.
+    #: Largest number of joints of a block whose joints are compared in pairs before the alignment. The
+    #: comparison excludes planes that cannot be parallel or perpendicular to another joint of their two
+    #: blocks. A larger value needs more memory. With a smaller value, fewer planes of rubble are excluded, so
+    #: that the alignment needs more time.
     most_neighbours: int = 100
     #: If at most this many joints are linked to a plane (see ``_Links``), they are found by a search from
     #: block to block. If more joints are linked, all joints of the scene are searched at once, which is
@@ -102,8 +103,8 @@ def aligned(drawn: DrawnContacts, settings: AlignmentSettings = DEFAULT_SETTINGS
     for group in _moved_groups(drawn, planes, groups):
         group.settle(direction, place)
     normal = direction[: len(drawn.normal)]
-    turn = np.where((normal == drawn.normal).all(axis=1), 0.0, _across(normal, drawn.normal))
-    point = _meeting_points(drawn, settings, planes, direction, place)
+    turn = np.where((normal == drawn.normal).all(axis=1), 0.0, _sines(normal, drawn.normal))
+    point = _move_points(drawn, settings, planes, direction, place)
     return AlignedContacts(normal, point, turn, lengths(point - drawn.point))
 
 
@@ -120,9 +121,9 @@ class Group:
         self._rounding = drawn.rounding / drawn.tolerance * planes.accuracy[members]
         # If all planes agree up to rounding, the direction of the most accurate plane is used unchanged.
         self.direction = self._normals[0]
-        self.differs = bool((_across(self._normals, self.direction) > self._rounding).any())
+        self.differs = bool((_sines(self._normals, self.direction) > self._rounding).any())
         if self.differs:
-            self.turn_to(_fitted(self._normals, self._accuracy))
+            self.turn_to(_fit_direction(self._normals, self._accuracy))
 
     @cached_property
     def _points(self) -> tuple[np.ndarray, np.ndarray]:
@@ -138,7 +139,7 @@ class Group:
 
         The sign of the new direction is chosen to agree with the old direction.
         """
-        if _across(direction[None], self.direction)[0] > self._rounding.min():
+        if _sines(direction[None], self.direction)[0] > self._rounding.min():
             self.direction, self.differs = direction * np.sign(direction @ self.direction), True
 
     def fit(self) -> None:
@@ -149,24 +150,24 @@ class Group:
         if not self.differs:
             return
         number, positions = self._points
-        own = self._common_planes()[number]
-        count = np.bincount(own)
-        middle = np.column_stack([np.bincount(own, x) / count for x in positions.T])
-        off = (positions - middle[own]) / self._drawn.tolerance
-        self.turn_to(_fitted(self._normals, self._accuracy, off.T @ off))
+        plane = self._common_planes()[number]
+        count = np.bincount(plane)
+        middle = np.column_stack([np.bincount(plane, x) / count for x in positions.T])
+        offset = (positions - middle[plane]) / self._drawn.tolerance
+        self.turn_to(_fit_direction(self._normals, self._accuracy, offset.T @ offset))
 
     def settle(self, direction: np.ndarray, place: np.ndarray) -> None:
         """Store the new direction, and the new distance from the origin, of each plane that moves."""
         sign = np.sign(self._normals @ self.direction)
-        turns = _across(self._normals, self.direction) <= self._accuracy
+        turns = _sines(self._normals, self.direction) <= self._accuracy
         if self.differs:
             direction[self.members[turns]] = sign[turns, None] * self.direction
         number, positions = self._points
         height, of_plane = positions @ self.direction, self._common_planes()
-        own = of_plane[number]
-        mean = np.bincount(own, height) / np.bincount(own)
+        plane = of_plane[number]
+        mean = np.bincount(plane, height) / np.bincount(plane)
         spread = np.zeros(len(mean))
-        np.maximum.at(spread, own, np.abs(height - mean[own]))
+        np.maximum.at(spread, plane, np.abs(height - mean[plane]))
         moves = turns & (spread[of_plane] > self._drawn.rounding)
         place[self.members[moves]] = (sign * mean[of_plane])[moves]
 
@@ -199,9 +200,9 @@ def _moved_groups(drawn: DrawnContacts, planes: ContactPlanes, groups: list[Grou
     lowest, highest = np.full(len(members), np.inf), np.full(len(members), -np.inf)
     np.minimum.at(lowest, run[number], height)
     np.maximum.at(highest, run[number], height)
-    moved = np.array([group.differs for group in groups])
-    moved[owner[(highest - lowest)[run] > drawn.rounding]] = True
-    return [group for group, moves in zip(groups, moved.tolist(), strict=True) if moves]
+    is_moved = np.array([group.differs for group in groups])
+    is_moved[owner[(highest - lowest)[run] > drawn.rounding]] = True
+    return [group for group, moves in zip(groups, is_moved.tolist(), strict=True) if moves]
 
 
 def _parallel_planes(
@@ -216,37 +217,38 @@ def _parallel_planes(
     """
     accuracy = np.minimum(planes.accuracy, settings.most_turn)
     links = _Links(drawn, settings, accuracy[: len(drawn.normal)])
-    free = _has_partner(drawn, settings, planes)
+    is_free = _has_partner(drawn, settings, planes)
     joint_of, planes_of = planes.joint.tolist(), planes.by_joint
     for leader in np.argsort(accuracy, kind="stable").tolist():
-        if not free[leader]:
+        if not is_free[leader]:
             continue
-        free[leader] = False
+        is_free[leader] = False
         direction = planes.direction[leader]
         joints = links.linked_to(joint_of[leader], direction, float(accuracy[leader]))
         if len(joints) == 1:
             continue
         _, members = planes_of.where(joints)
-        members = members[free[members]]
-        sine = _across(planes.direction[members], direction)
-        alike = sine <= accuracy[leader] + accuracy[members]
-        members = np.append(leader, members[alike])
-        # The leader is the most accurate plane. If all planes are nearly parallel to the leader, no plane
-        # rotates by more than its accuracy, so the loop below is skipped.
-        agree = sine[alike].max(initial=0.0) <= accuracy[leader] / 4
-        while len(members) > 1 and not agree:
-            fitted = _fitted(planes.direction[members], accuracy[members])
-            excess = _across(planes.direction[members], fitted) / accuracy[members]
+        members = members[is_free[members]]
+        sine = _sines(planes.direction[members], direction)
+        is_parallel = sine <= accuracy[leader] + accuracy[members]
+        members = np.append(leader, members[is_parallel])
+        # The leader is the most accurate plane. If all planes are parallel to the leader within a quarter of
+        # the leader's accuracy, no plane rotates by more than its own accuracy. The loop below is then
+        # skipped.
+        all_agree = sine[is_parallel].max(initial=0.0) <= accuracy[leader] / 4
+        while len(members) > 1 and not all_agree:
+            mean_direction = _fit_direction(planes.direction[members], accuracy[members])
+            excess = _sines(planes.direction[members], mean_direction) / accuracy[members]
             if excess.max() <= 1:
                 break
             members = np.delete(members, int(excess.argmax()))
-        free[members] = False
+        is_free[members] = False
         if len(np.unique(planes.joint[members])) > 1:
             yield members
 
 
 class _Links:
-    """Joints of a scene, with a search for the joints that are linked to a plane.
+    """Search for the joints that chains of parallel or perpendicular joints link to a plane.
 
     A joint is *linked* to a plane if a chain of blocks and joints connects it to the joint of the plane, and
     if all joints of the chain are parallel or perpendicular to the plane.
@@ -266,30 +268,30 @@ class _Links:
         The plane belongs to the joint with index ``joint``, which is one of the returned joints. The plane
         has the given direction (unit normal) and accuracy. The indices are in ascending order.
         """
-        joints = self._one_by_one(joint, direction, accuracy)
+        joints = self._search_joints(joint, direction, accuracy)
         if joints is not None:
             return joints
-        passes = _off_axes(self._drawn.normal, direction) <= accuracy + self._accuracy
-        passes[joint] = True
-        return _component_of(joint, np.flatnonzero(passes), self._drawn.ends)
+        is_aligned = _deviations(self._drawn.normal, direction) <= accuracy + self._accuracy
+        is_aligned[joint] = True
+        return _component_of(joint, np.flatnonzero(is_aligned), self._drawn.ends)
 
-    def _one_by_one(self, joint: int, direction: np.ndarray, accuracy: float) -> np.ndarray | None:
+    def _search_joints(self, joint: int, direction: np.ndarray, accuracy: float) -> np.ndarray | None:
         """Search from block to block; return the joints found, or None if there are too many joints."""
         joints = [joint]
-        seen = {joint}
-        visited: set[int] = set()
+        examined_joints = {joint}
+        examined_blocks: set[int] = set()
         axis = direction.tolist()
         # Breadth-first search: the list ``joints`` grows during the loop.
-        for current in joints:
-            for block in self._ends[current]:
-                if block in visited:
+        for current_joint in joints:
+            for block in self._ends[current_joint]:
+                if block in examined_blocks:
                     continue
-                visited.add(block)
+                examined_blocks.add(block)
                 for candidate in self._candidates(block, direction, accuracy):
-                    if candidate in seen:
+                    if candidate in examined_joints:
                         continue
-                    seen.add(candidate)
-                    if _off_axis(self._normals[candidate], axis) <= accuracy + self._accuracies[candidate]:
+                    examined_joints.add(candidate)
+                    if _deviation(self._normals[candidate], axis) <= accuracy + self._accuracies[candidate]:
                         joints.append(candidate)
                 if len(joints) > self._most:
                     return None
@@ -304,7 +306,7 @@ class _Links:
         first, count = of_block.first[block], of_block.count[block]
         joints = of_block.item[first : first + count]
         if count > self._crowded:
-            sine = _off_axes(self._drawn.normal[joints], direction)
+            sine = _deviations(self._drawn.normal[joints], direction)
             # Select joints coarsely, with twice the permitted deviation. The caller compares each selected
             # joint with the permitted deviation itself.
             joints = joints[sine <= 2 * (accuracy + self._accuracy[joints])]
@@ -313,25 +315,26 @@ class _Links:
 
 
 def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: ContactPlanes) -> np.ndarray:
-    """Return a mask of the planes to which another joint of the same block may be parallel or perpendicular.
+    """Return a mask of the planes that may be parallel or perpendicular to another joint, shape (planes,).
 
-    The shape is (planes,). For blocks with very many joints the result is True without a comparison.
+    The other joint, called partner, belongs to the same block. For planes of blocks with very many joints,
+    the mask is True without a comparison.
     """
     of_block = drawn.joints_of_block
-    crowded = of_block.count > settings.most_neighbours
-    has_partner: np.ndarray = crowded[drawn.ends].any(axis=1)[planes.joint]
+    is_crowded = of_block.count > settings.most_neighbours
+    has_partner: np.ndarray = is_crowded[drawn.ends].any(axis=1)[planes.joint]
     for side in range(2):
         block = drawn.ends[planes.joint, side]
-        unknown = np.flatnonzero(~has_partner & ~crowded[block])
-        for chunk in chunks(of_block.count[block[unknown]]):
-            plane = unknown[chunk]
+        remaining_planes = np.flatnonzero(~has_partner & ~is_crowded[block])
+        for chunk in chunks(of_block.count[block[remaining_planes]]):
+            plane = remaining_planes[chunk]
             number, partner = of_block.where(block[plane])
             plane = plane[number]
-            sine = _off_axes(drawn.normal[partner], planes.direction[plane])
-            # Accept three times the usual angle, because both planes may be nearly parallel to a third plane
-            # with a direction between theirs.
-            near = sine <= 3 * (planes.accuracy[plane] + drawn.accuracy[partner])
-            has_partner[plane[near & (partner != planes.joint[plane])]] = True
+            sine = _deviations(drawn.normal[partner], planes.direction[plane])
+            # Accept deviations of up to three times the sum of both accuracies, because both planes may be
+            # nearly parallel to a third plane with a direction between their directions.
+            is_near = sine <= 3 * (planes.accuracy[plane] + drawn.accuracy[partner])
+            has_partner[plane[is_near & (partner != planes.joint[plane])]] = True
     return has_partner
 
 
@@ -358,9 +361,9 @@ def _square_pairs(groups: list[Group], planes: ContactPlanes) -> list[list[int]]
     by_joint = planes.by_joint
     _, first, second = combine(by_joint.first, by_joint.count, by_joint.first, by_joint.count)
     first, second = of_plane[by_joint.item[first]], of_plane[by_joint.item[second]]
-    both = (first >= 0) & (second >= 0) & (first != second)
+    is_pair = (first >= 0) & (second >= 0) & (first != second)
     pairs: list[list[int]] = [[] for _ in groups]
-    for code in np.unique(first[both] * len(groups) + second[both]).tolist():
+    for code in np.unique(first[is_pair] * len(groups) + second[is_pair]).tolist():
         i, j = divmod(code, len(groups))
         if abs(groups[i].direction @ groups[j].direction) <= groups[i].accuracy + groups[j].accuracy:
             pairs[i].append(j)
@@ -376,14 +379,14 @@ def _make_square(groups: list[Group], pairs: list[list[int]]) -> None:
     order = sorted(range(len(groups)), key=lambda number: groups[number].accuracy)
     rank = {number: position for position, number in enumerate(order)}
     for number, own_rank in rank.items():
-        partners = [groups[other].direction for other in pairs[number] if rank[other] < own_rank]
+        partners = [groups[partner].direction for partner in pairs[number] if rank[partner] < own_rank]
         if not partners:
             continue
         group, first = groups[number], partners[0]
         direction = group.direction - (group.direction @ first) * first
         if len(first) == 3:
-            across = [np.cross(first, other) for other in partners[1:]]
-            direction = max(across, key=np.hypot.reduce, default=direction)
+            candidates = [np.cross(first, partner) for partner in partners[1:]]
+            direction = max(candidates, key=np.hypot.reduce, default=direction)
             if np.hypot.reduce(direction) < _SINE_OF_DISTINCT_DIRECTIONS:
                 direction = group.direction - (group.direction @ first) * first
         group.turn_to(direction / np.hypot.reduce(direction))
@@ -403,25 +406,25 @@ def _group_values(values: np.ndarray, tolerance: float) -> np.ndarray:
     last = np.cumsum(count) - 1
     first = last - count + 1
     number, groups = run.copy(), len(count)
-    for long in np.flatnonzero(rising[last] - rising[first] > tolerance).tolist():
-        remaining = np.arange(first[long], last[long] + 1)
-        while len(remaining):
-            low = np.searchsorted(rising[remaining], rising[remaining] - tolerance, "left")
-            high = np.searchsorted(rising[remaining], rising[remaining] + tolerance, "right")
+    for long_run in np.flatnonzero(rising[last] - rising[first] > tolerance).tolist():
+        indices = np.arange(first[long_run], last[long_run] + 1)
+        while len(indices):
+            low = np.searchsorted(rising[indices], rising[indices] - tolerance, "left")
+            high = np.searchsorted(rising[indices], rising[indices] + tolerance, "right")
             # The leader is the value with the most neighbours within the tolerance. If several values have
             # equally many, choose the value whose neighbours span the smallest range. The order of the values
             # then has no effect.
-            leader = np.lexsort((rising[remaining][high - 1] - rising[remaining][low], low - high))[0]
-            taken = np.arange(low[leader], high[leader])
-            number[remaining[taken]] = groups
+            leader = np.lexsort((rising[indices][high - 1] - rising[indices][low], low - high))[0]
+            members = np.arange(low[leader], high[leader])
+            number[indices[members]] = groups
             groups += 1
-            remaining = np.delete(remaining, taken)
-    in_order = np.empty_like(number)
-    in_order[order] = np.unique(number, return_inverse=True)[1]
-    return in_order
+            indices = np.delete(indices, members)
+    group_of_value = np.empty_like(number)
+    group_of_value[order] = np.unique(number, return_inverse=True)[1]
+    return group_of_value
 
 
-def _meeting_points(
+def _move_points(
     drawn: DrawnContacts,
     settings: AlignmentSettings,
     planes: ContactPlanes,
@@ -430,24 +433,27 @@ def _meeting_points(
 ) -> np.ndarray:
     """Move contact points to the intersections of the planes on which they lie, and return the points.
 
-    A point that would move too far moves onto the plane of its joint only. ``direction`` is the unit normal
-    of each plane. ``place`` is its distance from the origin, or NaN for a plane that does not move.
+    A point that would move too far moves only onto one of its planes, if possible the plane of its joint.
+    ``direction`` is the unit normal of each plane. ``place`` is the distance of each plane from the origin,
+    or NaN for a plane that does not move.
     """
-    moved = np.isfinite(place[planes.plane])
-    of_point = Lists.of(planes.point[moved], planes.plane[moved], len(drawn.point))
+    is_moved = np.isfinite(place[planes.plane])
+    of_point = Lists.of(planes.point[is_moved], planes.plane[is_moved], len(drawn.point))
     shift = np.zeros_like(drawn.point)
     for count in np.unique(of_point.count[of_point.count > 0]).tolist():
         points = np.flatnonzero(of_point.count == count)
-        own = of_point.where(points)[1].reshape(-1, count)
-        normals = direction[own]
-        off = place[own] - np.einsum("pij,pj->pi", normals, drawn.point[points])
-        whole = np.einsum("pij,pj->pi", np.linalg.pinv(normals, rcond=_LEAST_SPREAD_OF_NORMALS), off)
-        far = lengths(whole) > settings.most_shift * drawn.tolerance
-        shift[points] = np.where(far[:, None], off[:, :1] * normals[:, 0], whole)
+        plane = of_point.where(points)[1].reshape(-1, count)
+        normals = direction[plane]
+        offset = place[plane] - np.einsum("pij,pj->pi", normals, drawn.point[points])
+        full_shift = np.einsum("pij,pj->pi", np.linalg.pinv(normals, rcond=_LEAST_SPREAD_OF_NORMALS), offset)
+        is_far = lengths(full_shift) > settings.most_shift * drawn.tolerance
+        shift[points] = np.where(is_far[:, None], offset[:, :1] * normals[:, 0], full_shift)
     return drawn.point + shift
 
 
-def _fitted(directions: np.ndarray, accuracy: np.ndarray, scatter: np.ndarray | float = 0.0) -> np.ndarray:
+def _fit_direction(
+    directions: np.ndarray, accuracy: np.ndarray, scatter: np.ndarray | float = 0.0
+) -> np.ndarray:
     """Fit a direction to unit vectors, regardless of their signs, by least squares; return the direction.
 
     A vector is weighted by the inverse square of its accuracy. ``scatter``, shape (dim, dim), is the scatter
@@ -458,35 +464,35 @@ def _fitted(directions: np.ndarray, accuracy: np.ndarray, scatter: np.ndarray | 
     return np.asarray(np.linalg.eigh(misfit)[1][:, 0])
 
 
-def _across(directions: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _sines(directions: np.ndarray, references: np.ndarray) -> np.ndarray:
     """Return the sine of the angle between each pair of unit vectors, shape (rows,).
 
-    ``other`` is one vector for all rows, or one vector for each row.
+    ``references`` is one vector for all rows, or one vector for each row.
     """
-    along = (directions * other).sum(axis=1)
-    return lengths(directions - along[:, None] * other)
+    cosine = (directions * references).sum(axis=1)
+    return lengths(directions - cosine[:, None] * references)
 
 
-def _off_axis(vector: list[float], other: list[float]) -> float:
-    """Return the sine of the deviation of two unit vectors from parallel or perpendicular directions.
+def _deviation(vector: list[float], reference: list[float]) -> float:
+    """Return the sine or the absolute cosine of the angle of two unit vectors, whichever is smaller.
 
-    The result is the smaller of the two deviations.
+    The result is zero if the vectors are parallel or perpendicular.
     """
-    along = sum(map(mul, vector, other))
-    across = hypot(*(a - along * b for a, b in zip(vector, other, strict=True)))
-    return min(abs(along), across)
+    cosine = sum(map(mul, vector, reference))
+    sine = hypot(*(a - cosine * b for a, b in zip(vector, reference, strict=True)))
+    return min(abs(cosine), sine)
 
 
-def _off_axes(directions: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the sine of each pair's deviation from parallel or perpendicular, shape (rows,).
+def _deviations(directions: np.ndarray, references: np.ndarray) -> np.ndarray:
+    """Return, for each pair of unit vectors, the sine or absolute cosine of their angle, shape (rows,).
 
-    A pair consists of two unit vectors. See :func:`_off_axis`. ``other`` is one vector for all rows, or one
-    vector for each row.
+    The smaller of the two numbers is returned. It is zero if the vectors are parallel or perpendicular.
+    ``references`` is one vector for all rows, or one vector for each row.
     """
-    return np.minimum(np.abs((directions * other).sum(axis=1)), _across(directions, other))
+    return np.minimum(np.abs((directions * references).sum(axis=1)), _sines(directions, references))
 
 
 def square_to(vectors: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """Project vectors onto the planes perpendicular to the normals, and return unit vectors."""
-    across = vectors - dots(vectors, normal)[:, None] * normal
-    return across / lengths(across)[:, None]
+    projection = vectors - dots(vectors, normal)[:, None] * normal
+    return projection / lengths(projection)[:, None]

@@ -40,17 +40,17 @@ def contact_normals(target: Sectors, opposite: Sectors) -> tuple[np.ndarray, np.
     after_target, after_opposite = _turn(target.last, opposite.first), _turn(opposite.last, target.first)
     fits = np.abs(after_target + after_opposite + sum(widths) - 2 * np.pi) <= _MOST_OVERLAP
     # A line through the point separates the two blocks if it passes through both empty sectors between them.
-    # Its angle, measured from the last side of the sector `target`, is then between `least` and `most`.
+    # Its angle, measured from the last side of the sector `target`, is then between `low` and `high`.
     shift = after_target + widths[1] - np.pi
-    least, most = np.maximum(shift, 0.0), np.minimum(after_target, shift + after_opposite)
+    low, high = np.maximum(shift, 0.0), np.minimum(after_target, shift + after_opposite)
     in_line = np.minimum(np.abs(shift), np.abs(after_target - shift - after_opposite)) <= _MOST_OVERLAP
-    separated = np.flatnonzero(fits & ~in_line & (most - least >= -_MOST_OVERLAP))
-    points = [separated]
-    normals = [(target.last + (least + most) / 2 - np.pi / 2)[separated]]
+    separable_points = np.flatnonzero(fits & ~in_line & (high - low >= -_MOST_OVERLAP))
+    points = [separable_points]
+    normals = [(target.last + (low + high) / 2 - np.pi / 2)[separable_points]]
     for notch, width, sign in ((target, widths[0], 1.0), (opposite, widths[1], -1.0)):
-        in_notch = np.flatnonzero(fits & (width > np.pi + _MOST_OVERLAP))
-        points += [in_notch, in_notch]
-        normals += [notch.first[in_notch] + sign * np.pi / 2, notch.last[in_notch] - sign * np.pi / 2]
+        notch_points = np.flatnonzero(fits & (width > np.pi + _MOST_OVERLAP))
+        points += [notch_points, notch_points]
+        normals += [notch.first[notch_points] + sign * np.pi / 2, notch.last[notch_points] - sign * np.pi / 2]
     return np.concatenate(points), np.concatenate(normals)
 
 

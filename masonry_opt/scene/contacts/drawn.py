@@ -36,28 +36,28 @@ class DrawnContacts:
         In space, the perpendicular planes contain the sides of the joints.
         """
         points = np.arange(len(self.point))
-        own = self.normal[self.joint]
+        normal = self.normal[self.joint]
         if self.point.shape[1] == 2:
-            across = np.column_stack([own[:, 1], -own[:, 0]])
+            direction = np.column_stack([normal[:, 1], -normal[:, 0]])
             accuracy, other_end = self.accuracy[self.joint], points
         else:
             other_end = following(np.bincount(self.ring))
-            across = np.cross(own, self.point[other_end] - self.point)
-            length = lengths(across)
+            direction = np.cross(normal, self.point[other_end] - self.point)
+            length = lengths(direction)
             # The side of a contact at a single point has no length, so the uncertainty of its direction is
             # infinite.
             accuracy = np.divide(self.tolerance, length, out=np.full(len(length), np.inf), where=length > 0)
-            across = across / np.where(length > 0, length, 1.0)[:, None]
+            direction = direction / np.where(length > 0, length, 1.0)[:, None]
         sides = np.flatnonzero(np.isfinite(accuracy))
         of_side = len(self.normal) + np.arange(len(sides))
         own_end, far_end = (np.column_stack([of_side, end]) for end in (points[sides], other_end[sides]))
-        on_sides = np.concatenate([own_end, far_end[own_end[:, 1] != far_end[:, 1]]])
+        points_on_sides = np.concatenate([own_end, far_end[own_end[:, 1] != far_end[:, 1]]])
         return ContactPlanes(
-            direction=np.concatenate([self.normal, across[sides]]),
+            direction=np.concatenate([self.normal, direction[sides]]),
             accuracy=np.concatenate([self.accuracy, accuracy[sides]]),
             joint=np.concatenate([np.arange(len(self.normal)), self.joint[sides]]),
-            plane=np.concatenate([self.joint, on_sides[:, 0]]),
-            point=np.concatenate([points, on_sides[:, 1]]),
+            plane=np.concatenate([self.joint, points_on_sides[:, 0]]),
+            point=np.concatenate([points, points_on_sides[:, 1]]),
         )
 
 
@@ -89,8 +89,8 @@ class ContactPlanes:
 class Lists:
     """Several lists of indices, stored one after another in one array."""
 
-    #: Entries of all lists, one list after another, shape (sum of ``count``,). The entries are indices, such
-    #: as those of the joints of each block.
+    #: Entries of all lists, one list after another, shape (sum of ``count``,). Each entry is an index, for
+    #: example the index of a joint in a list of the joints of a block.
     item: np.ndarray
     first: np.ndarray  #: position in ``item`` of the first entry of each list, shape (lists,)
     count: np.ndarray  #: number of entries of each list, shape (lists,)

@@ -72,17 +72,17 @@ class FacingEdges(sides.Facing):
         in opposite directions round their blocks face each other. If their distance is larger than the
         tolerance, they must also satisfy :func:`~.sides.faces_across`.
         """
-        tail, tip, shortest = corners.point, corners.tip, corners.shapes.tolerance
+        tail, tip, tolerance = corners.point, corners.tip, corners.shapes.tolerance
         along_i, along_j = (
             edge / np.hypot(*edge.T)[:, None] for edge in (tip[i] - tail[i], tail[j] - tip[j])
         )
-        faces_other = (along_i * along_j).sum(axis=1) > 0
-        pair, i, j = pair[faces_other], i[faces_other], j[faces_other]
-        along = (along_i + along_j)[faces_other]
-        along /= np.hypot(*along.T)[:, None]
+        is_facing = (along_i * along_j).sum(axis=1) > 0
+        pair, i, j = pair[is_facing], i[is_facing], j[is_facing]
+        bisector = (along_i + along_j)[is_facing]
+        bisector /= np.hypot(*bisector.T)[:, None]
         # Order the ends of both edges along the bisector, and compute their coordinates along it.
         lines = np.array([[tail[i], tip[i]], [tip[j], tail[j]]])
-        x = ((lines - tail[i]) * along).sum(axis=-1)
+        x = ((lines - tail[i]) * bisector).sum(axis=-1)
         # The shared segment begins at the later start of the two edges, and ends at the earlier end.
         x_ends = np.array([np.maximum(*x[:, 0]), np.minimum(*x[:, 1])])
         is_of_first = x[0] == x_ends
@@ -91,20 +91,22 @@ class FacingEdges(sides.Facing):
         # corner's coordinate along the bisector.
         start, stop = (np.where(is_of_first[..., None], lines[1, end], lines[0, end]) for end in (0, 1))
         x_start, x_stop = (np.where(is_of_first, x[1, end], x[0, end]) for end in (0, 1))
-        across = start + ((x_ends - x_start) / (x_stop - x_start))[..., None] * (stop - start) - corner
-        width = np.hypot(*np.moveaxis(across, 2, 0))
+        gap = start + ((x_ends - x_start) / (x_stop - x_start))[..., None] * (stop - start) - corner
+        width = np.hypot(*np.moveaxis(gap, 2, 0))
         # Move each end to the middle between the edges, unless the edges coincide up to rounding.
-        ends = corner + np.where(width > _COINCIDENT_EDGE_TOLERANCE * shortest, 0.5, 0.0)[..., None] * across
-        sine = np.abs(along_i[:, 0] * along_j[:, 1] - along_i[:, 1] * along_j[:, 0])[faces_other]
+        ends = corner + np.where(width > _COINCIDENT_EDGE_TOLERANCE * tolerance, 0.5, 0.0)[..., None] * gap
+        sine = np.abs(along_i[:, 0] * along_j[:, 1] - along_i[:, 1] * along_j[:, 0])[is_facing]
         most, extent = width.max(axis=0), x_ends[1] - x_ends[0]
-        long = (extent > shortest) & ((most <= shortest) | sides.faces_across(sine, most, extent - shortest))
-        accuracy_first, accuracy_second = (
-            _accuracy(tip[edge] - tail[edge], shortest)[long] for edge in (i, j)
+        is_long = (extent > tolerance) & (
+            (most <= tolerance) | sides.faces_across(sine, most, extent - tolerance)
         )
-        lean = sine[long], shortest / np.maximum(accuracy_first, accuracy_second)
-        start, end = ends[:, long]
+        accuracy_first, accuracy_second = (
+            _accuracy(tip[edge] - tail[edge], tolerance)[is_long] for edge in (i, j)
+        )
+        lean = sine[is_long], tolerance / np.maximum(accuracy_first, accuracy_second)
+        start, end = ends[:, is_long]
         accuracy = (accuracy_first + accuracy_second) / 2
-        return cls.between(pair[long], most[long], (start, end), accuracy, lean)
+        return cls.between(pair[is_long], most[is_long], (start, end), accuracy, lean)
 
     @property
     def inner_points(self) -> np.ndarray:
@@ -119,7 +121,7 @@ class FacingEdges(sides.Facing):
         return self.extent
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return the tangent and the outline of each shared segment, in the form of :meth:`.Facing.outlines`.
+        """Return the tangent and the outline of each shared segment; see :meth:`.Facing.outlines`.
 
         An outline consists of the two ends of the segment.
         """
@@ -131,22 +133,26 @@ class FacingEdges(sides.Facing):
         return to_line(points, self.start[number], self.end[number])
 
     def overlap(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the length of the overlap of two collinear segments, twice; see :class:`.Facing`."""
-        low, high = self._along(one, other)
+        """Return the length of the overlap of collinear segments, for each pair of segments.
+
+        The length is returned twice; see :meth:`.Facing.overlap`.
+        """
+        low, high = self._interval_along(one, other)
         length = np.maximum(np.minimum(high, self.extent[one]) - np.maximum(low, 0.0), 0.0)
         return length, length
 
     def uncovered(self, row: int, others: np.ndarray, tolerance: float) -> "FacingEdges":
         """Return the parts of a segment that other segments do not cover; see :class:`.Facing`."""
-        covered = zip(*self._along(np.full(len(others), row), others), strict=True)
-        parts = spaces(0.0, float(self.extent[row]), covered, tolerance)
+        intervals = zip(*self._interval_along(np.full(len(others), row), others), strict=True)
+        parts = spaces(0.0, float(self.extent[row]), intervals, tolerance)
         start, end = (
             self.start[row] + np.outer(x, self._direction[row]) for x in np.reshape(parts, (-1, 2)).T
         )
         columns = (self.pair, self.most, self.accuracy, self.angle, self.shorter)
         pair, most, accuracy, *lean = (np.full(len(parts), column[row]) for column in columns)
         segments = FacingEdges.between(pair, most, (start, end), accuracy, (lean[0], lean[1]))
-        # A rest is a joint if it is long enough for a joint of edges that nothing covers.
+        # Return only uncovered parts that are long compared with the gap between their edges, or with the
+        # tolerance.
         is_long = (most <= SMALL_LENGTH_RATIO * segments.extent) | (
             segments.extent >= _SHORTEST_PARALLEL * tolerance
         )
@@ -158,12 +164,14 @@ class FacingEdges(sides.Facing):
         direction: np.ndarray = (self.end - self.start) / self.extent[:, None]
         return direction
 
-    def _along(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the coordinates, each (rows,), of both ends of other segments along given segments.
+    def _interval_along(self, axis: np.ndarray, segment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the smallest and the largest coordinate of each ``segment`` along the segment ``axis``.
 
-        The coordinate is zero at the start of the segment with the index ``one``.
+        Each of the two arrays has the shape (rows,). The coordinate is zero at the start of ``axis``.
         """
-        ends = (dots(end[other] - self.start[one], self._direction[one]) for end in (self.start, self.end))
+        ends = (
+            dots(end[segment] - self.start[axis], self._direction[axis]) for end in (self.start, self.end)
+        )
         x = np.stack([*ends])
         return x.min(axis=0), x.max(axis=0)
 
@@ -192,7 +200,9 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
         If more pairs of edges are near each other than can be compared.
     """
     corners = PlaneCorners(shapes)
-    pairs_of_edges = [corners.edges.near(shapes, both, far)[0] for both in (pairs, pairs[:, ::-1])]
+    pairs_of_edges = [
+        corners.edges.near(shapes, ordered_pairs, far)[0] for ordered_pairs in (pairs, pairs[:, ::-1])
+    ]
     first_edges, second_edges = (np.bincount(pair, minlength=len(pairs)) for pair in pairs_of_edges)
     if (first_edges * second_edges).sum() > _MOST_EDGES:
         edges_of_block = np.bincount(corners.edges.block)
@@ -203,24 +213,24 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
             "raise 'tolerance', or draw the blocks with fewer corners"
         )
     parts = FacingEdges.of(corners, *near_items(shapes, pairs, far, 2 * (corners.edges,)))
-    touch = parts.most <= shapes.contact_tolerance
-    across = parts.where(~touch & (parts.most <= far[parts.pair]))
-    touching = _join_parts(parts.where(touch), shapes.tolerance)
+    is_touching = parts.most <= shapes.contact_tolerance
+    gap_segments = parts.where(~is_touching & (parts.most <= far[parts.pair]))
+    segments = _join_parts(parts.where(is_touching), shapes.tolerance)
     # Leave out segments that are short compared with the gap between their edges. Such segments occur at
     # bends of curved edges that are drawn as chains of short edges.
-    is_wide = touching.extent > SMALL_LENGTH_RATIO * touching.most
-    touching = touching.where((touching.most <= shapes.tolerance) | is_wide)
+    is_wide = segments.extent > SMALL_LENGTH_RATIO * segments.most
+    segments = segments.where((segments.most <= shapes.tolerance) | is_wide)
     if shapes.contact_tolerance == shapes.tolerance:
-        touching = _without_corners(touching, shapes.tolerance)
-    whole = touching.then(across)
-    return whole.where(np.argsort(whole.pair, kind="stable"))
+        segments = _drop_corner_contacts(segments, shapes.tolerance)
+    all_segments = segments.then(gap_segments)
+    return all_segments.where(np.argsort(all_segments.pair, kind="stable"))
 
 
 def sides_of_block(shapes: Geometry, block: int) -> tuple[np.ndarray, np.ndarray]:
     """Return a point on each edge of a block, and the outward unit normal of each edge, shape (edges, 2)."""
     tail, tip, _ = (rows[shapes.edges[2] == block] for rows in shapes.edges)
-    along = (tip - tail) / lengths(tip - tail)[:, None]
-    return tail, np.column_stack([along[:, 1], -along[:, 0]])
+    direction = (tip - tail) / lengths(tip - tail)[:, None]
+    return tail, np.column_stack([direction[:, 1], -direction[:, 0]])
 
 
 def _join_parts(parts: FacingEdges, tolerance: float) -> FacingEdges:
@@ -232,53 +242,53 @@ def _join_parts(parts: FacingEdges, tolerance: float) -> FacingEdges:
     return parts.where(count[number] == 1).then(*chains)
 
 
-def _without_corners(touching: FacingEdges, tolerance: float) -> FacingEdges:
+def _drop_corner_contacts(segments: FacingEdges, tolerance: float) -> FacingEdges:
     """Leave out the touching segments at which one block may touch the other only with a corner.
 
     A block may touch only with a corner if the two edges are not parallel, and if the segment is short
     relative to the distance between the edges; see :data:`~.sides.SMALL_LENGTH_RATIO`. Very short segments of
     parallel edges are left out too.
     """
-    is_long = touching.most <= SMALL_LENGTH_RATIO * touching.extent
-    is_parallel = touching.angle <= _LARGEST_ANGLE
-    return touching.where(is_long | (is_parallel & (touching.extent >= _SHORTEST_PARALLEL * tolerance)))
+    is_long = segments.most <= SMALL_LENGTH_RATIO * segments.extent
+    is_parallel = segments.angle <= _LARGEST_ANGLE
+    return segments.where(is_long | (is_parallel & (segments.extent >= _SHORTEST_PARALLEL * tolerance)))
 
 
 def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
-    """Join consecutive segments of one pair of blocks to chains, and yield each chain in simplified form.
+    """Join consecutive segments of one pair of blocks into chains, and yield each chain in simplified form.
 
     In a chain, each segment is followed by the segment that begins nearest to its end. The distance may be at
     most two tolerances, or a fifth of the widest gap between the edges, whichever is larger.
     """
-    nearest = max(tolerance, SMALL_LENGTH_RATIO * float(parts.most.max()))
+    reach = max(tolerance, SMALL_LENGTH_RATIO * float(parts.most.max()))
     distance = np.hypot(*np.moveaxis(parts.end[:, None] - parts.start[None], 2, 0))
     np.fill_diagonal(distance, np.inf)
-    has_follower = np.flatnonzero(distance.min(axis=1) <= 2 * nearest)
-    follower = {int(part): int(distance[part].argmin()) for part in has_follower}
-    remaining = set(range(len(parts.pair)))
+    followed_parts = np.flatnonzero(distance.min(axis=1) <= 2 * reach)
+    follower = {int(part): int(distance[part].argmin()) for part in followed_parts}
+    remaining_parts = set(range(len(parts.pair)))
     # An open chain begins with a segment that follows no other segment. The segments that remain after all
     # open chains are in closed chains.
-    for first in [*sorted(remaining - set(follower.values())), *sorted(remaining)]:
-        chain, current = [], first
-        while current in remaining:
-            remaining.remove(current)
-            chain.append(current)
-            current = follower.get(current, -1)
+    for first in [*sorted(remaining_parts - set(follower.values())), *sorted(remaining_parts)]:
+        chain, current_part = [], first
+        while current_part in remaining_parts:
+            remaining_parts.remove(current_part)
+            chain.append(current_part)
+            current_part = follower.get(current_part, -1)
         if chain:
-            yield _simplify_chain(parts.where(np.array(chain)), tolerance, nearest / 2)
+            yield _simplify_chain(parts.where(np.array(chain)), tolerance, reach / 2)
 
 
-def _simplify_chain(chain: FacingEdges, tolerance: float, off: float) -> FacingEdges:
+def _simplify_chain(chain: FacingEdges, tolerance: float, distance: float) -> FacingEdges:
     """Simplify the line through a chain of segments, and return its straight segments.
 
-    A corner is removed if it lies within the distance ``off`` of the line without this corner. ``tolerance``
+    A corner is removed if it lies within ``distance`` of the line without this corner. ``tolerance``
     is the accuracy of the drawing.
     """
-    inner = (chain.end[:-1] + chain.start[1:]) / 2
-    line = shapely.LineString(np.concatenate([chain.start[:1], inner, chain.end[-1:]]))
-    corners = shapely.get_coordinates(shapely.simplify(line, off, preserve_topology=False))
-    of_chain = chain.pair[0], chain.most.max(), chain.angle.max(), chain.shorter.min()
-    pair, most, *lean = (np.full(len(corners) - 1, value) for value in of_chain)
+    inner_points = (chain.end[:-1] + chain.start[1:]) / 2
+    line = shapely.LineString(np.concatenate([chain.start[:1], inner_points, chain.end[-1:]]))
+    corners = shapely.get_coordinates(shapely.simplify(line, distance, preserve_topology=False))
+    values = chain.pair[0], chain.most.max(), chain.angle.max(), chain.shorter.min()
+    pair, most, *lean = (np.full(len(corners) - 1, value) for value in values)
     accuracy = _accuracy(np.diff(corners, axis=0), tolerance)
     return FacingEdges.between(pair, most, (corners[:-1], corners[1:]), accuracy, (lean[0], lean[1]))
 
@@ -298,29 +308,32 @@ class PlaneCorners(sides.BlockCorners):
         self.edges = Items(block, np.minimum(self.point, self.tip), np.maximum(self.point, self.tip))
 
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
-        """Return two tables: corners of first blocks on edges of second blocks, and the reverse.
+        """Return the contacts at which a corner of a block is on an edge of another block, in two tables.
 
-        Each row of a table is a contact. The tables contain the contacts of all pairs of blocks.
+        The first table has the corners of each pair's first block, and the second table has the corners of
+        each pair's second block.
         """
-        return [self._on_edges(pairs, -1.0), self._on_edges(pairs[:, ::-1], 1.0)]
+        return [self._touches_on_edges(pairs, -1.0), self._touches_on_edges(pairs[:, ::-1], 1.0)]
 
     def meetings(self, pairs: np.ndarray) -> Meetings:
         """Return the places at which corners of two blocks coincide within the tolerance."""
         tolerance = self.shapes.tolerance
         pair, i, j = near_items(self.shapes, pairs, tolerance, (self.corners, self.corners))
-        near = np.hypot(*(self.point[j] - self.point[i]).T) <= tolerance
-        pair, i, j = pair[near], i[near], j[near]
+        is_near = np.hypot(*(self.point[j] - self.point[i]).T) <= tolerance
+        pair, i, j = pair[is_near], i[is_near], j[is_near]
         middle = (self.point[i] + self.point[j]) / 2
         return Meetings(pair, i, j, middle, middle)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts where corners of two blocks coincide, mostly on a bisector of two sides.
+        """Return the contacts at which corners of two blocks coincide.
 
-        Such a bisector lies between sides that face each other. A corner in a notch has two contacts instead,
-        one on each side of the notch.
+        Most contacts lie on the bisector of two sides that face each other. A corner in a notch has two
+        contacts instead, one on each side of the notch.
         """
-        of_first, of_second = (self._sectors(corner) for corner in (meetings.first, meetings.second))
-        row, angle = contact_normals(of_first, of_second)
+        first_sectors, second_sectors = (
+            self._sectors(corner) for corner in (meetings.first, meetings.second)
+        )
+        row, angle = contact_normals(first_sectors, second_sectors)
         normal = np.column_stack([np.cos(angle), np.sin(angle)])
         accuracy = np.mean([self._accuracy_of(end) for end in (meetings.first, meetings.second)], axis=0)
         meetings = meetings.where(row)
@@ -330,15 +343,17 @@ class PlaneCorners(sides.BlockCorners):
     def _sides(self, corner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the vectors along the next and the previous edge of each corner, away from the corner."""
         block = self.corners.block
-        before = corner - 1
-        is_before = (self.tip[before] == self.point[corner]).all(axis=1) & (block[before] == block[corner])
-        for row in np.flatnonzero(~is_before):
+        previous_edge = corner - 1
+        is_adjacent = (self.tip[previous_edge] == self.point[corner]).all(axis=1) & (
+            block[previous_edge] == block[corner]
+        )
+        for row in np.flatnonzero(~is_adjacent):
             # The edge before the first corner of an outline is the last edge of the outline. Find it as the
             # edge that ends at this corner.
             of_block = np.flatnonzero(block == block[corner[row]])
-            ends_here = (self.tip[of_block] == self.point[corner[row]]).all(axis=1)
-            before[row] = of_block[ends_here][0]
-        return self.tip[corner] - self.point[corner], self.point[before] - self.point[corner]
+            ends_at_corner = (self.tip[of_block] == self.point[corner[row]]).all(axis=1)
+            previous_edge[row] = of_block[ends_at_corner][0]
+        return self.tip[corner] - self.point[corner], self.point[previous_edge] - self.point[corner]
 
     def _sectors(self, corner: np.ndarray) -> Sectors:
         """Return the angular sector that the block occupies at each corner."""
@@ -348,7 +363,7 @@ class PlaneCorners(sides.BlockCorners):
         """Return the uncertainty of the direction of the longer side at each corner, in radians."""
         return np.minimum(*(_accuracy(side, self.shapes.tolerance) for side in self._sides(corner)))
 
-    def _on_edges(self, pairs: np.ndarray, sign: float) -> Touches:
+    def _touches_on_edges(self, pairs: np.ndarray, sign: float) -> Touches:
         """Return the contacts at which a corner of each pair's first block is on an edge of the second block.
 
         ``sign`` is the sign of the contacts' normals relative to the inward normals of the edges.
@@ -361,10 +376,10 @@ class PlaneCorners(sides.BlockCorners):
         direction = edge_vector / length[:, None]
         normal = np.column_stack([-direction[:, 1], direction[:, 0]])
         along, across = ((point - tail) * direction).sum(axis=1), ((point - tail) * normal).sum(axis=1)
-        within = (np.abs(across) <= tolerance) & (along > tolerance) & (along < length - tolerance)
-        point, normal = point[within], sign * normal[within]
-        accuracy = _accuracy(edge_vector[within], tolerance)
-        return Touches(pair[within], point, point, normal, _tangent(normal), accuracy)
+        is_inside = (np.abs(across) <= tolerance) & (along > tolerance) & (along < length - tolerance)
+        point, normal = point[is_inside], sign * normal[is_inside]
+        accuracy = _accuracy(edge_vector[is_inside], tolerance)
+        return Touches(pair[is_inside], point, point, normal, _tangent(normal), accuracy)
 
 
 def _accuracy(edges: np.ndarray, tolerance: float) -> np.ndarray:

@@ -47,21 +47,21 @@ class FacingFaces(sides.Facing):
 
     @property
     def inner_points(self) -> np.ndarray:
-        """Return the centroid of each polygon, and the midpoints between it and two corners.
+        """Return the centroid of each polygon, and two points halfway from the centroid to corners.
 
-        The shape is (n, 3, 3).
+        The corners are the first and the middle entry of the polygon's list of corners. Shape (n, 3, 3).
         """
         rings = shapely.get_exterior_ring(self.polygon)
         count = shapely.get_num_points(rings) - 1
         points = [self.middle]
         for corner in (np.zeros_like(count), count // 2):
-            flat = shapely.get_coordinates(shapely.get_point(rings, corner))
-            points.append((self.middle + self.frame.up(flat, np.arange(len(count)))) / 2)
+            plane_points = shapely.get_coordinates(shapely.get_point(rings, corner))
+            points.append((self.middle + self.frame.up(plane_points, np.arange(len(count)))) / 2)
         return np.stack(points, axis=1)
 
     @property
     def breadth(self) -> np.ndarray:
-        """Return the mean breadth of each polygon, twice its area over its perimeter, shape (n,)."""
+        """Return the mean breadth of each polygon, which is twice its area over its perimeter, shape (n,)."""
         return mean_thickness(self.extent, shapely.length(self.polygon))
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -72,39 +72,41 @@ class FacingFaces(sides.Facing):
         choice does not depend on the orientation of the scene.
         """
         rings, polygon = shapely.get_rings(self.polygon, return_index=True)
-        flat, ring = shapely.get_coordinates(rings, return_index=True)
+        plane_points, ring = shapely.get_coordinates(rings, return_index=True)
         # The last corner of a Shapely ring repeats the first corner; drop the last corner.
         is_repeated = np.diff(ring, append=ring[-1:] + 1) != 0
-        side = (np.roll(flat, -1, axis=0) - flat)[~is_repeated]
-        flat, ring = flat[~is_repeated], ring[~is_repeated]
+        side = (np.roll(plane_points, -1, axis=0) - plane_points)[~is_repeated]
+        plane_points, ring = plane_points[~is_repeated], ring[~is_repeated]
         count = np.bincount(ring, minlength=len(rings))
         is_outer = np.diff(polygon, prepend=-1) != 0
         length = np.hypot(*side.T) * is_outer[ring]
-        _, longest = bounds(polygon[ring], length, len(self.pair))
-        as_long = np.flatnonzero(length >= longest[polygon[ring]] * (1 - 1e-6))
-        direction = side[as_long] / length[as_long, None]
+        _, greatest_length = bounds(polygon[ring], length, len(self.pair))
+        longest_sides = np.flatnonzero(length >= greatest_length[polygon[ring]] * (1 - 1e-6))
+        direction = side[longest_sides] / length[longest_sides, None]
         rank = np.round(direction @ [1.0, 1e-3], 6)
-        best = np.lexsort((-rank, polygon[ring[as_long]]))
-        best = best[np.unique(polygon[ring[as_long[best]]], return_index=True)[1]]
-        frame, along, chosen = self.frame, direction[best], as_long[best]
-        tangent = along[:, :1] * frame.u + along[:, 1:] * frame.v
+        best_rows = np.lexsort((-rank, polygon[ring[longest_sides]]))
+        best_rows = best_rows[np.unique(polygon[ring[longest_sides[best_rows]]], return_index=True)[1]]
+        frame, side_direction, first_side = self.frame, direction[best_rows], longest_sides[best_rows]
+        tangent = side_direction[:, :1] * frame.u + side_direction[:, 1:] * frame.v
         # Shift the corners of each outer ring cyclically, so that the ring begins with the side to which the
         # tangent is parallel.
         begin, first = np.zeros_like(count), (np.cumsum(count) - count)[ring]
-        begin[ring[chosen]] = chosen - first[chosen]
-        rotated = first + (np.arange(len(ring)) - first + begin[ring]) % count[ring]
-        return tangent, polygon, count, frame.up(flat[rotated], polygon[ring])
+        begin[ring[first_side]] = first_side - first[first_side]
+        order = first + (np.arange(len(ring)) - first + begin[ring]) % count[ring]
+        return tangent, polygon, count, frame.up(plane_points[order], polygon[ring])
 
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
         """Return the distance of each point from the polygon with the index ``number``, shape (points,)."""
-        flat = shapely.points(self.frame.down(points, number))
-        return np.hypot(shapely.distance(flat, self.polygon[number]), self.frame.above(points, number))
+        plane_points = shapely.points(self.frame.down(points, number))
+        return np.hypot(
+            shapely.distance(plane_points, self.polygon[number]), self.frame.above(points, number)
+        )
 
     def overlap(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the area and the mean breadth of the intersection of two polygons; see :class:`.Facing`."""
-        common = shapely.intersection(self.polygon[one], self._projections(one, other))
-        area = shapely.area(common)
-        return area, mean_thickness(area, shapely.length(common))
+        intersection = shapely.intersection(self.polygon[one], self._projections(one, other))
+        area = shapely.area(intersection)
+        return area, mean_thickness(area, shapely.length(intersection))
 
     def uncovered(self, row: int, others: np.ndarray, tolerance: float) -> "FacingFaces":
         """Return the parts of a polygon that other polygons in its plane do not cover.
@@ -112,17 +114,17 @@ class FacingFaces(sides.Facing):
         See :class:`.Facing`.
         """
         cover = shapely.union_all(self._projections(np.full(len(others), row), others))
-        rest = np.array([shapely.difference(self.polygon[row], cover)])
-        pieces, _ = _without_tails(rest, np.zeros(1, dtype=int), NARROWEST * tolerance)
+        remainder = np.array([shapely.difference(self.polygon[row], cover)])
+        pieces, _ = _remove_tails(remainder, np.zeros(1, dtype=int), NARROWEST * tolerance)
         pieces = without_straight_corners(pieces, tolerance / 2)
         parts = self.where(np.full(len(pieces), row))
         centroids = shapely.get_coordinates(shapely.centroid(pieces))
         middle = parts.frame.up(centroids, np.arange(len(pieces)))
         return replace(parts, extent=shapely.area(pieces), middle=middle, polygon=pieces)
 
-    def _projections(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Return the projections of the polygons ``other`` onto the planes of the polygons ``one``."""
-        return _projected(self.polygon[other], self.frame.where(one), self.frame.where(other))
+    def _projections(self, target: np.ndarray, source: np.ndarray) -> np.ndarray:
+        """Return the projections of the polygons ``source`` onto the planes of the polygons ``target``."""
+        return _project(self.polygon[source], self.frame.where(target), self.frame.where(source))
 
 
 def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> FacingFaces:
@@ -150,8 +152,8 @@ def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> 
     reach = far[pair] / _LEAST_FACING_COSINE + lean * lengths(faces.high - faces.low)[j]
     # Two faces can be near each other only if the base point of the second face is within `reach` of the
     # plane of the first face.
-    near = (cosine > _LEAST_FACING_COSINE) & (np.abs(frame.above(frame.base[j], i)) <= reach)
-    return _shared_polygons(shapes, pair[near], i[near], j[near], far[pair[near]])
+    is_near = (cosine > _LEAST_FACING_COSINE) & (np.abs(frame.above(frame.base[j], i)) <= reach)
+    return _shared_polygons(shapes, pair[is_near], i[is_near], j[is_near], far[pair[is_near]])
 
 
 def sides_of_block(shapes: Shapes, block: int) -> tuple[np.ndarray, np.ndarray]:
@@ -175,26 +177,43 @@ def _shared_polygons(
     half = _height(frame, frame_j, np.zeros((len(i), 2)), np.arange(len(i))) / 2
     frame = replace(frame, base=frame.base + half[:, None] * frame.normal)
     projected_i, projected_j = (
-        _projected(faces.polygon[face], frame, own) for face, own in ((i, frame_i), (j, frame_j))
+        _project(faces.polygon[face], frame, own_frame) for face, own_frame in ((i, frame_i), (j, frame_j))
     )
     pieces, number = common_to(projected_i, projected_j, shapes.tolerance)
-    pieces, number = _without_tails(pieces, number, narrowest)
+    pieces, number = _remove_tails(pieces, number, narrowest)
     pieces = without_straight_corners(pieces, shapes.tolerance / 2)
     points, piece = shapely.get_coordinates(pieces, return_index=True)
     gap = _height(frame, frame_j, points, number[piece]) - _height(frame, frame_i, points, number[piece])
-    least, most = bounds(piece, gap, len(pieces))
+    smallest_gap, largest_gap = bounds(piece, gap, len(pieces))
     angle = lengths(np.cross(frame_i.normal, frame_j.normal))[number]
     width = mean_thickness(shapely.area(pieces), shapely.length(pieces))
-    near = (least >= -shapes.contact_tolerance) & (most <= far[number])
-    near &= (most <= shapes.tolerance) | sides.faces_across(angle, most, width)
-    pieces, number, most, angle = pieces[near], number[near], most[near], angle[near]
+    is_near = (smallest_gap >= -shapes.contact_tolerance) & (largest_gap <= far[number])
+    is_near &= (largest_gap <= shapes.tolerance) | sides.faces_across(angle, largest_gap, width)
+    pieces, number, largest_gap, angle = (
+        pieces[is_near],
+        number[is_near],
+        largest_gap[is_near],
+        angle[is_near],
+    )
     frame = frame.where(number)
     middle = frame.up(shapely.get_coordinates(shapely.centroid(pieces)), np.arange(len(pieces)))
-    of_first, of_second = (_accuracy(faces, face, shapes.tolerance)[number] for face in (i, j))
-    accuracy, shorter = (of_first + of_second) / 2, shapes.tolerance / np.maximum(of_first, of_second)
+    first_accuracy, second_accuracy = (_accuracy(faces, face, shapes.tolerance)[number] for face in (i, j))
+    accuracy, smaller_width = (
+        (first_accuracy + second_accuracy) / 2,
+        shapes.tolerance / np.maximum(first_accuracy, second_accuracy),
+    )
     normal = -frame.normal
     return FacingFaces(
-        pair[number], most, shapely.area(pieces), middle, normal, accuracy, angle, shorter, frame, pieces
+        pair[number],
+        largest_gap,
+        shapely.area(pieces),
+        middle,
+        normal,
+        accuracy,
+        angle,
+        smaller_width,
+        frame,
+        pieces,
     )
 
 
@@ -204,20 +223,20 @@ def _accuracy(faces: OuterFaces, face: np.ndarray, tolerance: float) -> np.ndarr
     ``face`` has the indices of the given faces, shape (faces,). The uncertainty is the tolerance divided by
     the shorter side of the smallest rectangle around the face.
     """
-    own, number = np.unique(face, return_inverse=True)
-    around = shapely.oriented_envelope(faces.polygon[own])
-    corners = shapely.get_coordinates(around).reshape(len(own), 5, 2)
+    distinct_faces, number = np.unique(face, return_inverse=True)
+    boxes = shapely.oriented_envelope(faces.polygon[distinct_faces])
+    corners = shapely.get_coordinates(boxes).reshape(len(distinct_faces), 5, 2)
     sides = np.hypot(*np.moveaxis(np.diff(corners[:, :3], axis=1), 2, 0))
     return np.asarray((tolerance / sides.min(axis=1))[number])
 
 
-def _projected(polygons: np.ndarray, frame: Frames, own: Frames) -> np.ndarray:
+def _project(polygons: np.ndarray, frame: Frames, source: Frames) -> np.ndarray:
     """Return the orthogonal projections of polygons onto given planes.
 
-    Each polygon has coordinates in its frame of ``own``; its projection has coordinates in its ``frame``.
+    Each polygon has coordinates in its frame of ``source``; its projection has coordinates in its ``frame``.
     """
-    flat, number = shapely.get_coordinates(polygons, return_index=True)
-    projection = frame.down(own.up(flat, number), number)
+    plane_points, number = shapely.get_coordinates(polygons, return_index=True)
+    projection = frame.down(source.up(plane_points, number), number)
     # Copy the polygons, because ``set_coordinates`` overwrites them.
     return shapely.set_coordinates(polygons.copy(), projection)
 
@@ -228,25 +247,25 @@ def _height(frame: Frames, plane: Frames, points: np.ndarray, number: np.ndarray
     ``points`` are coordinates in the frames. ``number`` is the index of the frame and of the plane of each
     point.
     """
-    across = dots(frame.normal[number], plane.normal[number])
-    return -plane.above(frame.up(points, number), number) / across
+    cosine = dots(frame.normal[number], plane.normal[number])
+    return -plane.above(frame.up(points, number), number) / cosine
 
 
-def _without_tails(pieces: np.ndarray, number: np.ndarray, narrowest: float) -> tuple[np.ndarray, np.ndarray]:
+def _remove_tails(pieces: np.ndarray, number: np.ndarray, narrowest: float) -> tuple[np.ndarray, np.ndarray]:
     """Remove parts of polygons that are narrower than a given width, and return the polygons.
 
     Such parts are thin ends, and thin strips between wider parts. A polygon may be divided into several
     polygons, or vanish. Each result has the number of its original polygon.
     """
-    opened = without_slivers(pieces, narrowest)
+    wide_parts = without_slivers(pieces, narrowest)
     # Detect narrow ends by the perimeter, because narrow ends may have no area. Polygons without narrow ends
     # keep their exact coordinates.
-    cut = shapely.length(pieces) - shapely.length(opened) > narrowest
-    cut |= shapely.is_empty(opened) | (shapely.get_num_geometries(opened) != 1)
-    pieces[cut] = opened[cut]
-    parts, whole = shapely.get_parts(pieces, return_index=True)
+    is_cut = shapely.length(pieces) - shapely.length(wide_parts) > narrowest
+    is_cut |= shapely.is_empty(wide_parts) | (shapely.get_num_geometries(wide_parts) != 1)
+    pieces[is_cut] = wide_parts[is_cut]
+    parts, piece = shapely.get_parts(pieces, return_index=True)
     has_area = ~shapely.is_empty(parts)
-    return parts[has_area], number[whole[has_area]]
+    return parts[has_area], number[piece[has_area]]
 
 
 class SolidCorners(sides.BlockCorners):
@@ -270,51 +289,51 @@ class SolidCorners(sides.BlockCorners):
 
     def __init__(self, shapes: Shapes, blocks: np.ndarray) -> None:
         self.shapes, self.outer = shapes, shapes.faces
-        outer = self.outer
-        tail, tip, face = outer.sides()
-        block = outer.block[face]
+        faces = self.outer
+        tail, tip, face = faces.sides()
+        block = faces.block[face]
         is_chosen = np.isin(block, blocks)
         tail, tip, face, block = tail[is_chosen], tip[is_chosen], face[is_chosen], block[is_chosen]
         # Round coordinates to a grid to find repetitions: each edge belongs to two faces, and each corner to
         # at least three faces.
-        grid, other = (np.round(ends / shapes.tolerance) for ends in (tail, tip))
-        ends = np.column_stack([block, np.minimum(grid, other), np.maximum(grid, other)])
+        tail_grid, tip_grid = (np.round(ends / shapes.tolerance) for ends in (tail, tip))
+        ends = np.column_stack([block, np.minimum(tail_grid, tip_grid), np.maximum(tail_grid, tip_grid)])
         edge, number = np.unique(first_alike(ends), return_inverse=True)
         self.start, self.end = tail[edge], tip[edge]
         self.direction = unit(self.end - self.start)
-        along = unit(tip - tail)
-        inwards = np.cross(outer.frame.normal[face], along)
+        direction = unit(tip - tail)
+        inwards = np.cross(faces.frame.normal[face], direction)
         self.inwards = sums(number, inwards, len(edge))
         # The outlines of the two faces at an edge run along the edge in opposite directions.
-        runs_along = dots(along, self.direction[number]) > 0
+        runs_along = dots(direction, self.direction[number]) > 0
         self.last = sums(number[runs_along], inwards[runs_along], len(edge))
         self.first = sums(number[~runs_along], inwards[~runs_along], len(edge))
         low, high = np.minimum(tail, tip), np.maximum(tail, tip)
         self.edges = self.met = Items(block[edge], low[edge], high[edge])
-        corner = np.unique(first_alike(np.column_stack([block, grid])))
+        corner = np.unique(first_alike(np.column_stack([block, tail_grid])))
         self.point = tail[corner]
         self.corners = Items(block[corner], self.point, self.point)
-        self.faces = Items(outer.block, *outer.boxes)
+        self.faces = Items(faces.block, *faces.boxes)
 
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
         """Return three tables of contacts: edges that lie in faces, corners on faces, and crossing edges."""
-        back = pairs[:, ::-1]
-        edges = _edges_in_faces(self, pairs, 1).then(_edges_in_faces(self, back, -1))
-        corners = _corners_on_faces(self, pairs, 1).then(_corners_on_faces(self, back, -1))
+        reversed_pairs = pairs[:, ::-1]
+        edges = _edges_in_faces(self, pairs, 1).then(_edges_in_faces(self, reversed_pairs, -1))
+        corners = _corners_on_faces(self, pairs, 1).then(_corners_on_faces(self, reversed_pairs, -1))
         return [edges, corners, _crossings(self, pairs)]
 
     def meetings(self, pairs: np.ndarray) -> Meetings:
         """Return the lines along which edges of two blocks coincide within the tolerance."""
         tolerance = self.shapes.tolerance
         pair, i, j = near_items(self.shapes, pairs, tolerance, (self.edges, self.edges))
-        origin, along, length = self.start[i], self.direction[i], lengths(self.end - self.start)[i]
+        origin, direction, length = self.start[i], self.direction[i], lengths(self.end - self.start)[i]
         ends = [point[j] - origin for point in (self.start, self.end)]
-        at = [dots(end, along) for end in ends]
-        off = [lengths(end - x[:, None] * along) for end, x in zip(ends, at, strict=True)]
-        low, high = np.maximum(np.minimum(*at), 0.0), np.minimum(np.maximum(*at), length)
-        meets = (np.maximum(*off) <= tolerance) & (high - low > NARROWEST * tolerance)
+        position = [dots(end, direction) for end in ends]
+        offset = [lengths(end - x[:, None] * direction) for end, x in zip(ends, position, strict=True)]
+        low, high = np.maximum(np.minimum(*position), 0.0), np.minimum(np.maximum(*position), length)
+        meets = (np.maximum(*offset) <= tolerance) & (high - low > NARROWEST * tolerance)
         meets &= self._has_both_faces(i) & self._has_both_faces(j)
-        start, end = (origin + x[:, None] * along for x in (low, high))
+        start, end = (origin + x[:, None] * direction for x in (low, high))
         return Meetings(pair, i, j, start, end).where(meets)
 
     def _has_both_faces(self, edge: np.ndarray) -> np.ndarray:
@@ -326,10 +345,10 @@ class SolidCorners(sides.BlockCorners):
         return (lengths(self.first[edge]) > 0) & (lengths(self.last[edge]) > 0)
 
     def bisected(self, meetings: Meetings) -> Touches:
-        """Return the contacts where edges of two blocks coincide, mostly on a bisector of two faces.
+        """Return the contacts at which edges of two blocks coincide.
 
-        Such a bisector lies between faces that face each other. An edge in a notch has two contacts instead,
-        one on each face of the notch.
+        Most contacts lie on the bisector of two faces that face each other. An edge in a notch has two
+        contacts instead, one on each face of the notch.
         """
         i, j = meetings.first, meetings.second
         along = self.direction[i]
@@ -337,21 +356,21 @@ class SolidCorners(sides.BlockCorners):
         axes = across, np.cross(along, across)
 
         def angles(vectors: np.ndarray) -> np.ndarray:
-            """Return the angles of vectors in the planes perpendicular to the edges, in radians."""
+            """Return the angles of vectors about the edges, measured from the axis ``across``, in radians."""
             return np.arctan2(dots(vectors, axes[1]), dots(vectors, axes[0]))
 
         is_parallel = (dots(along, self.direction[j]) > 0)[:, None]
-        first, last = (np.where(is_parallel, *pair) for pair in self._both_ways(j))
-        of_first = Sectors(angles(self.first[i]), angles(self.last[i]))
-        row, angle = contact_normals(of_first, Sectors(angles(first), angles(last)))
+        first, last = (np.where(is_parallel, *pair) for pair in self._directed_vectors(j))
+        first_sectors = Sectors(angles(self.first[i]), angles(self.last[i]))
+        row, angle = contact_normals(first_sectors, Sectors(angles(first), angles(last)))
         normal = np.cos(angle)[:, None] * axes[0][row] + np.sin(angle)[:, None] * axes[1][row]
         length = lengths(meetings.end - meetings.start)
         accuracy = self.shapes.tolerance / np.where(length > 0, length, 1.0)
         meetings = meetings.where(row)
         return Touches(meetings.pair, meetings.start, meetings.end, normal, along[row], accuracy[row])
 
-    def _both_ways(self, edge: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
-        """Return the vectors ``(first, last)`` of edges, as they are and for edges in reversed direction.
+    def _directed_vectors(self, edge: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+        """Return the vectors ``(first, last)`` of edges, and then the vectors of the reversed edges.
 
         If the direction of an edge is reversed, ``first`` and ``last`` are exchanged. See
         :class:`SolidCorners` for the two vectors.
@@ -369,42 +388,44 @@ def _edges_in_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touc
     narrowest = NARROWEST * tolerance
     pair, i, j = near_items(corners.shapes, pairs, tolerance, (corners.edges, corners.faces))
     height = [faces.frame.above(ends[i], j) for ends in (corners.start, corners.end)]
-    flat = [faces.frame.down(ends[i], j) for ends in (corners.start, corners.end)]
-    near = (np.minimum(*height) <= tolerance) & (np.maximum(*height) >= -tolerance)
-    near &= np.hypot(*(flat[1] - flat[0]).T) > narrowest
-    pair, j, start, end, start_height, end_height = (column[near] for column in (pair, j, *flat, *height))
+    plane_ends = [faces.frame.down(ends[i], j) for ends in (corners.start, corners.end)]
+    is_near = (np.minimum(*height) <= tolerance) & (np.maximum(*height) >= -tolerance)
+    is_near &= np.hypot(*(plane_ends[1] - plane_ends[0]).T) > narrowest
+    pair, j, start, end, start_height, end_height = (
+        column[is_near] for column in (pair, j, *plane_ends, *height)
+    )
     lines = shapely.linestrings(np.stack([start, end], axis=1))
     # Most edges run along outlines of faces. A fast test with shrunken faces excludes such edges before the
     # slow computation of intersections.
-    face, own = np.unique(j, return_inverse=True)
-    shrunken = shapely.buffer(faces.polygon[face], -narrowest / 2, join_style="bevel")
-    shapely.prepare(shrunken)
-    through = np.flatnonzero(shapely.intersects(shrunken[own], lines))
-    common = shapely.intersection(lines[through], faces.polygon[j[through]])
-    pieces, number = shapely.get_parts(common, return_index=True)
-    long = shapely.length(pieces) > narrowest
-    pieces, number = pieces[long], through[number[long]]
+    face, face_number = np.unique(j, return_inverse=True)
+    shrunken_faces = shapely.buffer(faces.polygon[face], -narrowest / 2, join_style="bevel")
+    shapely.prepare(shrunken_faces)
+    crossing_rows = np.flatnonzero(shapely.intersects(shrunken_faces[face_number], lines))
+    intersections = shapely.intersection(lines[crossing_rows], faces.polygon[j[crossing_rows]])
+    pieces, number = shapely.get_parts(intersections, return_index=True)
+    is_long = shapely.length(pieces) > narrowest
+    pieces, number = pieces[is_long], crossing_rows[number[is_long]]
     face = j[number]
-    inner = shapely.line_interpolate_point(pieces[:, None], [0.25, 0.5, 0.75], normalized=True)
+    inner_points = shapely.line_interpolate_point(pieces[:, None], [0.25, 0.5, 0.75], normalized=True)
     border = shapely.boundary(faces.polygon[face])[:, None]
-    is_contact = (shapely.distance(border, inner) > narrowest).any(axis=1)
+    is_contact = (shapely.distance(border, inner_points) > narrowest).any(axis=1)
     points = []
     for end_of_piece in (0, -1):
         position = shapely.get_coordinates(shapely.get_point(pieces, end_of_piece))
         edge = (end - start)[number]
         share = ((position - start[number]) * edge).sum(axis=1) / (edge**2).sum(axis=1)
-        above = start_height[number] + share * (end_height - start_height)[number]
-        is_contact &= np.abs(above) <= tolerance
-        points.append(faces.frame.up(position, face) + above[:, None] / 2 * faces.frame.normal[face])
+        offset = start_height[number] + share * (end_height - start_height)[number]
+        is_contact &= np.abs(offset) <= tolerance
+        points.append(faces.frame.up(position, face) + offset[:, None] / 2 * faces.frame.normal[face])
     contact_start, contact_end = points[0][is_contact], points[1][is_contact]
     # The outward normal of the second block's face points into the first block; ``sign`` is -1 if the two
     # blocks are swapped.
     normal = sign * faces.frame.normal[face[is_contact]]
     # Make the tangent perpendicular to the normal, because the edge may be slightly inclined to the face.
-    along = contact_end - contact_start
-    along -= dots(along, normal)[:, None] * normal
+    direction = contact_end - contact_start
+    direction -= dots(direction, normal)[:, None] * normal
     accuracy = _accuracy(faces, face[is_contact], tolerance)
-    return Touches(pair[number[is_contact]], contact_start, contact_end, normal, unit(along), accuracy)
+    return Touches(pair[number[is_contact]], contact_start, contact_end, normal, unit(direction), accuracy)
 
 
 def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> Touches:
@@ -414,12 +435,17 @@ def _corners_on_faces(corners: SolidCorners, pairs: np.ndarray, sign: int) -> To
     """
     tolerance, faces = corners.shapes.tolerance, corners.outer
     pair, i, j = near_items(corners.shapes, pairs, tolerance, (corners.corners, corners.faces))
-    flat, height = faces.frame.down(corners.point[i], j), faces.frame.above(corners.point[i], j)
-    position = shapely.points(flat)
-    touches = (np.abs(height) <= tolerance) & shapely.contains(faces.polygon[j], position)
-    touches &= shapely.distance(shapely.boundary(faces.polygon[j]), position) > tolerance
-    pair, j, flat, height = pair[touches], j[touches], flat[touches], height[touches]
-    point = faces.frame.up(flat, j) + height[:, None] / 2 * faces.frame.normal[j]
+    plane_points, height = faces.frame.down(corners.point[i], j), faces.frame.above(corners.point[i], j)
+    position = shapely.points(plane_points)
+    is_touching = (np.abs(height) <= tolerance) & shapely.contains(faces.polygon[j], position)
+    is_touching &= shapely.distance(shapely.boundary(faces.polygon[j]), position) > tolerance
+    pair, j, plane_points, height = (
+        pair[is_touching],
+        j[is_touching],
+        plane_points[is_touching],
+        height[is_touching],
+    )
+    point = faces.frame.up(plane_points, j) + height[:, None] / 2 * faces.frame.normal[j]
     accuracy = _accuracy(faces, j, tolerance)
     return Touches(pair, point, point, sign * faces.frame.normal[j], faces.frame.u[j], accuracy)
 
@@ -429,27 +455,27 @@ def _crossings(corners: SolidCorners, pairs: np.ndarray) -> Touches:
     tolerance = corners.shapes.tolerance
     pair, i, j = near_items(corners.shapes, pairs, tolerance, (corners.edges, corners.edges))
     length = lengths(corners.end - corners.start)
-    across = np.cross(corners.direction[i], corners.direction[j])
-    sine = lengths(across)
+    product = np.cross(corners.direction[i], corners.direction[j])
+    sine = lengths(product)
     # Nearly parallel edges do not form a contact, because errors within the tolerance would change their
     # common normal too much.
     is_crossing = sine * np.minimum(length[i], length[j]) > NARROWEST * tolerance
-    pair, i, j, across, sine = (column[is_crossing] for column in (pair, i, j, across, sine))
+    pair, i, j, product, sine = (column[is_crossing] for column in (pair, i, j, product, sine))
     direction_i, direction_j = corners.direction[i], corners.direction[j]
-    normal = across / sine[:, None]
-    between = corners.start[j] - corners.start[i]
-    along = [dots(np.cross(between, edge), normal) / sine for edge in (direction_j, direction_i)]
-    gap = dots(between, normal)
-    touches = np.abs(gap) <= tolerance
-    for distance, edge in zip(along, (i, j), strict=True):
-        touches &= (distance > tolerance) & (distance < length[edge] - tolerance)
+    normal = product / sine[:, None]
+    offset = corners.start[j] - corners.start[i]
+    distances = [dots(np.cross(offset, edge), normal) / sine for edge in (direction_j, direction_i)]
+    gap = dots(offset, normal)
+    is_touching = np.abs(gap) <= tolerance
+    for distance, edge in zip(distances, (i, j), strict=True):
+        is_touching &= (distance > tolerance) & (distance < length[edge] - tolerance)
     # Crossing edges form a contact only if the blocks are on opposite sides of the plane through both edges.
     # The vectors ``inwards`` of the edges then differ along the normal of this plane.
-    towards = dots(normal, corners.inwards[i] - corners.inwards[j])
-    touches &= np.abs(towards) > _LEAST_INWARDS_DIFFERENCE
-    point = corners.start[i] + along[0][:, None] * direction_i + gap[:, None] / 2 * normal
-    sign = np.sign(towards)[:, None]
+    difference = dots(normal, corners.inwards[i] - corners.inwards[j])
+    is_touching &= np.abs(difference) > _LEAST_INWARDS_DIFFERENCE
+    point = corners.start[i] + distances[0][:, None] * direction_i + gap[:, None] / 2 * normal
+    sign = np.sign(difference)[:, None]
     # Errors of the edges rotate the common normal more if the angle between the edges is smaller.
     accuracy = tolerance * (1 / length[i] + 1 / length[j]) / sine
-    point, normal = point[touches], (sign * normal)[touches]
-    return Touches(pair[touches], point, point, normal, direction_i[touches], accuracy[touches])
+    point, normal = point[is_touching], (sign * normal)[is_touching]
+    return Touches(pair[is_touching], point, point, normal, direction_i[is_touching], accuracy[is_touching])

@@ -15,9 +15,10 @@ from masonry_opt.scene.geometry import (
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tolerance_advice import set_contact_tolerance, set_tolerance
 
-#: Ratio of the recommended ``tolerance`` to the median difference between the widths at the two ends of a
-#: gap. If corners have independent errors of at most e, the median is about 0.8 e, so the tolerance is about
-#: ``TOLERANCE_OVER_ERROR`` times e. A larger ratio aligns more joints than necessary.
+#: Ratio of the recommended ``tolerance`` to the median error of the gaps. The error of a gap is the
+#: difference between its widths at its two ends. If corners have independent errors of at most e, the median
+#: is about 0.8 e. The recommended tolerance is then about 3 e, as with ``TOLERANCE_OVER_ERROR``. A larger
+#: ratio aligns more joints than necessary.
 _TOLERANCE_OVER_DIFFERENCE = 4.0
 
 #: Type of a dict of gaps, which maps the indices of two blocks to the largest width of the gap between them.
@@ -40,7 +41,7 @@ def widest_gaps(pairs: np.ndarray, across: Facing) -> Gaps:
 
 
 class Closing(NamedTuple):
-    """Scene option that closes small gaps, and the smallest value with which it closes all of them."""
+    """Scene option that closes small gaps, and the smallest value of the option that closes all gaps."""
 
     option: ClosingOption = "tolerance"
     tolerance: float = 0.0  #: smallest value of the option that closes all small gaps; 0 if there are none
@@ -78,8 +79,8 @@ def near_misses(
     for joints in touching:
         if isinstance(joints, Facing):
             extent_touching += np.bincount(joints.pair, joints.extent, pairs)
-    widest = apart.breadth if drawn_apart else SMALL_LENGTH_RATIO * apart.width
-    is_gap = (apart.most <= widest) & (apart.extent > SMALL_LENGTH_RATIO * extent_touching[apart.pair])
+    largest_gap = apart.breadth if drawn_apart else SMALL_LENGTH_RATIO * apart.width
+    is_gap = (apart.most <= largest_gap) & (apart.extent > SMALL_LENGTH_RATIO * extent_touching[apart.pair])
     apart = apart.where(is_gap)
     if not touching:
         return apart
@@ -103,10 +104,11 @@ def closing(scene: Scene, shapes: Extents, pairs: np.ndarray, apart: Facing) -> 
 
 
 def aligning_tolerance(facing: Facing) -> float:
-    """Return the tolerance that aligns sides whose angle is an error of the drawing; 0 if there are none.
+    """Return the ``tolerance`` that makes nearly parallel sides parallel, or 0 if there are none.
 
-    The median of the errors is decisive, because a drawing also contains sides of wedges. In space the result
-    is also 0 if the tolerance would remove the narrowest joint.
+    Two sides are nearly parallel if the alignment can remove the angle between them, which is then an error
+    of the drawing. The tolerance is a multiple of the median error, because a drawing also contains sides of
+    wedges. In space the result is also 0 if the tolerance would remove the narrowest joint.
     """
     is_error = facing.angle <= DEFAULT_SETTINGS.most_turn
     difference = (facing.angle * facing.shorter)[is_error]

@@ -57,9 +57,9 @@ class Joints:
     #: Unit normal of each joint, from the second into the first block, shape (joints, 2) or (joints, 3).
     normal: np.ndarray
     #: Unit vector perpendicular to each joint's normal, shape (joints, 2) or (joints, 3). In the plane the
-    #: vector is the normal rotated clockwise by 90°. In space the vector is parallel to an edge: the longest
-    #: side of the joint's polygon, the touching edge, a side of the touched face, or one of two crossing
-    #: edges.
+    #: vector is the normal rotated clockwise by 90°. In space the vector depends on the kind of joint. For a
+    #: polygon it is parallel to the longest side, and for an edge to this edge. For a corner on a face it is
+    #: parallel to a side of the face, and for two crossing edges to the edge of the first block.
     tangent: np.ndarray
     #: Uncertainty of each normal's direction in the drawing, in radians, shape (joints,).
     accuracy: np.ndarray
@@ -88,11 +88,11 @@ class Joints:
     #: Compressive strength of each joint per unit of its length (in space: area), ``inf`` if unlimited, shape
     #: (joints,).
     strength: np.ndarray
-    #: Blocks that rest on two supports where these overlap, shape (k, 3): the indices of the block, of the
-    #: support that has the joint on the overlap, and of the other support.
+    #: Blocks that rest on the overlap of two supports, shape (k, 3). Each row has the index of the block, of
+    #: the support that has the joint on the overlap, and of the other support.
     overlaps: np.ndarray
-    #: Length (in space: area) of each of the ``overlaps``, relative to the smaller of its two joints, shape
-    #: (k,).
+    #: Length (in space: area) of the overlap in each row of ``overlaps``, relative to the smaller of the
+    #: block's joints with the two supports, shape (k,). Both joints include the overlap.
     overlap_ratio: np.ndarray
     fixed_pairs: int  #: number of pairs of blocks that touch but have no joint because both are fixed
     gaps: Gaps  #: small gaps between blocks, with the largest width of each gap
@@ -106,8 +106,9 @@ class Joints:
     #: Value of ``tolerance`` that makes the sides of the gaps in ``bridged`` parallel. The value is 0 if the
     #: sides are parallel already, or if such a ``tolerance`` would remove joints of solids.
     aligning: float
-    #: Segments midway between two sides that a small gap separates, each given by its two ends, shape
-    #: (segments, 2, 2) or (segments, 2, 3). In space the segments are the sides of polygons.
+    #: Segments that show the small gaps, midway between the two sides of each gap. Each segment is given by
+    #: its two ends, shape (segments, 2, 2) or (segments, 2, 3). In space the segments are the sides of the
+    #: polygon that the two faces at a gap share.
     facing: np.ndarray
     #: Pairs of blocks (indices) that touch at a point where they have no joint, because the contact has no
     #: normal. The contact is between two corners or, in space, between a corner and an edge. Pairs in
@@ -133,7 +134,7 @@ class Joints:
 
     @property
     def parts(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the joints of the optimisation problem, and the contact points of each of these joints.
+        """Return, for each joint of the optimisation problem, its joint in the scene and its contact points.
 
         In the plane, the joints of the problem are the joints of the scene, with contact points at both ends.
         In space, each contact point is a joint of the problem.
@@ -165,12 +166,13 @@ class Joints:
 
     @property
     def axes(self) -> np.ndarray:
-        """Return the axes of all joints as unit vectors, shape (axes, joints, coordinates).
+        """Return the normal and tangential axes of all joints, shape (axes, joints, coordinates).
 
-        The axes are the normals, the tangents and in space their vector products.
+        The axes are unit vectors: the normals, the tangents and, in space, the vector products of normals and
+        tangents.
         """
-        across = [np.cross(self.normal, self.tangent)] if self.normal.shape[1] > 2 else []
-        return np.stack([self.normal, self.tangent, *across])
+        binormals = [np.cross(self.normal, self.tangent)] if self.normal.shape[1] > 2 else []
+        return np.stack([self.normal, self.tangent, *binormals])
 
     def lines(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the sides of all joint outlines, and the index of the joint to which each side belongs.
@@ -188,9 +190,9 @@ def outline_sides(count: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np
     A side is given by its two ends. ``count`` is the number of corners of each ring. A ring of two corners
     has one side.
     """
-    after = following(count)
-    is_way_back = (np.repeat(count, count) == 2) & (after < np.arange(len(after)))
-    return np.stack([points, points[after]], axis=1)[~is_way_back], np.flatnonzero(~is_way_back)
+    next_corner = following(count)
+    is_way_back = (np.repeat(count, count) == 2) & (next_corner < np.arange(len(next_corner)))
+    return np.stack([points, points[next_corner]], axis=1)[~is_way_back], np.flatnonzero(~is_way_back)
 
 
 def shapes_of(scene: Scene) -> Extents:
@@ -243,68 +245,72 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     both_fixed = scene.fixed[pairs].all(axis=1)
     refuse_overlaps(scene, shapes, pairs[~both_fixed])
     facing = facing_sides(scene, shapes, pairs, shapes.reach[pairs].min(axis=1, initial=np.inf))
-    touch, can_move = facing.most <= shapes.contact_tolerance, ~both_fixed[facing.pair]
-    fixed_pairs = len(np.unique(facing.pair[touch & ~can_move]))
-    shared, across = facing.where(touch & can_move), facing.where(~touch & can_move)
+    is_touching, can_move = facing.most <= shapes.contact_tolerance, ~both_fixed[facing.pair]
+    fixed_pairs = len(np.unique(facing.pair[is_touching & ~can_move]))
+    shared_sides, gap_sides = facing.where(is_touching & can_move), facing.where(~is_touching & can_move)
     # Two convex blocks that share a side have no other contact, so only other pairs are searched for contacts
     # at corners.
     may_meet_elsewhere = ~both_fixed
-    may_meet_elsewhere[shared.pair] &= ~shapes.convex[pairs[shared.pair]].all(axis=1)
-    asked = np.flatnonzero(may_meet_elsewhere)
-    corners = CONTACT_FUNCTIONS[scene.dimension][2](shapes, np.unique(pairs[asked]))
-    contacts = corners.touches(pairs, asked, shared)
+    may_meet_elsewhere[shared_sides.pair] &= ~shapes.convex[pairs[shared_sides.pair]].all(axis=1)
+    candidates = np.flatnonzero(may_meet_elsewhere)
+    corners = CONTACT_FUNCTIONS[scene.dimension][2](shapes, np.unique(pairs[candidates]))
+    contacts = corners.touches(pairs, candidates, shared_sides)
     drawn_apart = is_drawn_apart(scene, shapes)
-    across = near_misses((shared, contacts), across, len(pairs), drawn_apart=drawn_apart)
-    at_corners = corners.touches_at_corners(pairs, asked, (shared, contacts))
-    facing_pairs = pairs[np.concatenate([shared.pair, contacts.pair, across.pair])]
-    lost = lost_joints(scene, shapes, (facing_pairs[:, 0], facing_pairs[:, 1]))
-    # Leave out contacts at corners if the blocks have a lost joint, or sides that face each other across a
-    # gap.
-    is_lost = np.array([tuple(pair) in lost for pair in pairs[at_corners.pair].tolist()], dtype=bool)
-    at_corners = at_corners.where(~np.isin(at_corners.pair, across.pair) & ~is_lost)
+    gap_sides = near_misses((shared_sides, contacts), gap_sides, len(pairs), drawn_apart=drawn_apart)
+    at_corners = corners.touches_at_corners(pairs, candidates, (shared_sides, contacts))
+    facing_pairs = pairs[np.concatenate([shared_sides.pair, contacts.pair, gap_sides.pair])]
+    lost_gaps = lost_joints(scene, shapes, (facing_pairs[:, 0], facing_pairs[:, 1]))
+    # Leave out contacts at corners of two blocks that face each other across a small gap, or that have no
+    # joint because ``tolerance`` is too large.
+    is_lost = np.array([tuple(pair) in lost_gaps for pair in pairs[at_corners.pair].tolist()], dtype=bool)
+    at_corners = at_corners.where(~np.isin(at_corners.pair, gap_sides.pair) & ~is_lost)
     contacts = contacts.then(at_corners)
-    gaps = widest_gaps(pairs, across)
-    closes_gaps = closing(scene, shapes, pairs, across)
-    meeting, meets = corners.without_normal(pairs, asked, (shared, contacts))
-    # Exclude pairs of blocks with a gap or a lost joint, because other warnings name these pairs.
-    named = {*gaps, *lost}
-    has_no_gap = np.array([tuple(pair) not in named for pair in pairs[meeting].tolist()], dtype=bool)
-    bridged, aligning = bridged_by_tolerance(scene, shapes, pairs, shared)
-    shared, overlaps, overlap_ratio = count_once(scene, shapes, pairs, shared)
+    gaps = widest_gaps(pairs, gap_sides)
+    closes_gaps = closing(scene, shapes, pairs, gap_sides)
+    meeting_pairs, meeting_points = corners.without_normal(pairs, candidates, (shared_sides, contacts))
+    # Exclude pairs of blocks in ``gaps`` or ``lost_gaps``, because other warnings name these pairs.
+    named_pairs = {*gaps, *lost_gaps}
+    has_no_gap = np.array(
+        [tuple(pair) not in named_pairs for pair in pairs[meeting_pairs].tolist()], dtype=bool
+    )
+    bridged_gaps, alignment_tolerance = bridged_by_tolerance(scene, shapes, pairs, shared_sides)
+    shared_sides, overlaps, overlap_ratio = count_once(scene, shapes, pairs, shared_sides)
     # Order the joints by pair of blocks. Within a pair, shared sides precede contacts along edges and at
     # points.
-    owner = np.concatenate([shared.pair, contacts.pair])
+    owner = np.concatenate([shared_sides.pair, contacts.pair])
     order = np.argsort(owner, kind="stable")
-    outlines = zip(shared.outlines(), contacts.outlines(len(shared.pair)), strict=True)
+    outlines = zip(shared_sides.outlines(), contacts.outlines(len(shared_sides.pair)), strict=True)
     tangent, owner_of_ring, count, point = map(np.concatenate, outlines)
     joint = np.argsort(order)[owner_of_ring]
     rings = np.argsort(joint, kind="stable")
     first, second = pairs[owner[order]].T
     if not floating:
         refuse_floating(scene, shapes, (first, second), closes_gaps)
-    normal = np.concatenate([shared.normal, contacts.normal])[order]
-    accuracy = np.concatenate([shared.accuracy, contacts.accuracy])[order]
-    extent = np.concatenate([shared.extent, np.zeros(len(contacts.pair))])[order]
-    middle = np.concatenate([shared.middle, (contacts.start + contacts.end) / 2])[order]
+    normal = np.concatenate([shared_sides.normal, contacts.normal])[order]
+    accuracy = np.concatenate([shared_sides.accuracy, contacts.accuracy])[order]
+    extent = np.concatenate([shared_sides.extent, np.zeros(len(contacts.pair))])[order]
+    middle = np.concatenate([shared_sides.middle, (contacts.start + contacts.end) / 2])[order]
     point = point[ranges((np.cumsum(count) - count)[rings], count[rings])]
     joint, ring = np.repeat(joint[rings], count[rings]), np.repeat(np.arange(len(rings)), count[rings])
     rounding = coordinate_rounding(shapes)
     ends = pairs[owner[order]]
-    after = aligned(DrawnContacts(ends, normal, accuracy, point, joint, ring, shapes.tolerance, rounding))
-    tangent = np.where(after.turn[:, None] > 0, square_to(tangent[order], after.normal), tangent[order])
+    alignment = aligned(DrawnContacts(ends, normal, accuracy, point, joint, ring, shapes.tolerance, rounding))
+    tangent = np.where(
+        alignment.turn[:, None] > 0, square_to(tangent[order], alignment.normal), tangent[order]
+    )
     if scene.dimension == 2:
-        extent, middle = _measure_moved(after, joint, extent, middle)
+        extent, middle = _measure_moved_joints(alignment, joint, extent, middle)
     return Joints(
         first=first,
         second=second,
-        normal=after.normal,
+        normal=alignment.normal,
         tangent=tangent,
         accuracy=accuracy,
-        turn=after.turn,
-        shift=after.shift,
+        turn=alignment.turn,
+        shift=alignment.shift,
         extent=extent,
         middle=middle,
-        point=after.point,
+        point=alignment.point,
         joint=joint,
         ring=ring,
         **joint_properties(scene, (first, second), (overlaps, overlap_ratio), gaps, closes_gaps),
@@ -313,28 +319,28 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         fixed_pairs=fixed_pairs,
         gaps=gaps,
         closing=closes_gaps,
-        lost=lost,
-        bridged=bridged,
-        aligning=aligning,
-        facing=outline_sides(*across.outlines()[2:])[0],
-        without_normal=[(int(i), int(j)) for i, j in pairs[np.unique(meeting[has_no_gap])]],
-        meets=meets[has_no_gap],
+        lost=lost_gaps,
+        bridged=bridged_gaps,
+        aligning=alignment_tolerance,
+        facing=outline_sides(*gap_sides.outlines()[2:])[0],
+        without_normal=[(int(i), int(j)) for i, j in pairs[np.unique(meeting_pairs[has_no_gap])]],
+        meets=meeting_points[has_no_gap],
         at_corners=[(int(i), int(j)) for i, j in pairs[np.unique(at_corners.pair)]],
     )
 
 
-def _measure_moved(
-    after: AlignedContacts, joint: np.ndarray, extent: np.ndarray, middle: np.ndarray
+def _measure_moved_joints(
+    alignment: AlignedContacts, joint: np.ndarray, extent: np.ndarray, middle: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """For a scene in the plane, return the lengths and midpoints of the joints after alignment.
 
     Only the values of joints that the alignment moved are recomputed.
     """
     extent, middle = extent.copy(), middle.copy()
-    moved = np.unique(joint[after.shift > 0])
-    start = after.point[np.searchsorted(joint, moved)]
-    end = after.point[np.searchsorted(joint, moved, side="right") - 1]
-    extent[moved], middle[moved] = np.hypot(*(end - start).T), (start + end) / 2
+    moved_joints = np.unique(joint[alignment.shift > 0])
+    start = alignment.point[np.searchsorted(joint, moved_joints)]
+    end = alignment.point[np.searchsorted(joint, moved_joints, side="right") - 1]
+    extent[moved_joints], middle[moved_joints] = np.hypot(*(end - start).T), (start + end) / 2
     return extent, middle
 
 
@@ -349,38 +355,45 @@ def refuse_floating(
     """
     first, second = joined
     # Ties and props that end at the ground support a block, as a fixed block does.
-    supported = scene.fixed.copy()
+    is_supported = scene.fixed.copy()
     index = {block.name: number for number, block in enumerate(scene.blocks)}
     for strut in [*scene.ties, *scene.props]:
         ends = [index[name] for name in strut.between if name in index]
         if len(ends) == 1:
-            supported[ends] = True
+            is_supported[ends] = True
         else:
             first, second = np.append(first, ends[0]), np.append(second, ends[1])
     group = linked(len(scene.blocks), first, second)
-    loose = np.flatnonzero(~np.isin(group, group[supported]))
-    bridge = find_bridge(scene, shapes, (first, second), supported, closes_gaps) if len(loose) else None
+    floating_blocks = np.flatnonzero(~np.isin(group, group[is_supported]))
+    bridge = (
+        find_bridge(scene, shapes, (first, second), is_supported, closes_gaps)
+        if len(floating_blocks)
+        else None
+    )
     if bridge:
         # List first the blocks that the recommended option connects, and then the remaining blocks.
-        loose = np.append(loose[~np.isin(loose, bridge.remaining)], bridge.remaining)
-    is_alone = ~np.isin(loose, [first, second])
-    alone = loose[is_alone]
-    if len(alone):
+        floating_blocks = np.append(
+            floating_blocks[~np.isin(floating_blocks, bridge.remaining)], bridge.remaining
+        )
+    is_alone = ~np.isin(floating_blocks, [first, second])
+    isolated_blocks = floating_blocks[is_alone]
+    if len(isolated_blocks):
         raise_for(
-            alone,
+            isolated_blocks,
             scene,
-            f"{{}} touches no other block: {_nearest_block(scene, shapes, int(alone[0]), bridge)}",
+            f"{{}} touches no other block: "
+            f"{_describe_neighbour(scene, shapes, int(isolated_blocks[0]), bridge)}",
         )
     remedy = f"support it, or {bridge.advice(scene)}" if bridge else "support it"
     raise_for(
-        loose,
+        floating_blocks,
         scene,
         f"{{}} is not connected to any fixed block or to the ground, directly or through other blocks: "
         f"{remedy}",
     )
 
 
-def _nearest_block(scene: Scene, shapes: Extents, block: int, bridge: Bridge | None) -> str:
+def _describe_neighbour(scene: Scene, shapes: Extents, block: int, bridge: Bridge | None) -> str:
     """Return the part of a message that describes the gap between an isolated block and its neighbour.
 
     The neighbour is a block that the isolated block faces, or else the nearest block.
@@ -397,11 +410,12 @@ def _nearest_block(scene: Scene, shapes: Extents, block: int, bridge: Bridge | N
     name = repr(scene.blocks[neighbour].name)
     if gap <= shapes.tolerance:
         return f"it meets {name} {shapes.meeting}: {shapes.bearing}"
-    away = f"the nearest block {name} is {rounded(gap)} away"
+    gap_text = f"the nearest block {name} is {rounded(gap)} away"
     is_near = gap <= MORTAR * shapes.width[[block, neighbour]].min()
     if is_near and not has_sides_at_small_angle(scene, shapes, block, neighbour):
         return (
-            f"{away}, but no sides of the two blocks face each other at an angle of less than 20°: close the "
-            "gap, draw the blocks as wedges, or remove the block"
+            f"{gap_text}, but 'contact_tolerance' cannot bridge the gap, because the angle between facing "
+            "sides is 20° or more: close the gap, draw the blocks as wedges with parallel sides at the gap, "
+            "or remove the block"
         )
-    return f"{away}: close the gap, or remove the block"
+    return f"{gap_text}: close the gap, or remove the block"

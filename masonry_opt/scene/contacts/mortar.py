@@ -34,9 +34,10 @@ from masonry_opt.scene.tolerance_advice import set_tolerance
 #: With a larger value, messages advise values of options that also close narrow openings.
 _WIDEST_OF_MORTAR = 2.0
 
-#: Largest mean width of a mortar joint, relative to the width of the smaller block, if narrower joints do not
-#: connect all blocks. With a larger value, messages would advise a tolerance that also closes gaps that are
-#: no mortar, but mistakes of the drawing.
+#: Largest mean width of a mortar joint, relative to the width of the narrower block, in the second search for
+#: mortar joints. The second search is made if the first search, with the smaller limit ``MORTAR``, does not
+#: connect all floating blocks to supports. With a larger value, messages would also advise closing gaps that
+#: are mistakes of the drawing.
 _WIDE_MORTAR = 0.6
 
 #: Largest advised ``contact_tolerance``, relative to the thickness of the thinnest movable block. A value as
@@ -94,10 +95,10 @@ class Bridge:
         value.
         """
         if not self.gap:
-            many = counted(self.joints, "joint")
+            joint_count = counted(self.joints, "joint")
             return (
-                f"lower 'tolerance', because its present value prevents {many} that would connect "
-                f"{self._connections(scene)}"
+                f"lower 'tolerance', because its present value prevents {joint_count} that would connect "
+                f"{self._describe_connections(scene)}"
             )
         first, second = (repr(scene.blocks[index].name) for index in self.widest)
         advice = self.closing.advice
@@ -105,27 +106,27 @@ class Bridge:
             advice = advice.replace("set", "lower", 1)
         survey = ""
         if self.aligning:
-            otherwise = ", and otherwise remove 'tolerance'" if self.replaces_tolerance else ""
+            removal = ", and otherwise remove 'tolerance'" if self.replaces_tolerance else ""
             survey = (
                 f"; if the drawing is a survey, also {set_tolerance(self.aligning)}, which makes nearly "
-                f"parallel joints parallel{otherwise}"
+                f"parallel joints parallel{removal}"
             )
         elif self.replaces_tolerance:
             advice += " and remove 'tolerance'"
         return (
             f"{advice}, which makes {counted(self.joints, 'joint')} "
             f"across gaps of up to {rounded(self.gap)} (the widest gap is between {first} and {second}) "
-            f"and connects {self._connections(scene)}{survey}"
+            f"and connects {self._describe_connections(scene)}{survey}"
         )
 
-    def _connections(self, scene: Scene) -> str:
+    def _describe_connections(self, scene: Scene) -> str:
         """Return a text that counts the blocks connected to supports, and names an unconnected block."""
-        connected = f"{counted(self.blocks, 'block')} to supports"
-        omitted = len(self.remaining) - 1
-        if omitted < 0:
-            return connected
-        more = f" and {counted(omitted, 'other block')}" if omitted else ""
-        return f"{connected}, but not {scene.blocks[self.remaining[0]].name!r}{more}"
+        connection = f"{counted(self.blocks, 'block')} to supports"
+        omitted_count = len(self.remaining) - 1
+        if omitted_count < 0:
+            return connection
+        addition = f" and {counted(omitted_count, 'other block')}" if omitted_count else ""
+        return f"{connection}, but not {scene.blocks[self.remaining[0]].name!r}{addition}"
 
 
 def find_bridge(
@@ -155,141 +156,145 @@ def find_bridge(
     near : Closing
         Option that closes the small gaps of the scene.
     """
-    bridge = _bridge(scene, shapes, joined, supported, near)
+    bridge = _bridge_within(scene, shapes, joined, supported, near)
     if bridge is not None and not len(bridge.remaining):
         return bridge
-    wider = _bridge(scene, shapes, joined, supported, near, share=_WIDE_MORTAR)
+    wider_bridge = _bridge_within(scene, shapes, joined, supported, near, share=_WIDE_MORTAR)
     if bridge is None:
-        return wider
-    if wider is None or len(wider.remaining) >= len(bridge.remaining):
+        return wider_bridge
+    if wider_bridge is None or len(wider_bridge.remaining) >= len(bridge.remaining):
         return bridge
-    return wider
+    return wider_bridge
 
 
-def _bridge(
+def _bridge_within(
     scene: Scene,
     shapes: Extents,
-    joined: tuple[np.ndarray, np.ndarray],
-    supported: np.ndarray,
-    near: Closing,
+    joint_ends: tuple[np.ndarray, np.ndarray],
+    is_supported: np.ndarray,
+    near_option: Closing,
     *,
     share: float = MORTAR,
 ) -> Bridge | None:
-    """Return the result of :func:`find_bridge` for gaps up to ``share`` of the width of their blocks."""
-    pairs, facing = _gaps_to_close(scene, shapes, joined, share=share)
+    """Return the result of :func:`find_bridge` for gaps up to ``share`` times the narrower block's width."""
+    pairs, facing = _gaps_to_close(scene, shapes, joint_ends, share=share)
     thickness = float(shapes.thickness()[~scene.fixed].min())
     facing = facing.where(facing.most <= _MOST_OF_THICKNESS * thickness)
     ends = pairs[facing.pair]
 
     def floating(gap: float) -> np.ndarray:
         """Return the blocks that remain floating when gaps up to a given width are closed."""
-        closed = ends[facing.most <= gap]
-        group = linked(len(scene.blocks), *(np.append(a, b) for a, b in zip(joined, closed.T, strict=True)))
-        return np.flatnonzero(~np.isin(group, group[supported]))
+        gap_ends = ends[facing.most <= gap]
+        group = linked(
+            len(scene.blocks),
+            *(np.append(joint, pair) for joint, pair in zip(joint_ends, gap_ends.T, strict=True)),
+        )
+        return np.flatnonzero(~np.isin(group, group[is_supported]))
 
-    before, remaining = len(floating(-np.inf)), floating(np.inf)
-    if len(remaining) == before:
+    initial_count, remaining = len(floating(-np.inf)), floating(np.inf)
+    if len(remaining) == initial_count:
         return None
     widths = np.unique(facing.most)
-    needed = widths[bisect_left(widths, -len(remaining), key=lambda gap: -len(floating(gap)))]
-    usual = float(np.median(facing.most[facing.most <= needed]))
-    is_mortar = (facing.most <= needed) | _is_no_opening(facing, usual)
+    needed_gap = widths[bisect_left(widths, -len(remaining), key=lambda gap: -len(floating(gap)))]
+    median_gap = float(np.median(facing.most[facing.most <= needed_gap]))
+    is_mortar = (facing.most <= needed_gap) | _is_no_opening(facing, median_gap)
     gap = float(facing.most[is_mortar].max())
-    connected = before - len(floating(gap))
-    # Find the facing sides again: with the new ``contact_tolerance``, the parts of a curved edge become one
-    # joint.
-    pairs, facing = _gaps_to_close(scene, shapes, joined, contact_tolerance=gap, share=share)
-    closed = facing.where(facing.most <= gap)
-    if not len(closed.pair):
+    connected_count = initial_count - len(floating(gap))
+    # Find the facing sides again with the new ``contact_tolerance``, so that a gap along a curved edge, which
+    # is drawn as a chain of short edges, counts as one joint.
+    pairs, facing = _gaps_to_close(scene, shapes, joint_ends, contact_tolerance=gap, share=share)
+    closed_gaps = facing.where(facing.most <= gap)
+    if not len(closed_gaps.pair):
         return None
-    closed_ends = pairs[closed.pair]
+    closed_ends = pairs[closed_gaps.pair]
     # Round the widths, so that rounding errors do not decide which of several equal gaps a message names.
-    width = np.round(closed.most / max(gap, _fine_tolerance(scene, shapes)), 6)
+    width = np.round(closed_gaps.most / max(gap, _fine_tolerance(scene, shapes)), 6)
     first, second = closed_ends[width.argmax()].tolist()
     neighbour: dict[int, tuple[int, float]] = {}
     for row in np.argsort(width, kind="stable").tolist():
         i, j = closed_ends[row].tolist()
-        neighbour.setdefault(i, (j, float(closed.most[row])))
-        neighbour.setdefault(j, (i, float(closed.most[row])))
-    option = _option(scene, shapes, pairs, closed, near)
+        neighbour.setdefault(i, (j, float(closed_gaps.most[row])))
+        neighbour.setdefault(j, (i, float(closed_gaps.most[row])))
+    option = _option(scene, shapes, pairs, closed_gaps, near_option)
     if gap <= _fine_tolerance(scene, shapes):
         gap = 0.0
     replaces = option.option == "contact_tolerance" and has_large_tolerance(scene, shapes)
     lowers = option.option == "tolerance" and option.tolerance < shapes.tolerance
-    aligning = 0.0
-    if option.option == "contact_tolerance" and not _are_parallel(closed):
-        aligning = aligning_tolerance(closed)
-    if aligning <= shapes.tolerance and not replaces:
-        aligning = 0.0
+    alignment_tolerance = 0.0
+    if option.option == "contact_tolerance" and not _are_parallel(closed_gaps):
+        alignment_tolerance = aligning_tolerance(closed_gaps)
+    if alignment_tolerance <= shapes.tolerance and not replaces:
+        alignment_tolerance = 0.0
     return Bridge(
         closing=option,
         gap=gap,
         widest=(first, second),
-        joints=len(closed.pair),
-        blocks=connected,
+        joints=len(closed_gaps.pair),
+        blocks=connected_count,
         remaining=remaining,
         neighbour=neighbour,
         replaces_tolerance=replaces,
         lowers_tolerance=lowers,
-        aligning=aligning,
+        aligning=alignment_tolerance,
     )
 
 
 def _gaps_to_close(
     scene: Scene,
     shapes: Extents,
-    joined: tuple[np.ndarray, np.ndarray],
+    joint_ends: tuple[np.ndarray, np.ndarray],
     *,
     contact_tolerance: float | None = None,
     share: float = MORTAR,
 ) -> tuple[np.ndarray, Facing]:
-    """Return pairs of neighbouring blocks, and the pairs of their sides that another tolerance could join.
+    """Return pairs of neighbouring blocks, and their sides that other values of the tolerances could join.
 
-    A larger ``contact_tolerance`` or ``tolerance`` could join sides with a gap of up to ``share`` of the
-    width of the narrower block. A smaller
-    ``tolerance`` could join sides that touch and have no joint. ``joined`` has the two blocks of each joint.
-    The argument ``contact_tolerance`` replaces the contact tolerance of the shapes if it is larger.
+    A larger ``contact_tolerance`` or ``tolerance`` could join sides with a gap of up to ``share`` times the
+    width of the narrower block. A smaller ``tolerance`` could join sides that touch and have no joint.
+    ``joint_ends`` has the two blocks of each joint. The argument ``contact_tolerance`` replaces the contact
+    tolerance of the shapes if it is larger.
     """
-    wider = replace(shapes, contact_tolerance=max(shapes.contact_tolerance, contact_tolerance or 0.0))
-    pairs, facing = _facing_across_mortar(scene, wider, share)
-    is_joined = np.isin(_codes(pairs[facing.pair], scene), _codes(np.column_stack(joined), scene))
+    wide_shapes = replace(shapes, contact_tolerance=max(shapes.contact_tolerance, contact_tolerance or 0.0))
+    pairs, facing = _facing_across_mortar(scene, wide_shapes, share)
+    is_joined = np.isin(_codes(pairs[facing.pair], scene), _codes(np.column_stack(joint_ends), scene))
     return pairs, facing.where(~is_joined | (facing.most > shapes.contact_tolerance))
 
 
-def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, closed: Facing, near: Closing) -> Closing:
+def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, gaps: Facing, near_option: Closing) -> Closing:
     """Return the scene option that closes the given gaps, and the value that closes them all.
 
     Several gaps with parallel sides count as mortar joints, which ``contact_tolerance`` closes. If the option
-    ``tolerance`` closes both the given gaps and the small gaps of the scene (``near``), its value suffices
-    for all of these gaps.
+    ``tolerance`` closes both the given gaps and the small gaps of the scene, as ``near_option`` does, its
+    value suffices for all of these gaps.
     """
-    option = closing(scene, shapes, pairs, closed)
-    if len(closed.pair) > 1 and _are_parallel(closed):
-        return Closing("contact_tolerance", float(closed.most.max()))
-    if option.option == near.option == "tolerance":
-        return Closing("tolerance", max(option.tolerance, near.tolerance))
+    option = closing(scene, shapes, pairs, gaps)
+    if len(gaps.pair) > 1 and _are_parallel(gaps):
+        return Closing("contact_tolerance", float(gaps.most.max()))
+    if option.option == near_option.option == "tolerance":
+        return Closing("tolerance", max(option.tolerance, near_option.tolerance))
     return option
 
 
 def mortar_gaps(scene: Scene, shapes: Extents) -> Facing:
-    """Return the mortar joints of a scene that is drawn without its mortar; no rows for other scenes.
+    """Return the gaps that mortar fills in a scene that is drawn without its mortar.
 
-    A scene is drawn without its mortar if several gaps separate at least half of the pairs of sides that face
-    each other. Gaps that are only errors of the drawing do not count. Gaps that are much wider than the
-    median gap are openings, and are left out.
+    For other scenes the result has no rows. A scene is drawn without its mortar if several gaps separate at
+    least half of the pairs of sides that face each other. Gaps that are only errors of the drawing do not
+    count. Gaps that are much wider than the median gap are openings, and are left out.
     """
     pairs, facing = _facing_across_mortar(scene, shapes)
-    wide = facing.where(facing.most > _widest_error(shapes, pairs, facing))
-    if not _are_usual(wide, len(facing.pair)):
-        return wide.where(np.zeros(0, dtype=int))
-    return wide.where(_is_no_opening(wide, float(np.median(_mean_gap(wide)))))
+    gaps = facing.where(facing.most > _widest_error(shapes, pairs, facing))
+    if not _are_usual(gaps, len(facing.pair)):
+        return gaps.where(np.zeros(0, dtype=int))
+    return gaps.where(_is_no_opening(gaps, float(np.median(_mean_gap(gaps)))))
 
 
 def wedge_at_corners(scene: Scene, shapes: Extents, at_corners: list[tuple[int, int]]) -> float:
-    """Return the width of the widest gap that begins at the touching corners of two blocks, or 0.
+    """Return the width of the widest gap that begins at touching corners of two blocks.
 
     Such a gap is a wedge as narrow as mortar, as between rectangular bricks of an arch that touch at the
-    intrados. ``at_corners`` has the pairs of blocks whose corners touch.
+    intrados. The result is 0 if there is no such gap. ``at_corners`` has the pairs of blocks whose corners
+    touch.
     """
     if not at_corners:
         return 0.0
@@ -332,10 +337,10 @@ def lost_joints(
     )
     is_lost &= facing.width > SMALL_LENGTH_RATIO * shapes.width[ends].min(axis=1)
     gaps = np.where(facing.most > _fine_tolerance(scene, shapes), facing.most, 0.0)
-    lost: dict[tuple[int, int], float] = {}
+    lost_gaps: dict[tuple[int, int], float] = {}
     for (i, j), width in zip(ends[is_lost].tolist(), gaps[is_lost].tolist(), strict=True):
-        lost[i, j] = max(lost.get((i, j), 0.0), width)
-    return lost
+        lost_gaps[i, j] = max(lost_gaps.get((i, j), 0.0), width)
+    return lost_gaps
 
 
 def bridged_by_tolerance(
@@ -365,15 +370,16 @@ def bridged_by_tolerance(
     """
     if not has_large_tolerance(scene, shapes):
         return {}, 0.0
-    # Width up to which ``contact_tolerance`` closes gaps. Such gaps do not need a large ``tolerance``.
-    closed = (1 + _ROUNDING) * (scene.contact_tolerance or 0.0)
-    wide = joined.where(joined.most > np.maximum(_widest_error(shapes, pairs, joined), closed))
-    if len(wide.pair) < 2 or not (_are_parallel(wide) or _are_surveyed(wide, len(joined.pair))):
+    # Gaps up to this width are closed by ``contact_tolerance``, even with a small ``tolerance``. Such gaps do
+    # not count here.
+    width_limit = (1 + _ROUNDING) * (scene.contact_tolerance or 0.0)
+    gaps = joined.where(joined.most > np.maximum(_widest_error(shapes, pairs, joined), width_limit))
+    if len(gaps.pair) < 2 or not (_are_parallel(gaps) or _are_surveyed(gaps, len(joined.pair))):
         return {}, 0.0
-    bridged: dict[tuple[int, int], float] = {}
-    for (i, j), width in zip(pairs[wide.pair].tolist(), wide.most.tolist(), strict=True):
-        bridged[i, j] = max(bridged.get((i, j), 0.0), width)
-    return bridged, 0.0 if _are_parallel(wide) else aligning_tolerance(wide)
+    bridged_gaps: dict[tuple[int, int], float] = {}
+    for (i, j), width in zip(pairs[gaps.pair].tolist(), gaps.most.tolist(), strict=True):
+        bridged_gaps[i, j] = max(bridged_gaps.get((i, j), 0.0), width)
+    return bridged_gaps, 0.0 if _are_parallel(gaps) else aligning_tolerance(gaps)
 
 
 def _widest_error(shapes: Extents, pairs: np.ndarray, facing: Facing) -> np.ndarray:
@@ -381,13 +387,13 @@ def _widest_error(shapes: Extents, pairs: np.ndarray, facing: Facing) -> np.ndar
 
     Wider gaps may be mortar. ``pairs`` lists the blocks of each pair.
     """
-    widest: np.ndarray = NEAR_MISS * shapes.width[pairs[facing.pair]].min(axis=1)
-    return widest
+    error: np.ndarray = NEAR_MISS * shapes.width[pairs[facing.pair]].min(axis=1)
+    return error
 
 
-def _is_no_opening(gaps: Facing, usual: float) -> np.ndarray:
-    """Return a mask of the gaps that are not much wider than the ``usual`` gap; wider gaps are openings."""
-    mask: np.ndarray = _mean_gap(gaps) <= _WIDEST_OF_MORTAR * usual
+def _is_no_opening(gaps: Facing, usual_width: float) -> np.ndarray:
+    """Return a mask of the gaps that are not much wider than ``usual_width``; wider gaps are openings."""
+    mask: np.ndarray = _mean_gap(gaps) <= _WIDEST_OF_MORTAR * usual_width
     return mask
 
 
@@ -396,20 +402,22 @@ def _are_parallel(gaps: Facing) -> bool:
     return bool((gaps.angle * gaps.shorter <= _PARALLEL_ERROR * gaps.most).all())
 
 
-def _are_surveyed(wide: Facing, joints: int) -> bool:
-    """Return True if the ``wide`` gaps are probably the mortar joints of a surveyed wall.
+def _are_surveyed(gaps: Facing, joints: int) -> bool:
+    """Return True if the given gaps are probably the mortar joints of a surveyed wall.
 
-    ``joints`` is the number of all joints along sides.
+    At least half of all joints must cross such gaps. The median difference between the widths at the two ends
+    of a gap must be small compared with the median width. The ``gaps`` are wider than errors
+    of the drawing. ``joints`` is the number of all joints along sides.
     """
-    if not _are_usual(wide, joints):
+    if not _are_usual(gaps, joints):
         return False
-    difference = float(np.median(wide.angle * wide.width))
-    return difference <= _SURVEY_ERROR * float(np.median(_mean_gap(wide)))
+    difference = float(np.median(gaps.angle * gaps.width))
+    return difference <= _SURVEY_ERROR * float(np.median(_mean_gap(gaps)))
 
 
-def _are_usual(wide: Facing, joints: int) -> bool:
-    """Return True if there are several ``wide`` gaps, and if at least half of all joints cross such gaps."""
-    return len(wide.pair) >= max(2, _SURVEY_FRACTION * joints)
+def _are_usual(gaps: Facing, joints: int) -> bool:
+    """Return True if there are several ``gaps``, and if at least half of all joints cross such gaps."""
+    return len(gaps.pair) >= max(2, _SURVEY_FRACTION * joints)
 
 
 def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
@@ -421,16 +429,16 @@ def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
     if scene.contact_tolerance is None and not is_large:
         return
     thickness = np.where(scene.fixed, np.inf, shapes.thickness())
-    thinnest = np.argsort(thickness, kind="stable")
-    least = float(thickness[thinnest[0]])
+    order = np.argsort(thickness, kind="stable")
+    smallest_thickness = float(thickness[order[0]])
     refuse_too_thin(scene, np.arange(len(thickness)), thickness, (_THINNEST * shapes.tolerance, 0.0))
     if scene.contact_tolerance is None:
         return
-    too_thin = thinnest[thickness[thinnest] <= scene.contact_tolerance]
+    too_thin = order[thickness[order] <= scene.contact_tolerance]
     raise_for(
         too_thin,
         scene,
-        f"{{}} is {rounded(least)} thick, but must be thicker than 'contact_tolerance' "
+        f"{{}} is {rounded(smallest_thickness)} thick, but must be thicker than 'contact_tolerance' "
         f"{rounded(scene.contact_tolerance)}: lower 'contact_tolerance', "
         "or draw the block and a neighbour as one block",
     )
@@ -439,36 +447,37 @@ def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
 def _facing_across_mortar(scene: Scene, shapes: Extents, share: float = MORTAR) -> tuple[np.ndarray, Facing]:
     """Return pairs of neighbouring blocks, and their sides that touch or have a gap as narrow as mortar.
 
-    The gap is at most ``share`` of the width of the narrower block.
+    The mean width of the gap is at most ``share`` times the width of the narrower block.
     """
-    thickest = _thickest_mortar(scene, shapes, share)
+    limits = _thickest_mortar(scene, shapes, share)
     # Search within twice the thickness of mortar, because a wedge-shaped gap may be twice as wide at one end
     # as in the middle.
-    pairs = near_pairs(scene, shapes, 2 * thickest)
+    pairs = near_pairs(scene, shapes, 2 * limits)
     pairs = pairs[~scene.fixed[pairs].all(axis=1)]
-    return pairs, _sides_across_mortar(scene, shapes, pairs, thickest)
+    return pairs, _sides_across_mortar(scene, shapes, pairs, limits)
 
 
 def _thickest_mortar(scene: Scene, shapes: Extents, share: float = MORTAR) -> np.ndarray:
-    """Return the largest mean width of a mortar joint at each block, shape (blocks,).
+    """Return, for each block, the largest mean width of a gap that counts as mortar, shape (blocks,).
 
-    The width is ``share`` of the width of the block, or of the widest movable block if the block is fixed.
+    This limit is ``share`` times the width of the block. A fixed block counts as wide as the widest movable
+    block.
     """
     movable_width = shapes.width[~scene.fixed]
-    thickest: np.ndarray = share * np.where(scene.fixed, movable_width.max(), shapes.width)
-    return thickest
+    limits: np.ndarray = share * np.where(scene.fixed, movable_width.max(), shapes.width)
+    return limits
 
 
-def _sides_across_mortar(scene: Scene, shapes: Extents, pairs: np.ndarray, thickest: np.ndarray) -> Facing:
-    """Return the sides of pairs of blocks that touch, or whose gap is at most ``thickest`` of each block.
+def _sides_across_mortar(scene: Scene, shapes: Extents, pairs: np.ndarray, limits: np.ndarray) -> Facing:
+    """Return the sides of pairs of blocks that touch, or that a gap as narrow as mortar separates.
 
-    The sides are computed with the default value of ``tolerance``, because a large ``tolerance`` would hide
-    some of the sides.
+    The mean width of the gap is at most the value of ``limits`` for both blocks. The sides are computed with
+    a ``tolerance`` of at most the default value, because a large ``tolerance`` would hide some of the sides.
     """
-    fine = replace(shapes, tolerance=_fine_tolerance(scene, shapes))
-    most = thickest[pairs].min(axis=1, initial=np.inf)
-    facing = facing_sides(scene, fine, pairs, 2 * most)
-    return facing.where(_mean_gap(facing) <= most[facing.pair])
+    fine_shapes = replace(shapes, tolerance=_fine_tolerance(scene, shapes))
+    largest_gap = limits[pairs].min(axis=1, initial=np.inf)
+    facing = facing_sides(scene, fine_shapes, pairs, 2 * largest_gap)
+    return facing.where(_mean_gap(facing) <= largest_gap[facing.pair])
 
 
 def _fine_tolerance(scene: Scene, shapes: Extents) -> float:
@@ -485,6 +494,6 @@ def _mean_gap(facing: Facing) -> np.ndarray:
 
 
 def _codes(ends: np.ndarray, scene: Scene) -> np.ndarray:
-    """Return a code (a number) for each pair of blocks, regardless of their order, shape (pairs,)."""
+    """Return a number that identifies each pair of blocks in either order, shape (pairs,)."""
     codes: np.ndarray = ends.min(axis=1) * len(scene.blocks) + ends.max(axis=1)
     return codes

@@ -51,19 +51,19 @@ def near_pairs(scene: Scene, shapes: Extents, far: np.ndarray) -> np.ndarray:
     (blocks,). Raises CaseError if there are too many pairs.
     """
     low, high = shapes.boxes
-    across = _search_axes(shapes)
-    tree = shapely.STRtree(shapely.box(*low[:, across].T, *high[:, across].T))
-    grown = shapely.box(*(low[:, across] - far[:, None]).T, *(high[:, across] + far[:, None]).T)
+    axes = _search_axes(shapes)
+    tree = shapely.STRtree(shapely.box(*low[:, axes].T, *high[:, axes].T))
+    enlarged_boxes = shapely.box(*(low[:, axes] - far[:, None]).T, *(high[:, axes] + far[:, None]).T)
     count = len(low)
     pairs: list[np.ndarray] = []
     number_of_pairs = 0
     for first in range(0, count, _BLOCKS_AT_A_TIME):
         last = first + _BLOCKS_AT_A_TIME
-        i, j = tree.query(grown[first:last])
+        i, j = tree.query(enlarged_boxes[first:last])
         i += first
-        apart = np.maximum(low[i] - high[j], low[j] - high[i]).max(axis=1)
-        near = (i < j) & (apart <= np.minimum(far[i], far[j]))
-        pairs.append(np.column_stack([i[near], j[near]]))
+        distance = np.maximum(low[i] - high[j], low[j] - high[i]).max(axis=1)
+        is_near = (i < j) & (distance <= np.minimum(far[i], far[j]))
+        pairs.append(np.column_stack([i[is_near], j[is_near]]))
         number_of_pairs += len(pairs[-1])
         if number_of_pairs > _MOST_PAIRS + _MOST_PAIRS_PER_BLOCK * count:
             raise CaseError(
@@ -92,11 +92,15 @@ def facing_sides(scene: Scene, shapes: Extents, pairs: np.ndarray, far: np.ndarr
         Largest distance between sides that face each other, for each pair.
     """
     facing = CONTACT_FUNCTIONS[scene.dimension][1](scene, shapes, pairs, far)
-    apart = np.flatnonzero(facing.most > shapes.tolerance)
-    ends = pairs[facing.pair[apart]]
-    touches_support = (scene.fixed[ends].sum(axis=1) == 1) & (facing.most[apart] <= shapes.contact_tolerance)
-    behind = _has_block_between(shapes, ends, facing.inner_points[apart], (touches_support, scene.fixed))
-    return facing.where(np.delete(np.arange(len(facing.pair)), apart[behind]))
+    gap_rows = np.flatnonzero(facing.most > shapes.tolerance)
+    ends = pairs[facing.pair[gap_rows]]
+    touches_support = (scene.fixed[ends].sum(axis=1) == 1) & (
+        facing.most[gap_rows] <= shapes.contact_tolerance
+    )
+    is_blocked = _has_block_between(
+        shapes, ends, facing.inner_points[gap_rows], (touches_support, scene.fixed)
+    )
+    return facing.where(np.delete(np.arange(len(facing.pair)), gap_rows[is_blocked]))
 
 
 def has_sides_at_small_angle(scene: Scene, shapes: Extents, first: int, second: int) -> bool:
@@ -106,15 +110,15 @@ def has_sides_at_small_angle(scene: Scene, shapes: Extents, first: int, second: 
     """
     points, owner = shapes.corners
     normals = []
-    for block, opposite in ((first, second), (second, first)):
+    for block, opposite_block in ((first, second), (second, first)):
         base, normal = _SIDES_OF_BLOCK[scene.dimension](shapes, block)
-        height = normal @ points[owner == opposite].T - dots(normal, base)[:, None]
+        height = normal @ points[owner == opposite_block].T - dots(normal, base)[:, None]
         normals.append(normal[height.max(axis=1) > shapes.tolerance])
     return has_nearly_opposite_normals(*normals)
 
 
 def _has_block_between(
-    shapes: Extents, ends: np.ndarray, inner: np.ndarray, ignored: tuple[np.ndarray, np.ndarray]
+    shapes: Extents, ends: np.ndarray, inner_points: np.ndarray, ignored_masks: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
     """Return a mask of the gaps that contain a third block, shape (gaps,).
 
@@ -134,16 +138,19 @@ def _has_block_between(
         blocks in the chosen gaps.
     """
     low, high = shapes.boxes
-    across = _search_axes(shapes)
-    tree = shapely.STRtree(shapely.box(*low[:, across].T, *high[:, across].T))
-    points, owner = inner.reshape(-1, inner.shape[-1]), np.repeat(np.arange(len(ends)), inner.shape[1])
-    point, block = tree.query(shapely.points(points[:, across]))
-    in_box = ((low[block] <= points[point]) & (points[point] <= high[block])).all(axis=1)
-    is_third = in_box & (ends[owner[point]] != block[:, None]).all(axis=1)
-    is_third &= ~(ignored[0][owner[point]] & ignored[1][block])
+    axes = _search_axes(shapes)
+    tree = shapely.STRtree(shapely.box(*low[:, axes].T, *high[:, axes].T))
+    points, owner = (
+        inner_points.reshape(-1, inner_points.shape[-1]),
+        np.repeat(np.arange(len(ends)), inner_points.shape[1]),
+    )
+    point, block = tree.query(shapely.points(points[:, axes]))
+    is_in_box = ((low[block] <= points[point]) & (points[point] <= high[block])).all(axis=1)
+    is_third = is_in_box & (ends[owner[point]] != block[:, None]).all(axis=1)
+    is_third &= ~(ignored_masks[0][owner[point]] & ignored_masks[1][block])
     is_inside = np.zeros(len(points), dtype=bool)
-    for number, third in zip(point[is_third].tolist(), block[is_third].tolist(), strict=True):
-        is_inside[number] |= shapes.away(third, points[number]) <= 0
+    for number, third_block in zip(point[is_third].tolist(), block[is_third].tolist(), strict=True):
+        is_inside[number] |= shapes.away(third_block, points[number]) <= 0
     return np.bincount(owner, is_inside, len(ends)) >= _POINTS_BETWEEN
 
 

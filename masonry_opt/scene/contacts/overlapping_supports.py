@@ -16,9 +16,9 @@ from masonry_opt.scene.scene import Scene
 def count_once(
     scene: Scene, shapes: Extents, pairs: np.ndarray, shared: Facing
 ) -> tuple[Facing, np.ndarray, np.ndarray]:
-    """Where a block has joints with two overlapping supports, remove the overlap from one of them.
+    """Remove the overlap of two supports from one of the two joints that a block has with the supports.
 
-    Of two supports that overlap, one has the whole overlap:
+    The whole overlap belongs to the joint with one of the two supports:
 
     - the support nearer to the block,
     - if both touch the block, the support with the larger joint,
@@ -42,54 +42,67 @@ def count_once(
     shared : Facing
         Lengths or polygons without the parts that would count twice.
     overlaps : ndarray, shape (k, 3)
-        Blocks that rest on two supports where these overlap: the block, the support with the joint, and the
-        support without it. The rows are in ascending order.
+        Blocks that rest on the overlap of two supports: the block, the support that has the joint on the
+        overlap, and the other support. The rows are in ascending order.
     overlap_ratio : ndarray, shape (k,)
-        Length (in space: area) of each overlap, relative to the smaller of its two joints.
+        Length (in space: area) of each overlap, relative to the smaller of the block's joints with the two
+        supports. Both joints include the overlap.
     """
     ends = pairs[shared.pair]
     is_fixed = scene.fixed[ends]
     at_support = np.flatnonzero(is_fixed.any(axis=1))
     support = np.where(is_fixed[:, 0], *ends.T)
     block = ends.sum(axis=1) - support
-    nearer, farther = _near_rows(shared, at_support, shapes.contact_tolerance)
+    nearer_joints, farther_joints = _near_rows(shared, at_support, shapes.contact_tolerance)
     # Gaps within the tolerance count as zero, so that rounding errors do not choose between two supports.
     gap = np.where(shared.most <= shapes.tolerance, 0.0, shared.most)
     rank = np.argsort(np.lexsort((support, -_size_class(shared.width, shapes.tolerance), gap)))
-    asked = (
-        (block[nearer] == block[farther])
-        & (support[nearer] != support[farther])
-        & (rank[nearer] < rank[farther])
+    is_candidate = (
+        (block[nearer_joints] == block[farther_joints])
+        & (support[nearer_joints] != support[farther_joints])
+        & (rank[nearer_joints] < rank[farther_joints])
     )
-    nearer, farther = nearer[asked], farther[asked]
-    # Sides of a block do not cross, so two joints whose middles are in one line are on one side of the block.
-    distance = np.abs(dots(shared.normal[nearer], shared.middle[farther] - shared.middle[nearer]))
-    in_line = distance <= shapes.contact_tolerance
-    # Joints on opposite sides of a thin block have normals into the block that point in opposite directions.
+    nearer_joints, farther_joints = nearer_joints[is_candidate], farther_joints[is_candidate]
+    # Two joints can overlap only if they are in one line (in space: plane). Sides of a block do not cross, so
+    # it suffices to test the midpoint of one joint.
+    distance = np.abs(
+        dots(shared.normal[nearer_joints], shared.middle[farther_joints] - shared.middle[nearer_joints])
+    )
+    is_in_line = distance <= shapes.contact_tolerance
+    # Exclude two joints on opposite sides of a thin block, whose normals into the block point in opposite
+    # directions.
     inwards = np.where(is_fixed[:, :1], -1.0, 1.0) * shared.normal
-    in_line &= dots(inwards[nearer], inwards[farther]) > 0
-    nearer, farther = nearer[in_line], farther[in_line]
-    extent, breadth = shared.overlap(nearer, farther)
-    overlap = breadth > shapes.contact_tolerance
-    nearer, farther, extent = nearer[overlap], farther[overlap], extent[overlap]
-    if not len(nearer):
+    is_in_line &= dots(inwards[nearer_joints], inwards[farther_joints]) > 0
+    nearer_joints, farther_joints = nearer_joints[is_in_line], farther_joints[is_in_line]
+    extent, breadth = shared.overlap(nearer_joints, farther_joints)
+    has_overlap = breadth > shapes.contact_tolerance
+    nearer_joints, farther_joints, extent = (
+        nearer_joints[has_overlap],
+        farther_joints[has_overlap],
+        extent[has_overlap],
+    )
+    if not len(nearer_joints):
         return shared, np.zeros((0, 3), dtype=int), np.zeros(0)
-    doubled = np.unique(farther)
-    uncovered = [shared.uncovered(row, nearer[farther == row], shapes.tolerance) for row in doubled.tolist()]
-    once = shared.where(np.delete(np.arange(len(shared.pair)), doubled)).then(*uncovered)
-    rows = np.column_stack([block[nearer], support[nearer], support[farther]])
+    doubled_joints = np.unique(farther_joints)
+    uncovered_parts = [
+        shared.uncovered(row, nearer_joints[farther_joints == row], shapes.tolerance)
+        for row in doubled_joints.tolist()
+    ]
+    joints = shared.where(np.delete(np.arange(len(shared.pair)), doubled_joints)).then(*uncovered_parts)
+    rows = np.column_stack([block[nearer_joints], support[nearer_joints], support[farther_joints]])
     overlaps, number = np.unique(rows, axis=0, return_inverse=True)
     ratio = np.zeros(len(overlaps))
-    smaller = np.minimum(shared.extent[nearer], shared.extent[farther])
-    np.maximum.at(ratio, number.ravel(), extent / smaller)
-    return once.where(np.argsort(once.pair, kind="stable")), overlaps, ratio
+    smaller_extent = np.minimum(shared.extent[nearer_joints], shared.extent[farther_joints])
+    np.maximum.at(ratio, number.ravel(), extent / smaller_extent)
+    return joints.where(np.argsort(joints.pair, kind="stable")), overlaps, ratio
 
 
 def _size_class(width: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return the number of the class of each width, shape (rows,); wider joints have higher numbers.
+    """Group nearly equal widths of joints in classes, and return each joint's class, shape (rows,).
 
-    In ascending order, a width begins a new class if it exceeds the width before it by more than the
-    tolerance. Rounding errors then do not choose between two supports.
+    A class is a number, which is higher for wider joints. In ascending order of the widths, a new class
+    begins where a width exceeds the previous width by more than the tolerance. Rounding errors then do not
+    choose between two supports.
     """
     order = np.argsort(width)
     size_class = np.zeros(len(width), dtype=int)
@@ -97,19 +110,20 @@ def _size_class(width: np.ndarray, tolerance: float) -> np.ndarray:
     return size_class
 
 
-def _near_rows(shared: Facing, asked: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pairs of rows whose bounding boxes are within the tolerance of each other, in both orders.
+def _near_rows(shared: Facing, joints: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pairs of joints whose bounding boxes are near each other, each pair in both orders.
 
-    ``asked`` has the indices of the rows to compare.
+    Two boxes are near if they touch after both are enlarged by the tolerance. ``joints`` has the indices of
+    the joints to compare, and a joint is a row of ``shared``.
     """
-    if len(asked) < 2:
-        return asked[:0], asked[:0]
-    _, row, count, corners = shared.where(asked).outlines()
-    low, high = bounds(np.repeat(row, count), corners, len(asked))
+    if len(joints) < 2:
+        return joints[:0], joints[:0]
+    _, row, count, corners = shared.where(joints).outlines()
+    low, high = bounds(np.repeat(row, count), corners, len(joints))
     low, high = low - tolerance, high + tolerance
     # The search tree has two axes. In space, choose the two axes along which the joints extend farthest.
     axes = np.argsort(np.ptp(low, axis=0))[-2:]
     boxes = shapely.box(*low[:, axes].T, *high[:, axes].T)
     first, second = shapely.STRtree(boxes).query(boxes)
-    near = ((low[first] <= high[second]) & (low[second] <= high[first])).all(axis=1)
-    return asked[first[near]], asked[second[near]]
+    is_near = ((low[first] <= high[second]) & (low[second] <= high[first])).all(axis=1)
+    return joints[first[is_near]], joints[second[is_near]]

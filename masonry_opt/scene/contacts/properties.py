@@ -23,8 +23,9 @@ def joint_properties(
 ) -> dict[str, Any]:
     """Return friction, cohesion, dilatancy and strength of all joints, named as in :class:`~.joints.Joints`.
 
-    Raises CaseError if the two blocks of an exception do not touch, or if a block rests on overlapping
-    supports and its joints with them differ. If the overlap is small, these joints may differ.
+    Raises CaseError if the two blocks of an exception do not touch. Also raises CaseError if a block rests on
+    overlapping supports and its joints with the supports have different properties. These joints may differ
+    only if the overlap is small.
 
     Parameters
     ----------
@@ -39,33 +40,34 @@ def joint_properties(
         Small gaps between blocks. If one of them separates the two blocks of an exception, the message names
         the option that closes all small gaps.
     closes_gaps : Closing
-        This option.
+        Option that closes all small gaps.
     """
     first, second = joined
-    resting, ratio = overlaps
-    _refuse_different_joints(scene, resting[ratio > _LARGEST_OVERLAP_OF_DIFFERENT_JOINTS])
-    without_joint = {tuple(sorted(pair)) for pair in resting[:, [0, 2]].tolist()}
+    rows, ratio = overlaps
+    _refuse_different_joints(scene, rows[ratio > _LARGEST_OVERLAP_OF_DIFFERENT_JOINTS])
+    without_joint = {tuple(sorted(pair)) for pair in rows[:, [0, 2]].tolist()}
     properties = {
-        name: np.full((len(first), *np.shape(value)), value) for name, value in _values(scene.joints).items()
+        name: np.full((len(first), *np.shape(value)), value)
+        for name, value in _property_values(scene.joints).items()
     }
     index = {block.name: number for number, block in enumerate(scene.blocks)}
     for exception in scene.exceptions:
         block, neighbour = sorted(index[name] for name in exception.between)
-        of_both = (first == block) & (second == neighbour)
-        if not of_both.any() and (block, neighbour) not in without_joint:
+        is_joint = (first == block) & (second == neighbour)
+        if not is_joint.any() and (block, neighbour) not in without_joint:
             both_fixed = scene.blocks[block].fixed and scene.blocks[neighbour].fixed
-            why = "are both fixed" if both_fixed else "do not touch"
-            where = f"joint between {list(exception.between)}"
+            reason = "are both fixed" if both_fixed else "do not touch"
+            label = f"joint between {list(exception.between)}"
             remedy = "Remove the entry for this joint, or correct the names of the blocks"
             if (block, neighbour) in gaps:
                 width = rounded_up(gaps[block, neighbour], 2)
                 remedy = f"The gap between the blocks is up to {width} wide: {closes_gaps.advice}"
             raise CaseError(
-                f"{scene.origin}: {where}: the blocks {why}, "
+                f"{scene.origin}: {label}: the blocks {reason}, "
                 f"so they have no joint whose properties could be set. {remedy}"
             )
-        for name, value in _values(exception.over(scene.joints)).items():
-            properties[name][of_both] = value
+        for name, value in _property_values(exception.over(scene.joints)).items():
+            properties[name][is_joint] = value
     return properties
 
 
@@ -76,14 +78,15 @@ def _refuse_different_joints(scene: Scene, overlaps: np.ndarray) -> None:
     """
     if not len(overlaps):
         return
-    default = _values(scene.joints)
+    default = _property_values(scene.joints)
     exceptions = {
-        frozenset(exception.between): _values(exception.over(scene.joints)) for exception in scene.exceptions
+        frozenset(exception.between): _property_values(exception.over(scene.joints))
+        for exception in scene.exceptions
     }
     for rows in overlaps.tolist():
         block, *supports = (scene.blocks[index].name for index in rows)
-        of_first, of_second = (exceptions.get(frozenset((block, name)), default) for name in supports)
-        names = [name for name, value in of_first.items() if of_second[name] != value]
+        first_values, second_values = (exceptions.get(frozenset((block, name)), default) for name in supports)
+        names = [name for name, value in first_values.items() if second_values[name] != value]
         if names:
             raise CaseError(
                 f"{scene.origin}: supports '{supports[0]}' and '{supports[1]}' overlap where block '{block}' "
@@ -92,7 +95,7 @@ def _refuse_different_joints(scene: Scene, overlaps: np.ndarray) -> None:
             )
 
 
-def _values(joint: JointDefaults) -> dict[str, float | tuple[float, float]]:
+def _property_values(joint: JointDefaults) -> dict[str, float | tuple[float, float]]:
     """Return the properties of a joint by name. The value ``inf`` means that there is no limit."""
     # A joint with unlimited friction cannot slide, so cohesion and dilatancy have no effect and are set to
     # zero.

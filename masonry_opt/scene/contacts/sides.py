@@ -78,13 +78,15 @@ class Items:
             Index of the pair, in ascending order, and index of the item.
         """
         low, high = shapes.boxes
-        block, other = pairs.T
+        block, other_block = pairs.T
         count = np.bincount(self.block, minlength=len(low))
         pair = np.repeat(np.arange(len(pairs)), count[block])
         item = ranges((np.cumsum(count) - count)[block], count[block])
-        off = np.maximum(self.low[item] - high[other[pair]], low[other[pair]] - self.high[item]).max(axis=1)
-        near = off <= far[pair]
-        return pair[near], item[near]
+        distance = np.maximum(
+            self.low[item] - high[other_block[pair]], low[other_block[pair]] - self.high[item]
+        ).max(axis=1)
+        is_near = distance <= far[pair]
+        return pair[is_near], item[is_near]
 
 
 def near_items(
@@ -121,8 +123,8 @@ def near_items(
         number, i, j = combine(start1[chunk], count1[chunk], start2[chunk], count2[chunk])
         pair, i, j = number + chunk.start, item1[i], item2[j]
         distance = np.maximum(first.low[i] - second.high[j], second.low[j] - first.high[i]).max(axis=1)
-        near = distance <= far[pair]
-        rows.append(np.stack([pair, i, j])[:, near])
+        is_near = distance <= far[pair]
+        rows.append(np.stack([pair, i, j])[:, is_near])
     return tuple(np.concatenate(rows, axis=1))
 
 
@@ -138,7 +140,7 @@ class Facing(Rows, ABC):
     #: in ascending order.
     pair: np.ndarray
     #: Largest distance between the two sides that share each segment or polygon, shape (n,). In space, the
-    #: distance is negative if the sides overlap.
+    #: distance is negative if the two blocks overlap over the whole polygon.
     most: np.ndarray
     extent: np.ndarray  #: length of each segment (in space: area of each polygon), shape (n,)
     #: Midpoint of each segment (in space: centroid of each polygon), shape (n, 2) or (n, 3).
@@ -197,18 +199,19 @@ class Facing(Rows, ABC):
 
     @abstractmethod
     def overlap(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the extent and the breadth of the overlap of the two sides in each pair of rows.
+        """Return the length (in space: the area and the mean breadth) of each pair's overlap.
 
-        The extent is a length, in space the area of a polygon. The breadth is a length too, in space the mean
-        breadth of a polygon. Both have the shape (rows,). ``one`` and ``other`` have the indices of pairs of
-        rows that lie in one line (in space: plane).
+        In the plane, the length is returned twice. Both arrays have the shape (pairs,). ``one`` and ``other``
+        have the indices of the segments (in space: polygons) of each pair, which lie in one line (in space:
+        plane).
         """
 
     @abstractmethod
     def uncovered(self, row: int, others: np.ndarray, tolerance: float) -> Self:
-        """Return the parts of a side that the sides in the given rows do not cover.
+        """Return the parts of a segment or polygon that other segments or polygons do not cover.
 
-        Parts as narrow as errors of the drawing, whose points are uncertain by ``tolerance``, are left out.
+        ``row`` is the index of the segment or polygon, and ``others`` has the indices of the others. Parts as
+        narrow as errors of the drawing, whose points are uncertain by ``tolerance``, are left out.
         """
 
 
@@ -225,13 +228,13 @@ class Touches(Rows):
     normal: np.ndarray
     #: Unit vector perpendicular to each contact's normal, shape (touches, 2) or (touches, 3). In the plane
     #: the vector is the normal rotated clockwise by 90°. In space it is parallel to the touching edge, or to
-    #: the first axis of the face that a corner touches.
+    #: the first of two touching edges. For a corner on a face, it is parallel to the first axis of the face.
     along: np.ndarray
     #: Uncertainty of each normal's direction in the drawing, in radians, shape (touches,).
     accuracy: np.ndarray
 
     def outlines(self, first: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return the tangent and the outline of each contact, in the form of :meth:`Facing.outlines`.
+        """Return the tangent and the outline of each contact, in the same format as :meth:`Facing.outlines`.
 
         Each contact has one ring, of one point or of two ends. Rows are numbered from ``first`` on.
         """
@@ -271,23 +274,25 @@ class BlockCorners(ABC):
     shapes: Extents
     point: np.ndarray  #: coordinates of the corners, shape (corners, 2) or (corners, 3)
     corners: Items  #: corners with the indices of their blocks
-    #: Corners (in space: edges) of all blocks. If the corner of another block touches one of them, the
-    #: contact may have no normal.
+    #: Corners (in space: edges) of all blocks, which :meth:`without_normal` compares with the corners of
+    #: other blocks.
     met: Items
     #: In the plane, the coordinates of each corner of ``met``, shape (items, 2). In space, the start of each
     #: edge of ``met``, shape (items, 3).
     start: np.ndarray
     #: In space, the end of each edge of ``met``, shape (items, 3). In the plane, the end equals ``start``.
     end: np.ndarray
-    #: A contact is part of a side that its two blocks share if its distance from the side is at most this
-    #: value, relative to the tolerance.
+    #: Two contacts of the same blocks count as one contact if their distance is at most this value, relative
+    #: to the tolerance. A contact within this distance of a side that the blocks share counts as part of the
+    #: side.
     apart: float
 
     @abstractmethod
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
-        """Return the contacts of pairs of blocks at corners and edges, one table for each kind of contact.
+        """Return the contacts of pairs of blocks at corners and edges, sorted by kind.
 
-        ``Touches.pair`` is the index of the row in ``pairs``.
+        The result has one :class:`Touches` for each kind, such as corners on faces. ``Touches.pair`` is the
+        index of the row in ``pairs``.
         """
 
     @abstractmethod
@@ -299,10 +304,10 @@ class BlockCorners(ABC):
 
     @abstractmethod
     def bisected(self, meetings: "Meetings") -> Touches:
-        """Return the contacts where corners (in space: edges) of two blocks coincide.
+        """Return contacts, with their normals, at places where corners (in space: edges) coincide.
 
-        A contact lies on a bisector of sides that face each other, or on a side of a notch. The normals are
-        computed in :mod:`~.bisectors`.
+        ``meetings`` has the places. A contact lies on a bisector of sides that face each other, or on a side
+        of a notch. Some places have no contact, see :mod:`~.bisectors`.
         """
 
     def touches(self, pairs: np.ndarray, asked: np.ndarray, shared: Facing) -> Touches:
@@ -324,23 +329,23 @@ class BlockCorners(ABC):
         kind = np.repeat(np.arange(len(tables)), [len(table.pair) for table in tables])
         contacts = tables[0].then(*tables[1:])
         contacts = replace(contacts, pair=asked[contacts.pair])
-        near = self.apart * self.shapes.tolerance
+        near_distance = self.apart * self.shapes.tolerance
         is_away = np.zeros(len(contacts.pair), dtype=bool)
         for share in (0.0, 0.5, 1.0):
             points = contacts.start + share * (contacts.end - contacts.start)
-            is_away |= nearest(contacts.pair, points, shared, shared.pair) > near
+            is_away |= nearest(contacts.pair, points, shared, shared.pair) > near_distance
         contacts, kind = contacts.where(is_away), kind[is_away]
         length = lengths(contacts.end - contacts.start)
-        rank = np.round(length / max(float(length.max(initial=0.0)), near), 6)
+        rank = np.round(length / max(float(length.max(initial=0.0)), near_distance), 6)
         order = np.lexsort((-rank, kind, contacts.pair))
-        accepted: defaultdict[int, list[int]] = defaultdict(list)
+        accepted_contacts: defaultdict[int, list[int]] = defaultdict(list)
         for number in order.tolist():
-            earlier = accepted[contacts.pair[number]]
-            ends = np.repeat([contacts.start[number], contacts.end[number]], len(earlier), axis=0)
-            distance = contacts.distance(ends, np.array(2 * earlier, dtype=int)).reshape(2, -1)
-            if distance.min(axis=1, initial=np.inf).max() > near:
-                earlier.append(number)
-        return contacts.where(np.array([*chain.from_iterable(accepted.values())], dtype=int))
+            earlier_contacts = accepted_contacts[contacts.pair[number]]
+            ends = np.repeat([contacts.start[number], contacts.end[number]], len(earlier_contacts), axis=0)
+            distance = contacts.distance(ends, np.array(2 * earlier_contacts, dtype=int)).reshape(2, -1)
+            if distance.min(axis=1, initial=np.inf).max() > near_distance:
+                earlier_contacts.append(number)
+        return contacts.where(np.array([*chain.from_iterable(accepted_contacts.values())], dtype=int))
 
     def touches_at_corners(
         self, pairs: np.ndarray, asked: np.ndarray, all_joints: tuple[Facing, Touches]
@@ -353,10 +358,10 @@ class BlockCorners(ABC):
         """
         meetings = self.meetings(pairs[asked])
         meetings = replace(meetings, pair=asked[meetings.pair])
-        near, middle = self.apart * self.shapes.tolerance, (meetings.start + meetings.end) / 2
+        near_distance, middle = self.apart * self.shapes.tolerance, (meetings.start + meetings.end) / 2
         is_contact = np.ones(len(middle), dtype=bool)
         for joints in all_joints:
-            is_contact &= nearest(meetings.pair, middle, joints, joints.pair) > near
+            is_contact &= nearest(meetings.pair, middle, joints, joints.pair) > near_distance
         is_contact &= ~self._both_have_joints(pairs, meetings.pair, middle, all_joints[:1])
         return self.bisected(meetings.where(is_contact))
 
@@ -367,15 +372,15 @@ class BlockCorners(ABC):
 
         The joint may connect the block to any other block. ``all_joints`` has the joints.
         """
-        both = np.ones(len(pair), dtype=bool)
+        is_joined = np.ones(len(pair), dtype=bool)
         for block in pairs[pair].T:
             distance = [
                 nearest(block, point, joints, owner)
                 for joints in all_joints
                 for owner in pairs[joints.pair].T
             ]
-            both &= np.min(distance, axis=0) <= 2 * self.shapes.tolerance
-        return both
+            is_joined &= np.min(distance, axis=0) <= 2 * self.shapes.tolerance
+        return is_joined
 
     def without_normal(
         self, pairs: np.ndarray, asked: np.ndarray, all_joints: tuple[Facing, Touches]
@@ -402,16 +407,16 @@ class BlockCorners(ABC):
         """
         tolerance, kinds = self.shapes.tolerance, (self.corners, self.met)
         both_orders = (pairs[asked], pairs[asked, ::-1])
-        meetings = [near_items(self.shapes, ordered, tolerance, kinds) for ordered in both_orders]
+        meetings = [near_items(self.shapes, ordered_pairs, tolerance, kinds) for ordered_pairs in both_orders]
         pair, i, j = np.concatenate(meetings, axis=1)
-        touches = to_line(self.point[i], self.start[j], self.end[j]) <= tolerance
-        pair, point = asked[pair[touches]], self.point[i[touches]]
+        is_touching = to_line(self.point[i], self.start[j], self.end[j]) <= tolerance
+        pair, point = asked[pair[is_touching]], self.point[i[is_touching]]
         for joints in all_joints:
             is_away = nearest(pair, point, joints, joints.pair) > self.apart * tolerance
             pair, point = pair[is_away], point[is_away]
         places = np.column_stack([pair, np.round(point / tolerance)])
-        _, once = np.unique(places, axis=0, return_index=True)
-        pair, point = pair[once], point[once]
+        _, first_rows = np.unique(places, axis=0, return_index=True)
+        pair, point = pair[first_rows], point[first_rows]
         both_have_joints = self._both_have_joints(pairs, pair, point, all_joints)
         return pair[~both_have_joints], point[~both_have_joints]
 
@@ -430,10 +435,10 @@ def to_line(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarra
 def nearest(
     key: np.ndarray, points: np.ndarray, joints: Facing | Touches, joint_key: np.ndarray
 ) -> np.ndarray:
-    """Return the distance of each point from the nearest joint of the same block or pair of blocks.
+    """Return each point's distance from the nearest joint of the same block or pair, shape (points,).
 
-    The shape is (points,). The key of a point or joint is the index of a block or of a pair of blocks. The
-    distance is infinite if no joint has the key of the point.
+    The key of a point or joint is the index of its block or pair of blocks. The distance is infinite if no
+    joint has the key of the point.
 
     Parameters
     ----------

@@ -23,58 +23,61 @@ def in_model_space(document: Any) -> list[Any]:
     defined on layer "0" is on the layer of the reference. All entities of a reference on a frozen layer are
     on this layer, and those of an invisible reference are invisible.
 
-    A reference is returned unchanged if its definition is missing or empty, as that of another file is, or if
-    one of its entities cannot be transformed.
+    A reference is returned unchanged if its definition is missing or empty, for example because the
+    definition is in another file. The reference is also returned unchanged if one of its entities cannot be
+    transformed.
 
     Raises ValueError if a reference is invalid or places too many entities.
     """
-    frozen = {layer for layer, reason in hidden_layers(document).items() if reason == "frozen"}
-    found: list[Any] = []
+    frozen_layers = {layer for layer, reason in hidden_layers(document).items() if reason == "frozen"}
+    entities: list[Any] = []
     for entity in document.modelspace():
-        found += _placed_by(entity, frozen) if entity.dxftype() == "INSERT" else [entity]
-    return found
+        entities += _placed_entities(entity, frozen_layers) if entity.dxftype() == "INSERT" else [entity]
+    return entities
 
 
-def _placed_by(reference: Any, frozen: set[str]) -> list[Any]:
+def _placed_entities(reference: Any, frozen_layers: set[str]) -> list[Any]:
     """Return the entities that a reference places; see :func:`in_model_space`.
 
-    ``frozen`` has the names of the frozen layers, in lower case.
+    ``frozen_layers`` has the names of the frozen layers, in lower case.
     """
-    named = f"block reference {reference.dxf.handle}"
-    with broken(lambda reason: ValueError(f"{named} is not readable ({reason}): delete it")):
-        parts = list(islice(_parts(reference, frozen, ()), _MOST_PLACED + 1))
+    label = f"block reference {reference.dxf.handle}"
+    with broken(lambda reason: ValueError(f"{label} is not readable ({reason}): delete it")):
+        parts = list(islice(_placed_parts(reference, frozen_layers, ()), _MOST_PLACED + 1))
     if len(parts) > _MOST_PLACED:
         raise ValueError(
-            f"{named} places more than {_MOST_PLACED} entities: delete it, or reduce the number of blocks "
+            f"{label} places more than {_MOST_PLACED} entities: delete it, or reduce the number of blocks "
             "that it places"
         )
     return parts
 
 
-def _parts(entity: Any, frozen: set[str], within: tuple[str, ...]) -> Iterator[Any]:
-    """Yield the entities that a reference places, or the entity itself if it is no reference.
+def _placed_parts(entity: Any, frozen_layers: set[str], definitions: tuple[str, ...]) -> Iterator[Any]:
+    """Yield the entities that a reference places, or the entity itself if it is not a reference.
 
-    ``within`` has the names of the block definitions in which the entity is defined. A reference to one of
-    them is not followed, because it would never end.
+    ``definitions`` has the names of the block definitions in which the entity is defined. A reference to such
+    a definition is yielded unchanged, because its replacement would never end.
     """
-    if entity.dxftype() != "INSERT" or entity.dxf.name in within or entity.block() is None:
+    if entity.dxftype() != "INSERT" or entity.dxf.name in definitions or entity.block() is None:
         yield entity
         return
-    skipped: list[Any] = []
+    skipped_entities: list[Any] = []
     references = entity.multi_insert() if entity.mcount > 1 else [entity]
     parts = [
         part
         for reference in references
-        for part in reference.virtual_entities(skipped_entity_callback=lambda part, _: skipped.append(part))
+        for part in reference.virtual_entities(
+            skipped_entity_callback=lambda part, _: skipped_entities.append(part)
+        )
     ]
-    if not parts or skipped:
+    if not parts or skipped_entities:
         yield entity
         return
     layer = layer_of(entity)
     for number, part in enumerate([*parts, *entity.attribs], 1):
-        if layer_of(part) == "0" or layer.casefold() in frozen:
+        if layer_of(part) == "0" or layer.casefold() in frozen_layers:
             part.dxf.layer = layer
         if attribute(entity, "invisible", 0):
             part.dxf.invisible = 1
         part.dxf.handle = f"{entity.dxf.handle}-{number}"
-        yield from _parts(part, frozen, (*within, entity.dxf.name))
+        yield from _placed_parts(part, frozen_layers, (*definitions, entity.dxf.name))

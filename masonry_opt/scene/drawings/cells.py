@@ -47,28 +47,33 @@ def stones_between_faces(points: np.ndarray, faces: list[list[int]]) -> list[lis
             copies[numbers.setdefault(key, number)] += 1
     rings = [list(key) for key in numbers]
     edges = by_edge(rings)
-    if any(len(having) == 1 for having in edges.values()) or max(copies.values(), default=0) > 2:
+    if any(len(edge_faces) == 1 for edge_faces in edges.values()) or max(copies.values(), default=0) > 2:
         return None
     cell = _cells(points, rings, edges)
     if cell is None:
         return None
     sides = np.split(np.argsort(cell, kind="stable"), np.cumsum(np.bincount(cell))[:-1])
-    is_outside = np.array([_volume(points, rings, own) < 0 for own in sides])
+    is_outside = np.array([_volume(points, rings, cell_sides) < 0 for cell_sides in sides])
     is_single = np.array([copies[number] == 1 for number in numbers.values()])
-    is_stone = _stones(cell, is_outside, is_single)
+    is_stone = _stone_mask(cell, is_outside, is_single)
     if is_stone is None and is_single.all() and (~is_outside).sum() > 1:
         _refuse_single_faces(points, edges)
     if is_stone is None:
         return None
-    original = np.array([*numbers.values()])
-    stones = [original[own // 2].tolist() for own, fills in zip(sides, is_stone, strict=True) if fills]
-    # If faces cover the same area, a cell is on both sides of a face, or has too few faces for a solid.
+    face_numbers = np.array([*numbers.values()])
+    stones = [
+        face_numbers[cell_sides // 2].tolist()
+        for cell_sides, fills in zip(sides, is_stone, strict=True)
+        if fills
+    ]
+    # Where faces cover the same area, a cell may be on both sides of a face, or have too few faces for a
+    # solid.
     are_solids = all(len(set(stone)) == len(stone) >= FEWEST_SIDES for stone in stones)
     return sorted(sorted(stone) for stone in stones) if are_solids else None
 
 
-def _stones(cell: np.ndarray, is_outside: np.ndarray, is_single: np.ndarray) -> np.ndarray | None:
-    """Return a mask of the cells that are stones, or None if the faces contradict each other.
+def _stone_mask(cell: np.ndarray, is_outside: np.ndarray, is_single: np.ndarray) -> np.ndarray | None:
+    """Return a mask of the cells that are stones, or None if no choice of stones fits the faces.
 
     Each connected group of faces must have a stone.
 
@@ -84,65 +89,79 @@ def _stones(cell: np.ndarray, is_outside: np.ndarray, is_single: np.ndarray) -> 
     front, back = cell[::2], cell[1::2]
     turn, contradictory = turned(len(is_outside), front, back, is_single)
     group = linked(len(is_outside), front, back)
-    outside = np.flatnonzero(is_outside)
-    if contradictory.any() or sorted(group[outside].tolist()) != [*range(group.max() + 1)]:
+    outside_cells = np.flatnonzero(is_outside)
+    if contradictory.any() or sorted(group[outside_cells].tolist()) != [*range(group.max() + 1)]:
         return None
-    surrounding = np.empty(len(outside), dtype=int)
-    surrounding[group[outside]] = outside
-    is_stone = turn != turn[surrounding[group]]
+    outside_of_group = np.empty(len(outside_cells), dtype=int)
+    outside_of_group[group[outside_cells]] = outside_cells
+    is_stone = turn != turn[outside_of_group[group]]
     return is_stone if np.bincount(group, is_stone).all() else None
 
 
 def _cells(points: np.ndarray, rings: list[list[int]], edges: dict[Edge, list[int]]) -> np.ndarray | None:
-    """Return the index of the cell on each side of each face, shape (2 × faces,).
+    """Return the indices of the cells on the two sides of each face, shape (2 × faces,).
 
-    The sides are the front of the first face, its back, the front of the second face, and so on. Seen from
-    the front, the corners of a face are counter-clockwise. Return None if the order of coincident faces is
-    not clear.
+    The order is the front of the first face, the back of the first face, the front of the second face, and so
+    on. Seen from the front, the corners of a face are counter-clockwise. None is returned if coincident faces
+    cannot be ordered.
     """
     normals = np.array([area_vector(points[ring]) for ring in rings])
-    directed = [set(steps_round(ring)) for ring in rings]
+    directed_edges = [set(steps_round(ring)) for ring in rings]
     links: list[tuple[int, int]] = []
-    for edge, having in edges.items():
-        forth = np.array([edge in directed[face] for face in having])
+    for edge, edge_faces in edges.items():
+        is_forward = np.array([edge in directed_edges[face] for face in edge_faces])
         order = [0, 1]
-        if len(having) > 2:
+        if len(edge_faces) > 2:
             low, high = points[list(edge)]
             axis = (high - low) / np.linalg.norm(high - low)
-            # The vectors from the edge into the faces, normal to the edge.
-            inwards = np.cross(normals[having], np.where(forth[:, None], axis, -axis))
-            order = _order_about_edge(np.arctan2(*(across(axis) @ inwards.T)[::-1]), forth)
+            # Compute the vectors that point from the edge into the faces, perpendicular to the edge.
+            inwards = np.cross(normals[edge_faces], np.where(is_forward[:, None], axis, -axis))
+            order = _order_about_edge(np.arctan2(*(across(axis) @ inwards.T)[::-1]), is_forward)
         if not order:
             return None
-        for this, after in steps_round(order):
-            links.append((2 * having[this] + (not forth[this]), 2 * having[after] + int(forth[after])))
+        for position, next_position in steps_round(order):
+            links.append(
+                (
+                    2 * edge_faces[position] + (not is_forward[position]),
+                    2 * edge_faces[next_position] + int(is_forward[next_position]),
+                )
+            )
     return linked(2 * len(rings), *np.array(links).T)
 
 
-def _order_about_edge(angle: np.ndarray, forth: np.ndarray) -> list[int]:
-    """Return the order of faces about an edge, or an empty list if the order is not clear.
+def _order_about_edge(angle: np.ndarray, is_forward: np.ndarray) -> list[int]:
+    """Return the order of faces about an edge, or an empty list if coincident faces cannot be ordered.
 
-    Of two coincident faces, such as triangles of touching stones that have different diagonals, the face that
-    traverses the edge forwards is the first. Then the order is the same at all edges of such faces.
+    Coincident faces can be ordered if there are two of them, which traverse the edge in opposite directions.
+    Examples are triangles of touching stones that have different diagonals. The face that traverses the edge
+    forwards is the first. The order is then the same at all edges of such faces.
     """
     turn = (angle - angle[0] + COINCIDENT_ANGLE) % (2 * np.pi)
     order = np.argsort(turn)
     group = np.append(0, np.cumsum(np.diff(turn[order]) > COINCIDENT_ANGLE))
-    is_clear = np.bincount(group, forth[order]).max() <= 1 and np.bincount(group, ~forth[order]).max() <= 1
-    return order[np.lexsort((~forth[order], group))].tolist() if is_clear else []
+    is_clear = (
+        np.bincount(group, is_forward[order]).max() <= 1 and np.bincount(group, ~is_forward[order]).max() <= 1
+    )
+    return order[np.lexsort((~is_forward[order], group))].tolist() if is_clear else []
 
 
 def _volume(points: np.ndarray, rings: list[list[int]], sides: np.ndarray) -> float:
-    """Return the volume of a cell, which is negative for the outside. Sides are numbered as in ``_cells``."""
+    """Return the volume of a cell, which is negative for a cell that surrounds a group of faces.
+
+    ``sides`` has the sides of faces that bound the cell, numbered as in the result of :func:`_cells`.
+    """
     return volume(points, [rings[side // 2][:: 1 if side % 2 else -1] for side in sides.tolist()])
 
 
 def _refuse_single_faces(points: np.ndarray, edges: dict[Edge, list[int]]) -> None:
-    """Raise ValueError for a face between two stones that is drawn once; the message names an edge of it."""
-    edge = next(edge for edge, having in edges.items() if len(having) > 2)
-    one, other = (place(points[corner]) for corner in edge)
+    """Raise ValueError for a face between two stones that is drawn only once.
+
+    The message names an edge of the face.
+    """
+    edge = next(edge for edge, edge_faces in edges.items() if len(edge_faces) > 2)
+    start, end = (place(points[corner]) for corner in edge)
     raise ValueError(
-        f"a face between two parts is drawn only once, at the edge from {one} to {other}: if the parts are "
+        f"a face between two parts is drawn only once, at the edge from {start} to {end}: if the parts are "
         "stones, draw the faces of each stone, or export each stone as an object of its own; if not, delete "
         "the face"
     )

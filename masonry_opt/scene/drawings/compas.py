@@ -105,42 +105,43 @@ def read_compas(  # noqa: PLR0913 - options of the public API are keywords
             f"{path}: 'along' applies only to scenes in the plane: "
             "omit 'along', or give 'live' two components"
         )
-    given = locals() | {"along": _UNIT_VECTORS.get(along, along) if isinstance(along, str) else along}
+    values = locals() | {"along": _UNIT_VECTORS.get(along, along) if isinstance(along, str) else along}
     supports = stones.Supports(fixed=list(fixed), fixed_below=fixed_below)
     with stones.naming(f"{path}:"):
         is_exported = is_written_by_package(path)
-        drawn = [replace(mesh, is_exported=is_exported) for mesh in _meshes(data)]
-        meshes = stones.with_supports(drawn, supports)
+        unmarked_meshes = [replace(mesh, is_exported=is_exported) for mesh in _meshes(data)]
+        meshes = stones.with_supports(unmarked_meshes, supports)
         if not space:
-            flat = CompasDrawing.of(given)
+            flat_drawing = CompasDrawing.of(values)
             try:
-                seen = _seen(meshes, flat)
+                view = _side_view(meshes, flat_drawing)
             except ValueError as error:
                 if space is False or along is not None:
                     raise ValueError(
                         f"{error}. To read the blocks as solids in space, give 'live' three components"
                     ) from None
             else:
-                return stones.scene_of(_blocks(meshes, seen, flat), flat, path)
-        return stones.scene_in_space(meshes, stones.SolidDrawing.of(given), path)
+                return stones.scene_of(_blocks(meshes, view, flat_drawing), flat_drawing, path)
+        return stones.scene_in_space(meshes, stones.SolidDrawing.of(values), path)
 
 
-def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
-    """Project the solids along the given direction; by default, along the only possible direction.
+def _side_view(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
+    """Project the solids along ``drawing.along``, or else along the only direction in which all are prisms.
 
-    Raises ValueError if the solids are not prisms along the direction, or if several directions are possible.
+    Raises ValueError if the solids are not prisms along the direction. Also raises ValueError if no direction
+    is given and the solids are prisms along several directions.
     """
     if drawing.along is not None:
         if not any(drawing.along):
             raise ValueError("'along' is a zero vector: give a direction, such as y")
-        along = np.array(drawing.along)
-        with stones.naming(f"'along' {_direction_name(along)}:"):
-            return _seen_along(meshes, along / np.linalg.norm(along), drawing)
+        direction = np.array(drawing.along)
+        with stones.naming(f"'along' {_direction_name(direction)}:"):
+            return _view_along(meshes, direction / np.linalg.norm(direction), drawing)
     views = {}
     failures = []
     for unit in _directions(meshes):
         try:
-            views[_direction_name(unit)] = _seen_along(meshes, unit, drawing)
+            views[_direction_name(unit)] = _view_along(meshes, unit, drawing)
         except ValueError as error:
             failures.append(f"along {_direction_name(unit)} {error}")
     if not views:
@@ -149,8 +150,8 @@ def _seen(meshes: Sequence[Mesh], drawing: CompasDrawing) -> _SideView:
             "If the wall has another direction or eccentric blocks, give the direction as 'along'"
         )
     if len(views) > 1:
-        possible = " and along ".join(views)
-        raise ValueError(f"all blocks are prisms along {possible}: choose a direction with 'along'")
+        choices = " and along ".join(views)
+        raise ValueError(f"all blocks are prisms along {choices}: choose a direction with 'along'")
     return next(iter(views.values()))
 
 
@@ -184,12 +185,12 @@ def _axes(unit: np.ndarray) -> np.ndarray:
         raise ValueError(
             "the direction is neither horizontal nor vertical, so weights would not act in the plane"
         )
-    across = np.cross(unit, (0.0, 0.0, 1.0))
-    across /= np.linalg.norm(across)
+    x_axis = np.cross(unit, (0.0, 0.0, 1.0))
+    x_axis /= np.linalg.norm(x_axis)
     # View the solids so that x increases to the right (or y, if the view is along x).
-    if across[0] < -1e-9 or (abs(across[0]) <= 1e-9 and across[1] < 0):
-        across = -across
-    return np.array([across + 0.0, [0.0, 0.0, 1.0]])
+    if x_axis[0] < -1e-9 or (abs(x_axis[0]) <= 1e-9 and x_axis[1] < 0):
+        x_axis = -x_axis
+    return np.array([x_axis + 0.0, [0.0, 0.0, 1.0]])
 
 
 def _directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
@@ -203,55 +204,55 @@ def _directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
     for face in solids[0].faces[:100]:
         normal = area_vector(solids[0].points[face])
         size = float(np.linalg.norm(normal))
-        is_new = all(np.linalg.norm(np.cross(normal, other)) > 1e-6 * size for other in directions)
+        is_new = all(np.linalg.norm(np.cross(normal, direction)) > 1e-6 * size for direction in directions)
         if abs(normal[2]) < 1e-6 * size and is_new:
             directions.append(normal / size)
     return directions
 
 
-def _seen_along(meshes: Sequence[Mesh], unit: np.ndarray, drawing: CompasDrawing) -> _SideView:
+def _view_along(meshes: Sequence[Mesh], unit: np.ndarray, drawing: CompasDrawing) -> _SideView:
     """Return the outlines and thicknesses of solids that are prisms along a direction.
 
     Raises ValueError, with the name of the block, if a block is not a prism or is not in the common plane.
     """
     plane = _axes(unit)
     outlines = []
-    flat = all(mesh.flat for mesh in meshes)
+    is_flat = all(mesh.flat for mesh in meshes)
     for mesh in meshes:
-        if mesh.flat and not flat:
+        if mesh.flat and not is_flat:
             raise ValueError(
                 f"block '{mesh.name}' is a single face, but other blocks are solids: draw this block with a "
                 "thickness"
             )
         with stones.naming(f"block '{mesh.name}'"):
-            outlines.append(_end(mesh, drawing.tolerance, plane, unit))
-    along = [mesh.points @ unit for mesh in meshes]
-    begin, end = np.array([(positions.min(), positions.max()) for positions in along]).T
-    if not flat and drawing.along is not None:
+            outlines.append(_end_outline(mesh, drawing.tolerance, plane, unit))
+    heights = [mesh.points @ unit for mesh in meshes]
+    begin, end = np.array([(positions.min(), positions.max()) for positions in heights]).T
+    if not is_flat and drawing.along is not None:
         if begin.max() >= end.min():
-            behind, before = meshes[begin.argmax()].name, meshes[end.argmin()].name
+            rear, front = meshes[begin.argmax()].name, meshes[end.argmin()].name
             raise ValueError(
-                f"no plane perpendicular to 'along' cuts all blocks, because block '{behind}' is entirely "
-                f"behind block '{before}'"
+                f"no plane perpendicular to 'along' cuts all blocks, because block '{rear}' is entirely "
+                f"behind block '{front}'"
             )
-    elif not flat:
+    elif not is_flat:
         middle = (begin + end) / 2
-        off = np.abs(middle - np.median(middle)) > _PLANE_TOLERANCE * (end - begin).max()
-        if off.any():
-            other = meshes[off.argmax()].name
-            raise ValueError(f"block '{other}' does not have the same middle plane as most other blocks")
+        is_eccentric = np.abs(middle - np.median(middle)) > _PLANE_TOLERANCE * (end - begin).max()
+        if is_eccentric.any():
+            name = meshes[is_eccentric.argmax()].name
+            raise ValueError(f"block '{name}' does not have the same middle plane as most other blocks")
     return outlines, end - begin
 
 
-def _end(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarray) -> shapely.Polygon:
+def _end_outline(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarray) -> shapely.Polygon:
     """Return the outline of one end of a prism. Raises ValueError if the mesh is not a prism.
 
     Both ends of a prism have the same outline.
     """
     tolerance = tolerance or _RELATIVE_TOLERANCE * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
-    along = mesh.points @ unit
-    seen = mesh.points @ plane.T
-    thickness = np.ptp(along)
+    heights = mesh.points @ unit
+    projection = mesh.points @ plane.T
+    thickness = np.ptp(heights)
     if mesh.flat != (thickness <= tolerance):
         raise ValueError(
             "the block is a single face that is not perpendicular to the direction of projection"
@@ -262,8 +263,10 @@ def _end(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: np.ndarra
         refuse_holes(mesh, tolerance)
     ends = []
     for side in sorted(polyhedron(mesh, tolerance).sides, key=lambda side: side.base @ unit):
-        if np.ptp(along[side.rings[0]]) <= tolerance:
-            ends.append(shapely.Polygon(seen[side.rings[0]], [seen[ring] for ring in side.rings[1:]]))
+        if np.ptp(heights[side.rings[0]]) <= tolerance:
+            ends.append(
+                shapely.Polygon(projection[side.rings[0]], [projection[ring] for ring in side.rings[1:]])
+            )
         elif abs(side.normal @ unit) * thickness > tolerance:
             raise ValueError(
                 "the block is not a prism: one of its faces is neither parallel nor perpendicular to the "
@@ -289,26 +292,26 @@ def _meshes(data: Any) -> list[Mesh]:
     is of another kind, or if a block cannot be read.
     """
     meshes: dict[str, Mesh] = {}
-    for key, shape, fixed, matrix in _drawn(data):
-        name = stones.block_name(_text(key)) or "block"
+    for key, shape, is_fixed, matrix in _drawn_blocks(data):
+        name = stones.block_name(_key_text(key)) or "block"
         if name in meshes:
             raise ValueError(f"two blocks are named '{name}': rename one of them")
         try:
             points, faces = _faces(shape)
-            meshes[name] = Mesh(name, _moved(points, matrix), faces, fixed)
+            meshes[name] = Mesh(name, _transform(points, matrix), faces, is_fixed)
         except (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError) as error:
-            why = "the block is not a mesh, polyhedron, box or polygon"
+            reason = "the block is not a mesh, polyhedron, box or polygon"
             if isinstance(error, CaseError):
-                why = str(error)
-            named = why.replace("the block", f"block '{name}'", 1)
-            raise ValueError(f"{named}: remove the block, or draw it as a mesh") from None
+                reason = str(error)
+            message = reason.replace("the block", f"block '{name}'", 1)
+            raise ValueError(f"{message}: remove the block, or draw it as a mesh") from None
     if not meshes:
         raise ValueError("the file contains no blocks")
     return list(meshes.values())
 
 
-def _text(key: object) -> str:
-    """Return the text of a key without the quotes that COMPAS may add."""
+def _key_text(key: object) -> str:
+    """Return the key of a block as text, without the quotes that COMPAS may add."""
     text = str(key)
     try:
         return str(ast.literal_eval(text)) if text[:1] in ("'", '"') else text
@@ -319,10 +322,10 @@ def _text(key: object) -> str:
 def _content(value: Any) -> Any:
     """Return the content of a COMPAS object, without the tables in which the content is wrapped."""
     while isinstance(value, dict) and not any(key in value for key in _CONTENT):
-        inner = value.get("data", value.get("value"))
-        if inner is None:
+        content = value.get("data", value.get("value"))
+        if content is None:
             break
-        value = inner
+        value = content
     return value
 
 
@@ -331,30 +334,30 @@ def _table(value: Any) -> dict[str, Any]:
     return value if isinstance(value, dict) else {}
 
 
-def _drawn(data: Any) -> Iterator[_DrawnBlock]:
-    """Yield the blocks of an assembly, a model or a list, in the form of ``_DrawnBlock``.
+def _drawn_blocks(data: Any) -> Iterator[_DrawnBlock]:
+    """Yield the blocks of an assembly, a model or a list, each described as a ``_DrawnBlock``.
 
     The assembly, model or list may be inside another object.
     """
     content = _content(data)
     if isinstance(content, list):
-        yield from _drawn_in_list(content)
+        yield from _blocks_in_list(content)
         return
     table = _table(content)
     blocks = table.get("blocks", table.get("courses"))
     if "model" in table:
-        yield from _drawn(table["model"])
+        yield from _drawn_blocks(table["model"])
     elif isinstance(table.get("elements"), dict | list):
-        yield from _drawn_in_model(table)
+        yield from _blocks_in_model(table)
     elif "graph" in table:
-        yield from _drawn(table["graph"])
+        yield from _drawn_blocks(table["graph"])
     elif isinstance(table.get("node"), dict):
-        for key, node in _sorted(table["node"]):
+        for key, node in _sorted_entries(table["node"]):
             yield key, _table(node).get("block"), _is_support(node), None
     elif isinstance(table.get("blocks"), dict):
-        yield from _drawn_in_assembly(table)
+        yield from _blocks_in_assembly(table)
     elif isinstance(blocks, list):
-        yield from _drawn(blocks)
+        yield from _drawn_blocks(blocks)
     else:
         raise ValueError(
             "the file is not COMPAS data: "
@@ -362,14 +365,14 @@ def _drawn(data: Any) -> Iterator[_DrawnBlock]:
         )
 
 
-def _drawn_in_list(items: list[Any]) -> Iterator[_DrawnBlock]:
+def _blocks_in_list(items: list[Any]) -> Iterator[_DrawnBlock]:
     """Yield the blocks of a list and of its nested lists; the key of a block is its number, from 0."""
-    for number, item in enumerate(_flattened(items)):
+    for number, item in enumerate(_flatten(items)):
         attributes = _table(_content(item)).get("attributes")
         yield number, item, _is_support(attributes), None
 
 
-def _drawn_in_model(model: dict[str, Any]) -> Iterator[_DrawnBlock]:
+def _blocks_in_model(model: dict[str, Any]) -> Iterator[_DrawnBlock]:
     """Yield the blocks of a block model; the key of a block is its number among all elements, from 0."""
     if model.get("transformation"):
         raise ValueError("the whole model has a transformation: apply the transformation before export")
@@ -379,22 +382,22 @@ def _drawn_in_model(model: dict[str, Any]) -> Iterator[_DrawnBlock]:
         yield number, keys.get("geometry", keys.get("shape")), _is_support(keys), keys.get("transformation")
 
 
-def _drawn_in_assembly(table: dict[str, Any]) -> Iterator[_DrawnBlock]:
+def _blocks_in_assembly(table: dict[str, Any]) -> Iterator[_DrawnBlock]:
     """Yield the blocks of an assembly that stores its blocks outside its graph."""
     assembly = _table(table.get("assembly"))
     nodes = _table(assembly.get("node", assembly.get("vertex")))
-    for key, block in _sorted(table["blocks"]):
+    for key, block in _sorted_entries(table["blocks"]):
         yield key, block, _is_support(nodes.get(key)), None
 
 
-def _flattened(items: list[Any]) -> Iterator[Any]:
+def _flatten(items: list[Any]) -> Iterator[Any]:
     """Yield the blocks of a list and of its nested lists, such as courses.
 
     A list of points is a polygon.
     """
     for item in items:
         is_list_of_blocks = isinstance(item, list) and all(map(_may_be_block, item))
-        yield from _flattened(item) if is_list_of_blocks else [item]
+        yield from _flatten(item) if is_list_of_blocks else [item]
 
 
 def _may_be_block(value: Any) -> bool:
@@ -409,7 +412,7 @@ def _is_support(attributes: Any) -> bool:
     return _table(attributes).get("is_support") is True
 
 
-def _sorted(table: dict[str, Any]) -> list[tuple[str, Any]]:
+def _sorted_entries(table: dict[str, Any]) -> list[tuple[str, Any]]:
     """Return the entries of a table, sorted by their keys if all keys are numbers."""
     if all(re.fullmatch(r"[0-9]{1,9}", key) for key in table):
         return sorted(table.items(), key=lambda entry: int(entry[0]))
@@ -433,7 +436,7 @@ def _faces(shape: Any) -> tuple[np.ndarray, list[list[int]]]:
         points, faces = shape["vertices"], [list(face) for face in shape["faces"]]
     else:
         return _polygon(shape["points"])
-    corners = _numbers(points)
+    corners = _coordinates(points)
     if not faces or any(len(face) < 3 or not 0 <= min(face) <= max(face) < len(corners) for face in faces):
         raise CaseError("the block has no faces, or a face with fewer than three valid corners")
     if len(faces) == 1:
@@ -444,9 +447,9 @@ def _faces(shape: Any) -> tuple[np.ndarray, list[list[int]]]:
 def _box(shape: dict[str, Any]) -> tuple[np.ndarray, list[list[int]]]:
     """Return the corners and faces of a box that is given by its frame (origin at the centre) and sizes."""
     frame = _table(_content(shape["frame"]))
-    point, x, y = _numbers([_content(frame[key]) for key in ("point", "xaxis", "yaxis")])
+    point, x, y = _coordinates([_content(frame[key]) for key in ("point", "xaxis", "yaxis")])
     z = np.cross(x, y)
-    half = [_number(shape[key]) / 2 for key in ("xsize", "ysize", "zsize")]
+    half = [_coordinate(shape[key]) / 2 for key in ("xsize", "ysize", "zsize")]
     if not (z.any() and min(half) > 0):
         raise CaseError("the block is a box with a size of zero, or its frame has parallel axes")
     x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
@@ -456,7 +459,7 @@ def _box(shape: dict[str, Any]) -> tuple[np.ndarray, list[list[int]]]:
 
 def _polygon(points: list[Any]) -> tuple[np.ndarray, list[list[int]]]:
     """Return the corners of a polygon, and its single face."""
-    corners = _numbers([_content(point) for point in points])
+    corners = _coordinates([_content(point) for point in points])
     if len(corners) > 1 and (corners[0] == corners[-1]).all():
         corners = corners[:-1]
     if len(corners) < 3:
@@ -464,26 +467,26 @@ def _polygon(points: list[Any]) -> tuple[np.ndarray, list[list[int]]]:
     return corners, [list(range(len(corners)))]
 
 
-def _numbers(points: list[Any]) -> np.ndarray:
+def _coordinates(points: list[Any]) -> np.ndarray:
     """Return the coordinates of points, shape (points, 3). Points with two coordinates have z = 0."""
-    rows = [tuple(map(_number, point)) for point in points]
+    rows = [tuple(map(_coordinate, point)) for point in points]
     if any(len(row) not in (2, 3) for row in rows):
         raise CaseError("the block has a corner that has neither two nor three coordinates")
     return np.array([(*row, 0.0)[:3] for row in rows])
 
 
-def _number(value: Any) -> float:
+def _coordinate(value: Any) -> float:
     """Return a coordinate as a number. Raises CaseError if the value is not a finite number."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 1e30:
         raise CaseError("the block has a coordinate that is not a number")
     return float(value)
 
 
-def _moved(points: np.ndarray, transformation: Any) -> np.ndarray:
-    """Return the points of a block after its transformation."""
+def _transform(points: np.ndarray, transformation: Any) -> np.ndarray:
+    """Return the points of a block after applying its transformation, if it has one."""
     if transformation is None:
         return points
-    matrix = np.array([[_number(value) for value in row] for row in transformation["data"]["matrix"]])
+    matrix = np.array([[_coordinate(value) for value in row] for row in transformation["data"]["matrix"]])
     if matrix.shape != (4, 4) or not np.allclose(matrix[3], (0.0, 0.0, 0.0, 1.0)):
         raise CaseError("the block has a transformation that is not a 4 × 4 matrix")
     return points @ matrix[:3, :3].T + matrix[:3, 3]

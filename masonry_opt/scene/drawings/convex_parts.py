@@ -25,9 +25,9 @@ from masonry_opt.scene.space.faces import place
 #: usually has a curved surface with too many contacts for an analysis.
 _MOST_PIECES = 1000
 
-#: Fraction of the tolerance within which the triangles of a convex hull are merged into sides, if merging
-#: within a quarter of the tolerance makes the hull non-convex. With a larger value, triangles that are not in
-#: one plane may be merged.
+#: Distance, relative to the tolerance, within which triangles of a convex hull are merged into one side. This
+#: distance is used only if merging within a quarter of the tolerance makes the hull non-convex. With a larger
+#: value, triangles in different planes may be merged.
 _COPLANAR_SHARE = 1e-3
 
 #: Smallest thickness of a part, relative to the tolerance. Thinner parts are omitted. With a value of 1 or
@@ -57,9 +57,9 @@ class _Pieces(NamedTuple):
 
     def heights(self, base: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the smallest and largest height of each piece above planes, shape (pieces, planes) each."""
-        over = np.concatenate(self.rings) @ normal.T - dots(base, normal)
+        height = np.concatenate(self.rings) @ normal.T - dots(base, normal)
         piece = np.repeat(np.arange(len(self.rings)), list(map(len, self.rings)))
-        return bounds(piece, over, len(self.rings))
+        return bounds(piece, height, len(self.rings))
 
 
 def convex_solids(mesh: Mesh, tolerance: float) -> list[MeshSolid]:
@@ -73,21 +73,21 @@ def convex_solids(mesh: Mesh, tolerance: float) -> list[MeshSolid]:
 
     Raises ValueError if the mesh does not enclose a volume, crosses itself, or needs too many parts.
     """
-    whole = polyhedron(mesh, tolerance)
-    flat = flattened(mesh, tolerance)
-    if flat is not None and len(flat.sides) < len(whole.sides):
-        whole = flat
-    if len(whole.sides) < FEWEST_SIDES:
+    solid = polyhedron(mesh, tolerance)
+    flat_solid = flattened(mesh, tolerance)
+    if flat_solid is not None and len(flat_solid.sides) < len(solid.sides):
+        solid = flat_solid
+    if len(solid.sides) < FEWEST_SIDES:
         raise ValueError(
             f"the block is not a solid within the tolerance {rounded(tolerance)}: lower 'tolerance', "
             "check the unit of the drawing, or give the block a thickness"
         )
-    if whole.convex(tolerance):
-        return [whole]
-    hull = _hull(whole.corners, tolerance)
-    if hull and _fills(whole, hull, tolerance):
+    if solid.convex(tolerance):
+        return [solid]
+    hull = _hull(solid.corners, tolerance)
+    if hull and _fills(solid, hull, tolerance):
         return [hull]
-    return convex_parts(whole, tolerance)
+    return convex_parts(solid, tolerance)
 
 
 def _fills(block: MeshSolid, hull: MeshSolid, tolerance: float) -> bool:
@@ -132,14 +132,14 @@ def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
     parts: list[MeshSolid] = []
     while queue:
         pieces, cell = queue.pop()
-        number = _best(pieces, base, normal, tolerance)
-        halves = _divided(pieces, base[number], normal[number], tolerance)
+        number = _best_side(pieces, base, normal, tolerance)
+        halves = _divide(pieces, base[number], normal[number], tolerance)
         for half, sign in zip(halves, (-1.0, 1.0), strict=True):
-            clipped = _clipped(cell, base[number], sign * normal[number])
+            half_cell = _clip(cell, base[number], sign * normal[number])
             if half.rings:
-                queue.append((half, clipped))
-            elif clipped:
-                parts += _part(clipped, surface, tolerance)
+                queue.append((half, half_cell))
+            elif half_cell:
+                parts += _parts_in_cell(half_cell, surface, tolerance)
         if len(parts) + len(queue) > _MOST_PIECES:
             raise ValueError(
                 "the block is not convex and would need "
@@ -168,9 +168,9 @@ def _check_volume(block: MeshSolid, parts: list[MeshSolid], tolerance: float) ->
     rounding = tolerance * block.area
     edge = block.unclosed()
     if edge is not None and missing > rounding:
-        one, other = map(place, edge)
+        start, end = map(place, edge)
         raise ValueError(
-            f"the block is not closed at its edge from {one} to {other}: each edge must belong to two faces"
+            f"the block is not closed at its edge from {start} to {end}: each edge must belong to two faces"
         )
     if missing > _MOST_THIN_VOLUME * abs(block.volume) + rounding:
         share = missing / abs(block.volume)
@@ -185,75 +185,79 @@ def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:
     rings: list[np.ndarray] = []
     numbers: list[int] = []
     for number, side in enumerate(sides):
-        outer, *holes = side.flat(points)
+        outer_ring, *holes = side.flat(points)
         try:
-            convex = convex_pieces(shapely.Polygon(outer, holes), tolerance)
+            convex_rings = convex_pieces(shapely.Polygon(outer_ring, holes), tolerance)
         except shapely.errors.GEOSException:
             raise ValueError(
                 "the block has a face that crosses itself: list the corners of the face in order along its "
                 "outline"
             ) from None
-        rings += [side.base + piece @ across(side.normal) for piece in convex]
-        numbers += [number] * len(convex)
+        rings += [side.base + piece @ across(side.normal) for piece in convex_rings]
+        numbers += [number] * len(convex_rings)
     return _Pieces(rings, np.array(numbers, dtype=int))
 
 
-def _best(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float) -> int:
-    """Return the index of the best side, along whose plane the cell is divided next."""
+def _best_side(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float) -> int:
+    """Return the index of the side along whose plane a cell is divided next.
+
+    Planes without pieces in front of them are chosen first. Among several planes, a plane that cuts the
+    fewest pieces is chosen, and then a plane that contains the most pieces.
+    """
     planes = np.unique(pieces.side)
     low, high = pieces.heights(base[planes], normal[planes])
-    ahead, behind = high > tolerance, low < -tolerance
-    cut, within = (ahead & behind).sum(axis=0), (~ahead & ~behind).sum(axis=0)
-    return int(planes[np.lexsort((-within, cut, ahead.any(axis=0)))[0]])
+    is_ahead, is_behind = high > tolerance, low < -tolerance
+    cut_count, contained_count = (is_ahead & is_behind).sum(axis=0), (~is_ahead & ~is_behind).sum(axis=0)
+    return int(planes[np.lexsort((-contained_count, cut_count, is_ahead.any(axis=0)))[0]])
 
 
-def _divided(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float) -> list[_Pieces]:
+def _divide(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float) -> list[_Pieces]:
     """Divide pieces along a plane into pieces in front of the plane and pieces behind the plane.
 
     Pieces in the plane are left out.
     """
     low, high = (bound[:, 0] for bound in pieces.heights(base[None], normal[None]))
-    ahead, behind = high > tolerance, low < -tolerance
+    is_ahead, is_behind = high > tolerance, low < -tolerance
 
-    def half(within: np.ndarray, beyond: np.ndarray, normal: np.ndarray) -> _Pieces:
+    def half(is_chosen: np.ndarray, is_cut: np.ndarray, normal: np.ndarray) -> _Pieces:
         rings = []
-        for number in np.flatnonzero(within):
+        for number in np.flatnonzero(is_chosen):
             ring = pieces.rings[number]
-            rings.append(_cut(ring, base, normal)[0] if beyond[number] else ring)
-        return _Pieces(rings, pieces.side[within])
+            rings.append(_cut(ring, base, normal)[0] if is_cut[number] else ring)
+        return _Pieces(rings, pieces.side[is_chosen])
 
-    return [half(ahead, behind, -normal), half(behind, ahead, normal)]
+    return [half(is_ahead, is_behind, -normal), half(is_behind, is_ahead, normal)]
 
 
 def _cut(ring: np.ndarray, base: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the part of a convex polygon behind a plane, and the corners of this part on the plane."""
     height = (ring - base) @ normal
-    after, height_after = np.roll(ring, -1, axis=0), np.roll(height, -1)
-    crosses = (height > 0) != (height_after > 0)
-    share = np.divide(height, height - height_after, out=np.zeros_like(height), where=crosses)
+    next_corner, next_height = np.roll(ring, -1, axis=0), np.roll(height, -1)
+    crosses = (height > 0) != (next_height > 0)
+    share = np.divide(height, height - next_height, out=np.zeros_like(height), where=crosses)
     # Insert after each corner the point at which the following side of the polygon crosses the plane.
-    points = np.stack([ring, ring + share[:, None] * (after - ring)], axis=1).reshape(-1, 3)
-    behind = np.column_stack([height <= 0, crosses]).ravel()
-    in_plane = np.column_stack([height == 0, crosses]).ravel()
-    return points[behind], points[in_plane]
+    points = np.stack([ring, ring + share[:, None] * (next_corner - ring)], axis=1).reshape(-1, 3)
+    is_behind = np.column_stack([height <= 0, crosses]).ravel()
+    is_in_plane = np.column_stack([height == 0, crosses]).ravel()
+    return points[is_behind], points[is_in_plane]
 
 
-def _clipped(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> list[np.ndarray]:
+def _clip(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> list[np.ndarray]:
     """Cut a convex polyhedron at a plane, and return the faces of the part behind the plane."""
     cuts = [_cut(ring, base, normal) for ring in cell]
     faces = [ring for ring, _ in cuts if len(ring) > 2]
     lid = np.concatenate([corners for _, corners in cuts])
     if len(lid) > 2 and len(faces) > 1:
         u, v = across(normal)
-        around = lid - lid.mean(axis=0)
-        faces.append(lid[np.argsort(np.arctan2(around @ v, around @ u))])
+        offset = lid - lid.mean(axis=0)
+        faces.append(lid[np.argsort(np.arctan2(offset @ v, offset @ u))])
     return faces
 
 
-def _part(cell: list[np.ndarray], surface: np.ndarray, tolerance: float) -> list[MeshSolid]:
-    """Return a list with the convex polyhedron that fills a cell, or an empty list.
+def _parts_in_cell(cell: list[np.ndarray], surface: np.ndarray, tolerance: float) -> list[MeshSolid]:
+    """Return a list with the convex polyhedron that fills a cell, or an empty list if the cell is not a part.
 
-    The list is empty if the cell is outside the block or thinner than two tolerances. Raises ValueError if
+    A cell is not a part if it is outside the block or thinner than two tolerances. Raises ValueError if
     the cell is inside a surface that crosses itself.
     """
     points = np.concatenate(cell)

@@ -47,7 +47,7 @@ WINDOW_WORDS = ("window", "door", "opening")
 #: Largest number of copies of outlines that one warning lists; further copies are only counted.
 _MOST_COPIES = 10
 
-#: Largest number of outlines of holes that are listed; further holes are only counted.
+#: Largest number of holes that the report on a drawing lists; further holes are only counted.
 _MOST_HOLES = 10
 
 
@@ -99,8 +99,8 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
     model space. Each outline is a block. An outline inside another outline is a hole, and an outline inside a
     hole is a block again. If a block contains exactly one text, and no other block contains the same text,
     the text is the name of the block. Other blocks are named by layer and handle. Blocks are in the order of
-    the drawing. Further copies of an outline are left out, and a DrawingWarning names them. Another
-    DrawingWarning reports a unit ($INSUNITS) that does not fit the size of the drawing.
+    the drawing. Further copies of an outline are left out, and a DrawingWarning names the copies. Another
+    DrawingWarning reports that the unit ($INSUNITS) makes the drawing or its blocks unusually small or large.
 
     In a net of joint lines, the blocks are the closed cells between all lines, which may cross and branch.
     The supports are closed outlines or straight lines. Cells are named by layer and number, from the bottom
@@ -135,9 +135,9 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
         that is not drawn; see :class:`Scene`.
     outline_tolerance: Largest gap between two ends of lines that are joined to an outline, if no third end is
         as near. Ends within 1e-6 of the drawing's diagonal are joined first. The default is the tolerance,
-        or 1e-6 of the diagonal if no tolerance is given. In a net, the largest gap over which an end is
-        extended to the next line, and the width of the narrowest cell (default: the larger of sagitta and
-        tolerance).
+        or 1e-6 of the diagonal if no tolerance is given. In a net, this option is the largest gap over which
+        an end is extended to the next line, and the width of the narrowest cell (default: the larger of
+        sagitta and tolerance).
     sagitta: Largest distance between a curve and the chords that replace it (default: 1e-4 of the drawing's
         diagonal). The ends of the chords are on the curve.
     to_metres: True to scale the drawing from its own unit ($INSUNITS) to metres. All other arguments are then
@@ -174,33 +174,38 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
     _refuse_third_component(path, drawing)
     document = outlines.read_document(path)
     with stones.naming(f"{path}:"):
-        scale = _scale(document) if drawing.to_metres else 1.0
-        drawn = block_references.in_model_space(document)
-        shown = outlines.visible(document, drawn)
+        scale = _metres_per_unit(document) if drawing.to_metres else 1.0
+        entities = block_references.in_model_space(document)
+        visible_entities = outlines.visible(document, entities)
         defects = Defects()
-        read = dxf_layers.select(document, shown, drawing.layers, drawing.without_layers)
-        curves, extent = outlines.curves(read, scale, drawing.sagitta, defects)
-        found, copies, slabs = _outlines(curves, float(np.hypot(*extent)), drawing, defects)
+        selected_entities = dxf_layers.select(
+            document, visible_entities, drawing.layers, drawing.without_layers
+        )
+        curves, extent = outlines.curves(selected_entities, scale, drawing.sagitta, defects)
+        shapes, copies, slabs = _outlines(curves, float(np.hypot(*extent)), drawing, defects)
         defects.refuse()
-        if not found:
+        if not shapes:
             raise ValueError(
-                f"the model space contains no closed outline{dxf_layers.describe_layers(document, shown)}"
+                f"the model space contains no closed outline"
+                f"{dxf_layers.describe_layers(document, visible_entities)}"
             )
         live_of_layer = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
         # Live loads are multiples of the weights. The multiple may depend on the layer of a block.
-        pushes = [live_of_layer.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
-        unread = dxf_layers.find_unread(document, drawn, drawing.layers, drawing.without_layers)
-        blocks: Sequence[Block | Solid] = _blocks(found, _names(found, shown, scale), drawing, unread)
+        pushes = [live_of_layer.get(shape.curve.layer.casefold(), drawing.live) for shape in shapes]
+        unread_layers = dxf_layers.find_unread(document, entities, drawing.layers, drawing.without_layers)
+        blocks: Sequence[Block | Solid] = _blocks(
+            shapes, _names(shapes, visible_entities, scale), drawing, unread_layers
+        )
         if drawing.thickness is not None:
-            flat = stones.scene_of(blocks, drawing, path)
-            blocks = extrude(flat.replace(thickness=drawing.thickness)).in_space()
+            flat_scene = stones.scene_of(blocks, drawing, path)
+            blocks = extrude(flat_scene.replace(thickness=drawing.thickness)).in_space()
             pushes = [push if len(push) == 3 else (push[0], 0.0, push[1]) for push in pushes]
-        loaded = [
+        loaded_blocks = [
             block if block.fixed else block.replace(live_per_weight=push)
             for block, push in zip(blocks, pushes, strict=True)
         ]
-        scene = stones.scene_of(loaded, drawing, path)
-    sides = [_smaller_side(shape) for shape, block in zip(found, blocks, strict=True) if not block.fixed]
+        scene = stones.scene_of(loaded_blocks, drawing, path)
+    sides = [_smaller_side(shape) for shape, block in zip(shapes, blocks, strict=True) if not block.fixed]
     side = float(np.median(sides)) if len(sides) >= FEWEST_STONES else None
     unit_warning = _unit_warning(document, extent / scale, side and side / scale, drawing.to_metres)
     for warning in (_copies_warning(copies), grounds.lines_warning(slabs), unit_warning):
@@ -208,7 +213,9 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
             warnings.warn(printable(f"{path}: {warning}"), DrawingWarning, stacklevel=3)
     unit = ("metres", 1.0) if drawing.to_metres else (_unit_name(document), outlines.metres(document))
     return DxfScene(
-        scene, [*dxf_layers.report(drawn, unread, drawing.fixed_layers), *_holes(found, scene)], *unit
+        scene,
+        [*dxf_layers.report(entities, unread_layers, drawing.fixed_layers), *_describe_holes(shapes, scene)],
+        *unit,
     )
 
 
@@ -227,12 +234,12 @@ def _refuse_third_component(path: Path, drawing: DxfDrawing) -> None:
             )
 
 
-def _scale(document: Any) -> float:
+def _metres_per_unit(document: Any) -> float:
     """Return the length of the drawing's unit in metres. Raises ValueError if the drawing has no unit."""
     scale = outlines.metres(document)
     if scale is None:
         raise ValueError(
-            "the drawing has no unit ($INSUNITS): set the unit, or read the drawing without scaling to metres"
+            "the drawing has no unit ($INSUNITS): set the unit, or omit 'to_metres' (--to-metres)"
         )
     return scale
 
@@ -240,49 +247,58 @@ def _scale(document: Any) -> float:
 def _outlines(
     curves: list[Curve], diagonal: float, drawing: DxfDrawing, defects: Defects
 ) -> tuple[list[Outline], list[tuple[Curve, Curve]], list[Curve]]:
-    """Return the outlines of the blocks, and each omitted copy of an outline with its original.
+    """Return the outlines of the blocks, the omitted copies of outlines, and the slabs of ground lines.
 
-    The third list contains the outlines of supports whose surfaces are drawn as lines.
+    The second list has a pair of curves for each omitted copy: the copy and its original. The third list has
+    the outlines of the slabs that :func:`grounds.support_outlines` makes from lines on layers of supports.
 
     Defects of the drawing are added to ``defects``.
     """
     rounding = RELATIVE_TOLERANCE * diagonal
-    apart = drawing.tolerance or rounding
-    short = drawing.outline_tolerance or apart
-    whole = [curve for curve in curves if not drawing.net or _is_support(curve, drawing)]
-    on_layer = partial(_is_support, drawing=drawing)
-    closed, copies, straight = loops.closed_outlines(whole, on_layer, short, min(rounding, short), defects)
-    slabs = grounds.support_outlines(straight, curves, closed, on_layer, apart, defects)
-    closed += slabs
-    is_support = [_is_support(curve, drawing) for curve in closed]
+    gap_tolerance = drawing.tolerance or rounding
+    detail_tolerance = drawing.outline_tolerance or gap_tolerance
+    outline_curves = [curve for curve in curves if not drawing.net or _is_support(curve, drawing)]
+    is_on_support_layer = partial(_is_support, drawing=drawing)
+    closed_curves, copies, straight_lines = loops.closed_outlines(
+        outline_curves, is_on_support_layer, detail_tolerance, min(rounding, detail_tolerance), defects
+    )
+    slabs = grounds.support_outlines(
+        straight_lines, curves, closed_curves, is_on_support_layer, gap_tolerance, defects
+    )
+    closed_curves += slabs
+    is_support = [_is_support(curve, drawing) for curve in closed_curves]
     option = "tolerance" if drawing.outline_tolerance is None else "outline_tolerance"
-    tolerance = OutlineTolerance(option, short, min(rounding, short))
-    nested = nesting.outlines_with_holes(closed, is_support, tolerance, max(short, apart), defects)
-    found = nested.blocks
+    tolerance = OutlineTolerance(option, detail_tolerance, min(rounding, detail_tolerance))
+    nested_outlines = nesting.outlines_with_holes(
+        closed_curves, is_support, tolerance, max(detail_tolerance, gap_tolerance), defects
+    )
+    shapes = nested_outlines.blocks
     lines = [curve for curve in curves if drawing.net and not _is_support(curve, drawing)]
-    windows = [curve for curve in lines if _has(curve, drawing.window_layers)]
-    joints = [curve for curve in lines if not _has(curve, drawing.window_layers)]
+    windows = [curve for curve in lines if _layer_has_word(curve, drawing.window_layers)]
+    joints = [curve for curve in lines if not _layer_has_word(curve, drawing.window_layers)]
     if joints:
         # Report defective supports before the net of joint lines is divided into cells. Without these
         # supports, cells would be open and cause further errors.
         defects.refuse()
-        near = drawing.outline_tolerance or max(apart, drawing.sagitta or outlines.DEFAULT_SAGITTA * diagonal)
-        supports = [outline.polygon for outline in found]
-        found = [*outlines.net_cells(joints, windows, supports, near, defects), *found]
-    nesting.add_smaller_copies(found, short, defects)
-    nesting.add_frames(found, on_layer, _are_fixed(found, drawing), defects)
-    return found, [*copies, *nested.copies], slabs
+        net_tolerance = drawing.outline_tolerance or max(
+            gap_tolerance, drawing.sagitta or outlines.DEFAULT_SAGITTA * diagonal
+        )
+        supports = [outline.polygon for outline in shapes]
+        shapes = [*outlines.net_cells(joints, windows, supports, net_tolerance, defects), *shapes]
+    nesting.add_smaller_copies(shapes, detail_tolerance, defects)
+    nesting.add_frames(shapes, is_on_support_layer, _are_fixed(shapes, drawing), defects)
+    return shapes, [*copies, *nested_outlines.copies], slabs
 
 
 def _is_support(curve: Curve, drawing: DxfDrawing) -> bool:
     """Return True if a curve is on a layer of supports."""
-    return _has(curve, drawing.fixed_layers)
+    return _layer_has_word(curve, drawing.fixed_layers)
 
 
-def _are_fixed(found: Sequence[Outline], drawing: DxfDrawing) -> list[bool]:
+def _are_fixed(shapes: Sequence[Outline], drawing: DxfDrawing) -> list[bool]:
     """Return, for each outline, True if its layer or its lowest point makes it a support."""
-    below = -math.inf if drawing.fixed_below is None else drawing.fixed_below
-    return [_is_support(shape.curve, drawing) or shape.polygon.bounds[1] <= below for shape in found]
+    height_limit = -math.inf if drawing.fixed_below is None else drawing.fixed_below
+    return [_is_support(shape.curve, drawing) or shape.polygon.bounds[1] <= height_limit for shape in shapes]
 
 
 def _copies_warning(copies: Sequence[tuple[Curve, Curve]]) -> str:
@@ -290,9 +306,9 @@ def _copies_warning(copies: Sequence[tuple[Curve, Curve]]) -> str:
     if not copies:
         return ""
     pairs = shortened([f"{copy.where} repeats {original.where}" for copy, original in copies], _MOST_COPIES)
-    many = counted(len(copies), "outline")
+    outline_count = counted(len(copies), "outline")
     is_or_are = "is" if len(copies) == 1 else "are"
-    return f"{many} {is_or_are} drawn twice, and repetitions were left out: {'; '.join(pairs)}"
+    return f"{outline_count} {is_or_are} drawn twice, and copies were left out: {'; '.join(pairs)}"
 
 
 def _smaller_side(shape: Outline) -> float:
@@ -311,10 +327,10 @@ def _unit_name(document: Any) -> str:
 
 
 def _unit_warning(document: Any, extent: np.ndarray, side: float | None, to_metres: bool) -> str:
-    """Return the warning that the unit of the drawing does not fit its size, or an empty text.
+    """Return a warning if the drawing or its blocks have an unusual size in metres, or else an empty text.
 
-    ``extent`` is the width and height of the drawing, and ``side`` the median of the smaller side of its
-    movable blocks, in the unit of the drawing. ``side`` is None if there are few blocks.
+    ``extent`` is the width and height of the drawing, and ``side`` the median of the smaller sides of its
+    movable blocks, both in the unit of the drawing. ``side`` is None if there are few blocks.
     """
     unit = outlines.metres(document)
     size = float(extent.max())
@@ -327,7 +343,10 @@ def _unit_warning(document: Any, extent: np.ndarray, side: float | None, to_metr
         finding = f"half of its blocks are at least {rounded(side * unit)} m wide and high"
     else:
         return ""
-    effect = "lengths were not scaled, and the unit weight refers to the lengths of the drawing"
+    effect = (
+        "lengths were not scaled, so the unit weight must be given per area or volume in the drawing's unit "
+        "of length"
+    )
     if to_metres:
         effect = f"lengths were multiplied by {unit:g}"
     in_unit = f"{_unit_name(document)} ($INSUNITS)"
@@ -336,74 +355,75 @@ def _unit_warning(document: Any, extent: np.ndarray, side: float | None, to_metr
     )
 
 
-def _holes(found: Sequence[Outline], scene: Scene) -> list[str]:
-    """Return a list with one line of text about the holes, or an empty list if there are no holes."""
+def _describe_holes(shapes: Sequence[Outline], scene: Scene) -> list[str]:
+    """Return a list of one line that names the holes and their blocks, or an empty list without holes."""
     holes = [
         f"{hole.where} in block '{block.name}'"
-        for shape, block in zip(found, scene.blocks, strict=True)
+        for shape, block in zip(shapes, scene.blocks, strict=True)
         for hole in shape.holes
     ]
     return [f"holes: {'; '.join(shortened(holes, _MOST_HOLES))}"] if holes else []
 
 
-def _has(curve: Curve, words: Iterable[str]) -> bool:
+def _layer_has_word(curve: Curve, words: Iterable[str]) -> bool:
     """Return True if the name of the curve's layer contains one of the given words."""
     return dxf_layers.has_word(curve.layer, words)
 
 
-def _names(found: Sequence[Outline], entities: list[Any], scale: float) -> list[str]:
+def _names(shapes: Sequence[Outline], entities: list[Any], scale: float) -> list[str]:
     """Return the names of the blocks: the text inside a block, or else its layer and handle."""
     texts_in: defaultdict[int, list[str]] = defaultdict(list)
-    tree = shapely.STRtree([shape.polygon for shape in found])
+    tree = shapely.STRtree([shape.polygon for shape in shapes])
     for text, x, y in outlines.texts(entities):
         for block in tree.query(shapely.Point(x * scale, y * scale), predicate="within").tolist():
             texts_in[block].append(stones.block_name(text))
-    single = {block: texts[0] for block, texts in texts_in.items() if len(texts) == 1}
-    count = Counter(single.values())
-    unique = {block: text for block, text in single.items() if text and count[text] == 1}
-    default_names = (stones.block_name(f"{shape.curve.layer[:100]}-{shape.curve.handle}") for shape in found)
-    return [unique.get(block, name) for block, name in enumerate(default_names)]
+    single_texts = {block: texts[0] for block, texts in texts_in.items() if len(texts) == 1}
+    count = Counter(single_texts.values())
+    unique_texts = {block: text for block, text in single_texts.items() if text and count[text] == 1}
+    default_names = (stones.block_name(f"{shape.curve.layer[:100]}-{shape.curve.handle}") for shape in shapes)
+    return [unique_texts.get(block, name) for block, name in enumerate(default_names)]
 
 
 def _blocks(
-    found: Sequence[Outline], names: Sequence[str], drawing: DxfDrawing, unread: Mapping[str, str]
+    shapes: Sequence[Outline], names: Sequence[str], drawing: DxfDrawing, unread_layers: Mapping[str, str]
 ) -> list[Block]:
     """Return the blocks without their live loads. Raises ValueError if there are no supports.
 
-    ``unread`` contains the layers that were not read, by name, with the reasons.
+    ``unread_layers`` contains the layers that were not read, by name, with the reasons.
     """
     words = [word.casefold() for word in drawing.fixed_layers]
-    fixed = _are_fixed(found, drawing)
-    drawn = zip(names, found, fixed, strict=True)
-    blocks = [drawing.block(name, shape.polygon, is_fixed) for name, shape, is_fixed in drawn]
-    loaded = {
-        shape.curve.layer.casefold() for shape, is_fixed in zip(found, fixed, strict=True) if not is_fixed
+    supports = _are_fixed(shapes, drawing)
+    rows = zip(names, shapes, supports, strict=True)
+    blocks = [drawing.block(name, shape.polygon, is_fixed) for name, shape, is_fixed in rows]
+    loaded_layers = {
+        shape.curve.layer.casefold() for shape, is_fixed in zip(shapes, supports, strict=True) if not is_fixed
     }
-    layers = f"layers of blocks: {stones.listed_names(sorted({shape.curve.layer for shape in found}))}"
+    layers = f"layers of blocks: {stones.listed_names(sorted({shape.curve.layer for shape in shapes}))}"
     for layer in drawing.live_layers:
-        if layer.casefold() not in loaded:
+        if layer.casefold() not in loaded_layers:
             raise ValueError(
                 f"'live_layers' (--live-layer): no movable block is on layer '{layer}' ({layers})"
             )
     if all(block.fixed for block in blocks):
-        reasons = ", ".join(f"{layer} ({reason})" for layer, reason in unread.items())
-        others = f"; layers not read: {reasons}" if reasons else ""
+        reasons = ", ".join(f"{layer} ({reason})" for layer, reason in unread_layers.items())
+        unread_text = f"; layers not read: {reasons}" if reasons else ""
         raise ValueError(
             f"every block is a support: draw the movable blocks as closed outlines, or mark fewer blocks as "
-            f"supports ({layers}{others})"
+            f"supports ({layers}{unread_text})"
         )
     if not any(block.fixed for block in blocks):
-        named = f"with {' or '.join(map(repr, words))} in its name ({layers})"
-        for layer, reason in unread.items():
+        condition = f"with {' or '.join(map(repr, words))} in its name ({layers})"
+        for layer, reason in unread_layers.items():
             if dxf_layers.has_word(layer, words):
                 raise ValueError(
                     f"no block is a support, because layer '{layer}' was not read ({reason}): "
                     f"{dxf_layers.how_to_read(reason)}"
                 )
         raise ValueError(
-            f"no block is a support, because no block is on a layer {named}: move the supports to such a "
-            "layer, name their layer with 'fixed_layers' (--fixed-layer), or fix all blocks "
-            "that reach down to a height with 'fixed_below' (--fixed-below)"
+            f"no block is a support, because no block is on a layer {condition}: move the supports to such a "
+            "layer, name their layer with 'fixed_layers' (--fixed-layer), or set 'fixed_below' "
+            "(--fixed-below) to a height, so that all blocks whose lowest point is not above this "
+            "height become supports"
         )
     return blocks
 
@@ -432,24 +452,24 @@ def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
         document.layers.add(name)
     space = document.modelspace()
     geometry(scene)  # raises CaseError if the outline of a block has no area or crosses itself
-    drawn = [(block, _drawn(block, scene)) for block in scene.in_plane()]
+    polygons = [(block, _block_polygon(block, scene)) for block in scene.in_plane()]
     # Write blocks with holes first: if a hole and the block in it have equal outlines, ``read_dxf`` reads the
     # first outline as the hole.
-    for block, polygon in sorted(drawn, key=lambda entry: not entry[1].interiors):
+    for block, polygon in sorted(polygons, key=lambda entry: not entry[1].interiors):
         layer = {"layer": "fixed" if block.fixed else "blocks"}
         for ring in (polygon.exterior, *polygon.interiors):
             space.add_lwpolyline(list(ring.coords[:-1]), close=True, dxfattribs=layer)
-        inside = shapely.point_on_surface(polygon)
+        text_point = shapely.point_on_surface(polygon)
         text = space.add_text(block.name, height=0.1 * polygon.area**0.5, dxfattribs={"layer": "names"})
         middle = ezdxf.enums.TextEntityAlignment.MIDDLE_CENTER
-        text.set_placement((inside.x, inside.y), align=middle)
+        text.set_placement((text_point.x, text_point.y), align=middle)
     stream = io.StringIO()
     document.write(stream)
     # The code 999 begins a comment.
     write_file(path, f"999\n{MARK}\n{stream.getvalue()}", OutputError)
 
 
-def _drawn(block: Block, scene: Scene) -> shapely.Polygon:
+def _block_polygon(block: Block, scene: Scene) -> shapely.Polygon:
     """Return a block as one polygon.
 
     The corners of a block with one outline and no hole are not reordered. Raises CaseError if the block has
@@ -459,9 +479,9 @@ def _drawn(block: Block, scene: Scene) -> shapely.Polygon:
     holes = [shapely.Polygon(ring) for ring in block.holes]
     if len(rings) == 1 and not holes:
         return rings[0]
-    whole = shapely.union_all(rings).difference(shapely.union_all(holes))
-    if not isinstance(whole, shapely.Polygon):
+    polygon = shapely.union_all(rings).difference(shapely.union_all(holes))
+    if not isinstance(polygon, shapely.Polygon):
         raise CaseError(
             f"{scene.origin}: block '{block.name}' has separate parts, which a DXF outline cannot show"
         )
-    return whole
+    return polygon

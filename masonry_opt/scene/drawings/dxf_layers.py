@@ -12,7 +12,7 @@ _ADVICE = {
     "frozen": "thaw the layer, or turn it on, in the drawing",
     "off": "thaw the layer, or turn it on, in the drawing",
     "--without-layer": "remove the layer from 'without_layers' (--without-layer)",
-    "not named with --layer": "read the layer too, with 'layers' (--layer)",
+    "not named with --layer": "add the layer to 'layers' (--layer)",
     "no outlines": "draw the supports on the layer as closed outlines",
 }
 
@@ -24,24 +24,24 @@ def select(
 
     Raises ValueError if a named layer has no visible entities.
     """
-    drawn = [outlines.layer_of(entity).casefold() for entity in shown]
-    hidden = outlines.hidden_layers(document)
-    for key, option, named in (
+    layer_names = [outlines.layer_of(entity).casefold() for entity in shown]
+    hidden_layers = outlines.hidden_layers(document)
+    for key, option, named_layers in (
         ("layers", "--layer", layers or ()),
         ("without_layers", "--without-layer", without_layers),
     ):
-        for layer in named:
-            if layer.casefold() in drawn:
+        for layer in named_layers:
+            if layer.casefold() in layer_names:
                 continue
             mistake = f"'{key}' ({option}): layer '{layer}'"
-            if key == "layers" and layer.casefold() in hidden:
-                reason = hidden[layer.casefold()]
+            if key == "layers" and layer.casefold() in hidden_layers:
+                reason = hidden_layers[layer.casefold()]
                 raise ValueError(f"{mistake} is {reason}: {how_to_read(reason)}")
-            if layer.casefold() not in hidden:
+            if layer.casefold() not in hidden_layers:
                 raise ValueError(f"{mistake} is empty or does not exist{describe_layers(document, shown)}")
-    selected = {layer.casefold() for layer in layers or drawn}
-    selected -= {layer.casefold() for layer in without_layers}
-    return [entity for entity, layer in zip(shown, drawn, strict=True) if layer in selected]
+    selected_layers = {layer.casefold() for layer in layers or layer_names}
+    selected_layers -= {layer.casefold() for layer in without_layers}
+    return [entity for entity, layer in zip(shown, layer_names, strict=True) if layer in selected_layers]
 
 
 def find_unread(
@@ -51,16 +51,16 @@ def find_unread(
 
     ``drawn`` has the entities of the model space.
     """
-    hidden = outlines.hidden_layers(document)
-    omitted = {layer.casefold() for layer in without_layers}
-    selected = None if layers is None else {layer.casefold() for layer in layers}
+    hidden_layers = outlines.hidden_layers(document)
+    omitted_layers = {layer.casefold() for layer in without_layers}
+    selected_layers = None if layers is None else {layer.casefold() for layer in layers}
     reasons = {}
     for key, (name, count) in _curves_on_layers(drawn).items():
-        if key in hidden:
-            reasons[name] = hidden[key]
-        elif key in omitted:
+        if key in hidden_layers:
+            reasons[name] = hidden_layers[key]
+        elif key in omitted_layers:
             reasons[name] = "--without-layer"
-        elif selected is not None and key not in selected:
+        elif selected_layers is not None and key not in selected_layers:
             reasons[name] = "not named with --layer"
         elif not count:
             reasons[name] = "no outlines"
@@ -75,12 +75,12 @@ def how_to_read(reason: str) -> str:
 def report(drawn: list[Any], left_out: Mapping[str, str], support_words: Iterable[str]) -> list[str]:
     """Return lines of text that list the layers that were read, and the layers ``left_out`` with reasons."""
     words = [*support_words]
-    read = []
+    read_layers = []
     for name, count in _curves_on_layers(drawn).values():
         if name not in left_out:
             supports = ", supports" if has_word(name, words) else ""
-            read.append(f"{name} ({counted(count, 'curve')}{supports})")
-    lines = [f"layers read: {', '.join(read)}"]
+            read_layers.append(f"{name} ({counted(count, 'curve')}{supports})")
+    lines = [f"layers read: {', '.join(read_layers)}"]
     if left_out:
         reasons = ", ".join(f"{name} ({reason})" for name, reason in left_out.items())
         lines.append(f"layers not read: {reasons}")
@@ -93,9 +93,10 @@ def has_word(name: str, words: Iterable[str]) -> bool:
 
 
 def describe_layers(document: Any, shown: list[Any]) -> str:
-    """Return the end of a message: the names of all layers with visible entities.
+    """Return a text in brackets, to be appended to a message, that names all layers with visible entities.
 
-    If no entity is visible, the text states where entities are: hidden in the model space, or in a layout.
+    If no entity is visible, the text states whether entities are hidden in the model space, are in a layout
+    of the paper space, or do not exist.
     """
     layers = sorted({outlines.layer_of(entity) for entity in shown})
     if layers:
@@ -103,20 +104,20 @@ def describe_layers(document: Any, shown: list[Any]) -> str:
     if len(document.modelspace()):
         return " (all entities of the model space, or their layers, are hidden: show them in the drawing)"
     for layout in document.layouts:
-        drawn = [entity for entity in layout if entity.dxftype() != "VIEWPORT"]
-        if drawn:
+        entities = [entity for entity in layout if entity.dxftype() != "VIEWPORT"]
+        if entities:
             return (
                 f" (the model space is empty, but layout '{layout.name}' in the paper space has "
-                f"{counted(len(drawn), 'entity', 'entities')}: move the blocks to the model space)"
+                f"{counted(len(entities), 'entity', 'entities')}: move the blocks to the model space)"
             )
     return " (the drawing is empty)"
 
 
-def _curves_on_layers(drawn: list[Any]) -> dict[str, tuple[str, int]]:
+def _curves_on_layers(entities: list[Any]) -> dict[str, tuple[str, int]]:
     """Return a dict from each layer's name in lower case to its original name and number of curves."""
     names: dict[str, str] = {}
     count: Counter[str] = Counter()
-    for entity in drawn:
+    for entity in entities:
         name = outlines.layer_of(entity)
         names.setdefault(name.casefold(), name)
         count[name.casefold()] += not outlines.is_ignored(entity)

@@ -25,14 +25,16 @@ _HEADER = (b"glTF", 2)
 #: Numpy types of the numbers in accessors, by the code ``componentType`` (glTF 2.0, section 3.6.2.2).
 _COMPONENT_TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 
-#: Code of a primitive that consists of separate triangles. Points and lines are ignored.
+#: Code of a primitive whose corners form separate triangles. Primitives of points or lines have other codes,
+#: and are ignored.
 _TRIANGLES = 4
-#: Code of a primitive that is a strip of triangles.
+#: Code of a primitive whose corners form a strip of triangles.
 _STRIP = 5
-#: Code of a primitive that is a fan of triangles.
+#: Code of a primitive whose corners form a fan of triangles.
 _FAN = 6
 
-#: Beginnings of the names of glTF extensions that do not change shapes. A file may require them.
+#: Beginnings of the names of glTF extensions that do not change shapes. A file that requires only
+#: extensions with such names can be read.
 _SHAPELESS_EXTENSIONS = (
     "KHR_materials_",
     "KHR_texture_",
@@ -45,9 +47,9 @@ _SHAPELESS_EXTENSIONS = (
 #: may have more corners, because many nodes can refer to one mesh.
 _MOST_GLTF_CORNERS = 5_000_000
 
-#: A .bin file belongs to another export if the range of its corners differs from the range that the glTF file
-#: states. This tolerance is relative to the largest coordinate, and larger than 5e-6, the error of a range
-#: that is written with six digits.
+#: Tolerance for the range of coordinates that a glTF file states, relative to the largest coordinate. If the
+#: range of the coordinates in a .bin file differs by more, the .bin file belongs to another export. The
+#: tolerance is larger than 5e-6, the error of a range that is written with six digits.
 _RANGE_ERROR = 1e-5
 
 #: Largest number of characters of a path in an error message. A longer path is shown without its middle.
@@ -81,12 +83,14 @@ def read_gltf(data: bytes, path: Path, largest: int) -> list[Mesh]:
     return meshes
 
 
-def _warn_of_other_nodes(path: Path, nodes: list[dict[str, Any]], visited: set[int]) -> None:
-    """Issue a DrawingWarning with the number of nodes that have a mesh and were not visited."""
-    others = [number for number, node in enumerate(nodes) if "mesh" in node and number not in visited]
-    if others:
-        number = counted(len(others), "mesh", "meshes")
-        verb = "was" if len(others) == 1 else "were"
+def _warn_of_other_nodes(path: Path, nodes: list[dict[str, Any]], visited_nodes: set[int]) -> None:
+    """Issue a DrawingWarning if nodes with a mesh were not read, and state their number."""
+    other_nodes = [
+        number for number, node in enumerate(nodes) if "mesh" in node and number not in visited_nodes
+    ]
+    if other_nodes:
+        number = counted(len(other_nodes), "mesh", "meshes")
+        verb = "was" if len(other_nodes) == 1 else "were"
         warning = (
             f"{path}: {number} outside the default scene of the file {verb} left out; "
             "to read all meshes, export the blocks in one scene"
@@ -121,18 +125,21 @@ class _Gltf:
         try:
             tree = json.loads(text)
         except ValueError as error:
-            why = str(error)[:200]
-            raise ValueError(f"the file is not valid glTF: {why}; export the blocks again") from None
+            reason = str(error)[:200]
+            raise ValueError(f"the file is not valid glTF: {reason}; export the blocks again") from None
         if not isinstance(tree, dict):
             raise ValueError(
                 "the file is not valid glTF: the JSON part is not an object; export the blocks again"
             )
-        required = tree.get("extensionsRequired", [])
-        _refuse_extensions([name for name in required if not name.startswith(_SHAPELESS_EXTENSIONS)])
+        extensions = tree.get("extensionsRequired", [])
+        _refuse_extensions([name for name in extensions if not name.startswith(_SHAPELESS_EXTENSIONS)])
         return cls(tree, binary, folder, largest)
 
     def _entry(self, key: str, number: Any) -> dict[str, Any]:
-        """Return an entry of a list of the file, such as ``nodes``. Raises IndexError if there is none."""
+        """Return the entry with the given index of a list in the file, such as ``nodes``.
+
+        Raises IndexError if the list has no entry with this index.
+        """
         if number < 0:  # a negative number would count from the end of the list
             raise IndexError
         entry: dict[str, Any] = self.tree[key][number]
@@ -146,15 +153,15 @@ class _Gltf:
             if "mesh" not in node:
                 continue
             _refuse_extensions([name for name in node.get("extensions", {}) if "instancing" in name])
-            drawn = self._entry("meshes", node["mesh"])
-            points, faces = self._primitives(drawn["primitives"])
+            mesh = self._entry("meshes", node["mesh"])
+            points, faces = self._corners_and_triangles(mesh["primitives"])
             corners += len(points)
             if corners > _MOST_GLTF_CORNERS:
                 raise ValueError(f"the file has more than {_MOST_GLTF_CORNERS} corners: simplify the blocks")
             if faces:
-                placed = points @ matrix[:3, :3].T + matrix[:3, 3]
-                own = stones.block_name(str(node.get("name", drawn.get("name", ""))))
-                meshes.append(used(own, placed, faces, stones.block_name(layers)))
+                placed_points = points @ matrix[:3, :3].T + matrix[:3, 3]
+                mesh_name = stones.block_name(str(node.get("name", mesh.get("name", ""))))
+                meshes.append(used(mesh_name, placed_points, faces, stones.block_name(layers)))
         return meshes
 
     def _nodes(self) -> Iterator[tuple[dict[str, Any], np.ndarray, str]]:
@@ -165,7 +172,7 @@ class _Gltf:
         # Store the nodes in reverse order, because the last entry of the queue is processed first.
         queue = [(int(number), np.eye(4), "") for number in reversed(roots)]
         while queue:
-            number, above, layers = queue.pop()
+            number, parent_matrix, layers = queue.pop()
             if number in self.visited:
                 raise ValueError(
                     "the file is not valid glTF: a node has two parents; export the blocks again"
@@ -173,26 +180,26 @@ class _Gltf:
             self.visited.add(number)
             node = self._entry("nodes", number)
             try:
-                matrix = above @ _transformation(node)
+                matrix = parent_matrix @ _transformation(node)
             except ValueError:
                 raise ValueError(
                     "the file is not valid glTF: a node has a wrong transformation; export the blocks again"
                 ) from None
             yield node, matrix, layers
-            below = f"{layers} {node.get('name', '')}"
-            queue += [(int(child), matrix, below) for child in reversed(node.get("children", []))]
+            child_layers = f"{layers} {node.get('name', '')}"
+            queue += [(int(child), matrix, child_layers) for child in reversed(node.get("children", []))]
 
-    def _primitives(self, primitives: list[dict[str, Any]]) -> tuple[np.ndarray, list[list[int]]]:
+    def _corners_and_triangles(self, primitives: list[dict[str, Any]]) -> tuple[np.ndarray, list[list[int]]]:
         """Return the corners and the triangles of all primitives of a mesh."""
         corners: list[np.ndarray] = []
         faces: list[list[int]] = []
         first = 0
         for primitive in primitives:
             _refuse_extensions([name for name in primitive.get("extensions", {}) if "compression" in name])
-            points = self._numbers(primitive["attributes"]["POSITION"], 3)
+            points = self._accessor_values(primitive["attributes"]["POSITION"], 3)
             order = np.arange(len(points))
             if "indices" in primitive:
-                order = self._numbers(primitive["indices"], 1).ravel().astype(np.int64)
+                order = self._accessor_values(primitive["indices"], 1).ravel().astype(np.int64)
             if len(order) and not order.max() < len(points):
                 raise ValueError(
                     "the file is not valid glTF: a face refers to a missing corner; export the blocks again"
@@ -202,11 +209,14 @@ class _Gltf:
             first += len(points)
         return np.concatenate(corners), faces
 
-    def _numbers(self, number: int, columns: int) -> np.ndarray:
+    def _accessor_values(self, number: int, columns: int) -> np.ndarray:
         """Return the array that an accessor of the file describes, shape (count, columns)."""
         accessor = self._entry("accessors", number)
         if "sparse" in accessor or "bufferView" not in accessor:
-            raise ValueError("the file has a sparse accessor: export the blocks without shape keys")
+            raise ValueError(
+                "the file has a sparse accessor, which cannot be read: export the blocks without shape keys, "
+                "because shape keys may be written as sparse accessors"
+            )
         view = self._entry("bufferViews", accessor["bufferView"])
         _refuse_extensions([name for name in view.get("extensions", {}) if "compression" in name])
         kind = np.dtype(_COMPONENT_TYPES[accessor["componentType"]])
@@ -223,8 +233,9 @@ class _Gltf:
         uri = self._entry("buffers", view["buffer"]).get("uri")
         if _is_bin(uri) and _is_out_of_range(numbers, accessor):
             raise ValueError(
-                f"'{_shown(uri)}' does not belong to the file, because its coordinates differ from the range "
-                "that the file states: export the blocks again, with a different name for each .bin file"
+                f"'{_short_path(uri)}' does not belong to the file, because its coordinates differ from the "
+                "range that the file states: export the blocks again, with a different name for each .bin "
+                "file"
             )
         if accessor.get("normalized"):
             numbers = np.maximum(numbers / np.iinfo(kind).max, -1.0)
@@ -256,16 +267,16 @@ class _Gltf:
 
         ``size`` is the least number of bytes of the file.
         """
-        # This class recognises both separators, and drive letters, on every system.
+        # PureWindowsPath recognises drive letters, and both / and \ as separators, on every system.
         place = PureWindowsPath(unquote(uri))
-        name = _shown(uri)
+        name = _short_path(uri)
         if "://" in uri or place.anchor or ".." in place.parts:
             raise ValueError(
                 f"the file refers to '{name}', which is not in its folder and was not read: "
                 "export one .glb file, or a .gltf file with the .bin file in the same folder"
             )
         path = self.folder.joinpath(*place.parts)
-        if not os.path.isfile(path):  # False also for paths that the system does not accept
+        if not os.path.isfile(path):  # isfile is also False for a path that the system rejects
             raise ValueError(
                 f"the file needs '{name}', which is missing: copy it into the folder of the file, "
                 "or export one .glb file"
@@ -297,29 +308,33 @@ def _is_bin(uri: Any) -> bool:
     return uri is not None and uri[:5].lower() != "data:"
 
 
-def _shown(uri: Any) -> str:
+def _short_path(uri: Any) -> str:
     """Return the path of a .bin file for error messages, without its middle if the path is long."""
     path = unquote(uri)
     return stones.block_name(path if len(path) <= _LONGEST_PATH else f"{path[:25]}...{path[-32:]}")
 
 
 def _is_out_of_range(numbers: np.ndarray, accessor: dict[str, Any]) -> bool:
-    """Return True if the accessor of numbers states a range, and the numbers have a different one."""
+    """Return True if an accessor states a range of its numbers that differs from their actual range."""
     if "min" not in accessor or "max" not in accessor or not len(numbers):
         return False
-    actual = np.array([numbers.min(axis=0), numbers.max(axis=0)])
+    actual_range = np.array([numbers.min(axis=0), numbers.max(axis=0)])
     try:
-        stated = np.array([accessor["min"], accessor["max"]], dtype=float).reshape(actual.shape)
+        stated_range = np.array([accessor["min"], accessor["max"]], dtype=float).reshape(actual_range.shape)
     except ValueError:
         raise ValueError(
             "the file is not valid glTF: 'min' and 'max' of an accessor do not have one number for each "
             "coordinate; export the blocks again"
         ) from None
-    return not (np.abs(actual - stated) <= _RANGE_ERROR * np.abs(stated).max()).all()
+    return not (np.abs(actual_range - stated_range) <= _RANGE_ERROR * np.abs(stated_range).max()).all()
 
 
 def _triangles_of(order: np.ndarray, mode: int) -> np.ndarray:
-    """Return the triangles of a primitive, shape (triangles, 3), from its ordered corners."""
+    """Return the corner indices of the triangles of a primitive, shape (triangles, 3).
+
+    ``order`` has the corner indices in the order of the file. ``mode`` is the code that states how the
+    corners form triangles. A primitive with any other code has no triangles.
+    """
     if mode == _TRIANGLES:
         return order[: len(order) // 3 * 3].reshape(-1, 3)
     if len(order) < 3 or mode not in (_STRIP, _FAN):
@@ -343,7 +358,7 @@ def _transformation(node: dict[str, Any]) -> np.ndarray:
     length = float(np.linalg.norm(quaternion))
     if not length > 0:
         raise ValueError
-    # Rounded quaternions are not unit vectors. Without this correction they would change the size of a block.
+    # Normalise the quaternion: a rounded quaternion is not a unit vector and would change the block's size.
     x, y, z, w = quaternion / length
     rotation = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
@@ -357,7 +372,10 @@ def _transformation(node: dict[str, Any]) -> np.ndarray:
 
 
 def _vector(node: dict[str, Any], key: str, default: tuple[float, ...]) -> np.ndarray:
-    """Return a vector of a node, or the default if it has none. Raises ValueError if the lengths differ."""
+    """Return a vector of a node, such as its scale, or the default if the node does not have the vector.
+
+    Raises ValueError if the vector and the default have different numbers of components.
+    """
     vector = np.array(node.get(key, default), dtype=float)
     if vector.shape != (len(default),):
         raise ValueError

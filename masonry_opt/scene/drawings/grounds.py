@@ -40,24 +40,24 @@ def support_outlines(
     is_support : callable
         Function that returns True for a curve on a layer of supports.
     tolerance : float
-        Largest distance of a block from the wrong side of a line.
+        Largest distance by which a block may extend beyond a line, on the side of the slab.
     defects : Defects
         Defects of the drawing.
     """
     handles = {curve.handle for line in lines for curve in line.curves}
-    others = [curve for curve in curves if curve.handle not in handles]
-    movable = [curve.points for curve in others if not is_support(curve)]
+    other_curves = [curve for curve in curves if curve.handle not in handles]
+    block_points = [curve.points for curve in other_curves if not is_support(curve)]
     outlines: list[Curve] = []
     for line in lines:
-        normal, heights = _towards_blocks(line.ends, movable)
+        normal, heights = _normal_towards_blocks(line.ends, block_points)
         is_clear = bool(len(heights)) and heights.min() >= -tolerance
-        back = line.ends[::-1] - SLAB_THICKNESS * line.length * normal
-        slab = line.curves[0]._replace(points=np.concatenate([line.ends, back]), closed=True)
+        far_side = line.ends[::-1] - SLAB_THICKNESS * line.length * normal
+        slab = line.curves[0]._replace(points=np.concatenate([line.ends, far_side]), closed=True)
         if is_clear and is_support(slab) and not _overlaps(slab, [*closed, *outlines], tolerance):
             outlines.append(slab)
         elif is_clear and not is_support(slab) and heights.min() <= WIDEST_ERROR * line.length:
-            supports = [curve for curve in others if is_support(curve)]
-            defects.add(_ground_defect(line, others, supports))
+            supports = [curve for curve in other_curves if is_support(curve)]
+            defects.add(_ground_defect(line, other_curves, supports))
         else:
             defects.add(line.defect)
     return outlines
@@ -77,37 +77,46 @@ def lines_warning(slabs: Sequence[Curve]) -> str:
         else "straight lines are read as surfaces of supports"
     )
     return (
-        f"{len(slabs)} {read_as} ({'; '.join(places)}): move other lines, such as axes, to a separate layer, "
-        "and omit this layer with 'without_layers' (--without-layer)"
+        f"{len(slabs)} {read_as} ({'; '.join(places)}): move lines that are not surfaces, such as axes, to a "
+        "separate layer, and omit the separate layer with 'without_layers' (--without-layer)"
     )
 
 
 def _overlaps(slab: Curve, outlines: Sequence[Curve], tolerance: float) -> bool:
     """Return True if a slab overlaps one of several outlines by more than the tolerance."""
     polygon = shapely.Polygon(slab.points)
-    drawn = [shapely.make_valid(shapely.Polygon(curve.points)) for curve in outlines if len(curve.points) > 2]
-    return bool((shapely.area(shapely.intersection(polygon, drawn)) > tolerance * polygon.length).any())
+    polygons = [
+        shapely.make_valid(shapely.Polygon(curve.points)) for curve in outlines if len(curve.points) > 2
+    ]
+    return bool((shapely.area(shapely.intersection(polygon, polygons)) > tolerance * polygon.length).any())
 
 
-def _towards_blocks(ends: np.ndarray, movable: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the unit normal of a line towards the blocks, and the heights of their corners over the line."""
-    along = (ends[1] - ends[0]) / np.hypot(*(ends[1] - ends[0]))
-    normal = np.array([-along[1], along[0]])
-    points = np.concatenate([*movable, np.zeros((0, 2))])
+def _normal_towards_blocks(
+    ends: np.ndarray, block_points: Sequence[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the unit normal of a line towards the blocks, and the distance of each block corner to the line.
+
+    The distance is negative if the normal points away from the corner.
+    """
+    direction = (ends[1] - ends[0]) / np.hypot(*(ends[1] - ends[0]))
+    normal = np.array([-direction[1], direction[0]])
+    points = np.concatenate([*block_points, np.zeros((0, 2))])
     heights = (points - ends[0]) @ normal
     return (normal, heights) if heights.sum() >= 0 else (-normal, -heights)
 
 
-def _ground_defect(line: OpenLine, others: Sequence[Curve], supports: Sequence[Curve]) -> Defect:
-    """Return the defect of a line that may be the ground, but is not on a layer of supports.
+def _ground_defect(line: OpenLine, other_curves: Sequence[Curve], supports: Sequence[Curve]) -> Defect:
+    """Return the defect to report for a line that may be the ground, but is not on a layer of supports.
 
-    ``others`` are the other curves of the drawing, and ``supports`` those on layers of supports.
+    ``other_curves`` are the curves of the drawing that are not part of a straight open line. ``supports`` are
+    the curves among ``other_curves`` that are on layers of supports.
     """
     layer = line.curves[0].layer
-    if any(dxf_layers.has_word(curve.layer, [layer]) for curve in others):
+    if any(dxf_layers.has_word(curve.layer, [layer]) for curve in other_curves):
         change = f"move it to a layer with '{SUPPORT_WORDS[0]}' in its name"
     else:
-        # The option `fixed_layers` replaces its default, so it must name the layers of all supports.
+        # Setting `fixed_layers` replaces the words that mark layers of supports by default. The advice
+        # therefore names the layers of all supports.
         layers = dict.fromkeys(curve.layer for curve in supports)
         options = " ".join(f"--fixed-layer {name}" for name in (*layers, layer))
         change = f"name its layer with 'fixed_layers' ({options})"

@@ -13,8 +13,9 @@ from masonry_opt.scene.drawings.meshes import first_near, rings_of
 from masonry_opt.scene.drawings.outlines import Curve
 
 #: A gap of an open outline is probably an error of the drawing if it is at most this fraction of the
-#: outline's length. The message about a wider gap advises drawing the missing side. With a larger value, the
-#: message would also advise tolerances that are as large as stones.
+#: outline's length. An error message then advises a larger `outline_tolerance`, which closes the gap. If the
+#: gap is wider, the message advises drawing the missing side. With a larger value, messages would advise
+#: tolerances that are as large as stones.
 WIDEST_ERROR = 0.05
 
 
@@ -46,7 +47,7 @@ def closed_outlines(
     original. The third list contains straight lines that do not belong to a loop.
     """
     outlines = []
-    open_ones: defaultdict[str, list[tuple[int, Curve]]] = defaultdict(list)
+    open_curves: defaultdict[str, list[tuple[int, Curve]]] = defaultdict(list)
     originals: dict[tuple[str, bytes], Curve] = {}
     copies = []
     lines: list[OpenLine] = []
@@ -57,14 +58,14 @@ def closed_outlines(
             continue
         # Two curves with equal keys are copies. The key does not depend on the direction of the curve,
         # because a copy may run in the opposite direction.
-        on_grid = np.round(curve.points / rounding) + 0.0
-        key = curve.layer, min(on_grid.tobytes(), on_grid[::-1].tobytes())
+        grid_points = np.round(curve.points / rounding) + 0.0
+        key = curve.layer, min(grid_points.tobytes(), grid_points[::-1].tobytes())
         if key in originals:
             copies.append((curve, originals[key]))
             continue
         originals[key] = curve
-        open_ones[curve.layer].append((number, curve))
-    for curves_of_layer in open_ones.values():
+        open_curves[curve.layer].append((number, curve))
+    for curves_of_layer in open_curves.values():
         on_support_layer = is_support(curves_of_layer[0][1])
         outlines += _loops(curves_of_layer, (rounding, tolerance), lines, defects, on_support_layer)
     return [curve for _, curve in sorted(outlines, key=lambda entry: entry[0])], copies, lines
@@ -83,38 +84,41 @@ def _loops(
     """
     ends = np.array([curve.points[end] for _, curve in curves for end in (0, -1)])
     partner: dict[int, int] = {}
-    free = np.arange(len(ends))
+    free_ends = np.arange(len(ends))
     for tolerance in tolerances:
-        node = first_near(ends[free], tolerance)
-        meeting = np.bincount(node)[node]
+        node = first_near(ends[free_ends], tolerance)
+        meeting_count = np.bincount(node)[node]
         by_node = np.argsort(node, kind="stable")
-        for a, b in free[by_node[meeting[by_node] == 2]].reshape(-1, 2).tolist():
-            partner[a], partner[b] = b, a
-        is_free = meeting != 2
-        free, node, meeting = free[is_free], node[is_free], meeting[is_free]
-        if not len(free):
+        for first, second in free_ends[by_node[meeting_count[by_node] == 2]].reshape(-1, 2).tolist():
+            partner[first], partner[second] = second, first
+        is_free = meeting_count != 2
+        free_ends, node, meeting_count = free_ends[is_free], node[is_free], meeting_count[is_free]
+        if not len(free_ends):
             break
-    drawn = [curve for _, curve in curves]
-    is_alone = meeting == 1
-    for line in _open_chains(ends, free[is_alone], partner, drawn, on_support_layer):
-        _add_open(line, tolerances[0], lines, defects)
+    layer_curves = [curve for _, curve in curves]
+    is_alone = meeting_count == 1
+    for line in _open_chains(ends, free_ends[is_alone], partner, layer_curves, on_support_layer):
+        _add_open_chain(line, tolerances[0], lines, defects)
     branches = np.unique(node[~is_alone], return_index=True)[1]
-    for branch, others in zip(free[~is_alone][branches], meeting[~is_alone][branches] - 1, strict=True):
-        mistake = f"touches {others} other ends of curves, but can be joined to only one"
+    for branch, other_count in zip(
+        free_ends[~is_alone][branches], meeting_count[~is_alone][branches] - 1, strict=True
+    ):
+        mistake = f"touches {other_count} other ends of curves, but can be joined to only one"
         several = "ends of curves touch several other ends, but can be joined to only one"
         change = "lower 'outline_tolerance' (--outline-tolerance) to separate the ends"
         remedy = _remedy(change, on_support_layer)
-        defects.add(Defect(drawn[branch // 2].where, mistake, several, remedy, near(*ends[branch])))
-    following = {end: partner[end ^ 1] for end in range(len(ends)) if end ^ 1 in partner}
-    for start in free.tolist():
-        # Follow each open chain from its free end, and remove its curves.
+        defects.add(Defect(layer_curves[branch // 2].where, mistake, several, remedy, near(*ends[branch])))
+    next_end = {end: partner[end ^ 1] for end in range(len(ends)) if end ^ 1 in partner}
+    for start in free_ends.tolist():
+        # Remove the curves of each open chain, beginning at a free end, so that only closed loops remain in
+        # `next_end`.
         end: int | None = start
         while end is not None:
-            end = following.pop(end, None)
+            end = next_end.pop(end, None)
     # Each ring describes a closed loop of curves. For each curve in order along the loop, the ring has the
     # index of the end at which the loop enters the curve.
     loops = []
-    for ring in rings_of(following):
+    for ring in rings_of(next_end):
         if ring[0] % 2 == 0:  # skip the second copy of each loop, which runs in the opposite direction
             parts = [curves[end // 2][1].points[:: -1 if end % 2 else 1] for end in ring]
             number, curve = curves[ring[0] // 2]
@@ -124,43 +128,46 @@ def _loops(
 
 def _open_chains(
     ends: np.ndarray,
-    free: np.ndarray,
+    free_ends: np.ndarray,
     partner: dict[int, int],
-    drawn: Sequence[Curve],
+    curves: Sequence[Curve],
     on_support_layer: bool,
 ) -> Iterator[OpenLine]:
     """Yield each open chain of curves as a line between its ends.
 
-    ``free`` lists the ends without another end nearby.
+    ``free_ends`` lists the ends without another end nearby.
     """
-    seen = set()
-    for start in free.tolist():
-        if start in seen:
+    visited_ends = set()
+    for start in free_ends.tolist():
+        if start in visited_ends:
             continue
         end = start
-        chain = [drawn[start // 2]]
+        chain = [curves[start // 2]]
         while end ^ 1 in partner:
             end = partner[end ^ 1]
-            chain.append(drawn[end // 2])
-        seen.add(end ^ 1)
-        distance = np.hypot(*(ends[free] - ends[start]).T)
-        nearest = float(np.sort(distance)[1]) if len(free) > 1 else math.inf
-        gap = f", {rounded(nearest)} from the nearest free end" if len(free) > 1 else ""
+            chain.append(curves[end // 2])
+        visited_ends.add(end ^ 1)
+        distance = np.hypot(*(ends[free_ends] - ends[start]).T)
+        nearest_distance = float(np.sort(distance)[1]) if len(free_ends) > 1 else math.inf
+        gap = f", {rounded(nearest_distance)} from the nearest free end" if len(free_ends) > 1 else ""
         place = f"{near(*ends[start])}{gap}"
         length = sum(float(np.hypot(*np.diff(curve.points, axis=0).T).sum()) for curve in chain)
-        change = _closing(chain, length, math.dist(ends[start], ends[end ^ 1]), nearest)
+        change = _closing_advice(chain, length, math.dist(ends[start], ends[end ^ 1]), nearest_distance)
         remedy = _remedy(change, on_support_layer)
         defect = Defect(chain[0].where, "is open", "outlines are open", remedy, place)
-        own = [start, end ^ 1]
-        others = ends[free[~np.isin(free, own)]]
-        gap_width = min(float(np.hypot(*(others - ends[tip]).T).min(initial=math.inf)) for tip in own)
-        yield OpenLine(ends[own], length, gap_width, chain, defect)
+        chain_ends = [start, end ^ 1]
+        other_ends = ends[free_ends[~np.isin(free_ends, chain_ends)]]
+        gap_width = min(
+            float(np.hypot(*(other_ends - ends[tip]).T).min(initial=math.inf)) for tip in chain_ends
+        )
+        yield OpenLine(ends[chain_ends], length, gap_width, chain, defect)
 
 
-def _add_open(line: OpenLine, tolerance: float, lines: list[OpenLine], defects: Defects) -> None:
+def _add_open_chain(line: OpenLine, tolerance: float, lines: list[OpenLine], defects: Defects) -> None:
     """Add an open chain of curves to the lines or to the defects.
 
-    The lines are straight within the tolerance, and are not near other ends, as sides of an outline are.
+    A chain is a line if it is straight within the tolerance, and if no end of another chain is near. An end
+    of another chain would be near if the chain were a side of an outline.
     """
     distance = math.dist(*line.ends)
     if distance > 0 and line.length - distance <= tolerance and line.gap > WIDEST_ERROR * line.length:
@@ -169,26 +176,28 @@ def _add_open(line: OpenLine, tolerance: float, lines: list[OpenLine], defects: 
         defects.add(line.defect)
 
 
-def _closing(chain: Sequence[Curve], length: float, own_gap: float, nearest: float) -> str:
+def _closing_advice(chain: Sequence[Curve], length: float, own_gap: float, nearest_distance: float) -> str:
     """Return advice on how to close an open chain of curves with a given total length.
 
-    The distance of its ends is ``own_gap``, and the distance to the nearest free end is ``nearest``.
+    The distance between the ends of the chain is ``own_gap``. The distance from its first end to the nearest
+    free end is ``nearest_distance``.
     """
-    raising = "raise 'outline_tolerance' (--outline-tolerance) to close the gaps"
-    is_near = nearest <= WIDEST_ERROR * length
+    raise_advice = "raise 'outline_tolerance' (--outline-tolerance) to close the gaps"
+    is_near = nearest_distance <= WIDEST_ERROR * length
     if own_gap > WIDEST_ERROR * length and all(len(curve.points) > 2 for curve in chain):
-        flag = "set the flag 'closed' of polylines that lack their last side"
-        return f"{flag}, {raising}" if is_near else flag
-    return raising if is_near else "draw the missing sides"
+        flag_advice = "set the flag 'closed' of polylines that lack their last side"
+        return f"{flag_advice}, {raise_advice}" if is_near else flag_advice
+    return raise_advice if is_near else "draw the missing sides"
 
 
 def _remedy(change: str, on_support_layer: bool) -> str:
     """Return the remedy for lines that do not form simple loops."""
     ground = (
         "a ground line must be a single straight line with all blocks on one side and no outline behind it, "
-        "so draw any other ground as a closed outline; otherwise "
+        "so draw any other ground as a closed outline; where lines are not the ground, "
     )
     return (
-        f"{ground if on_support_layer else ''}draw blocks as closed polylines, {change}, omit layers of "
-        "other lines with 'without_layers' (--without-layer), or set 'net' (--net) if all lines are joints"
+        f"{ground if on_support_layer else ''}draw blocks as closed polylines, {change}, use "
+        "'without_layers' (--without-layer) to omit layers without outlines of blocks, or set 'net' (--net) "
+        "if all lines are joints"
     )

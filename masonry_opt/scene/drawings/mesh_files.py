@@ -45,8 +45,8 @@ _UP_AXES = {".glb": "y", ".gltf": "y"}
 #: needs about 100 bytes.
 _LARGEST_MESH = 200_000_000
 
-#: Axes x, y and z of the scene in the coordinates of a mesh file, one axis per row, for each axis of the file
-#: that may point upwards.
+#: Rotation from the axes of a mesh file to the axes of the scene, for each axis of the file that may point
+#: upwards. The rows are the axes x, y and z of the scene in the coordinates of the file.
 _SCENE_AXES = {
     "x": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]),
     "y": np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]),
@@ -119,9 +119,11 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
     path = as_path(path, "a mesh")
     drawing = MeshDrawing.of(locals())
     with stones.naming(f"{path}:"):
-        drawn = _meshes_in_folder(path, drawing) if path.is_dir() else _meshes_as_blocks(path, drawing)
-        _refuse_repeated_names(drawn)
-        meshes = stones.with_supports(drawn, drawing, drawing.fixed_layers)
+        unmarked_meshes = (
+            _meshes_in_folder(path, drawing) if path.is_dir() else _meshes_as_blocks(path, drawing)
+        )
+        _refuse_repeated_names(unmarked_meshes)
+        meshes = stones.with_supports(unmarked_meshes, drawing, drawing.fixed_layers)
         return stones.scene_in_space(meshes, drawing, path)
 
 
@@ -145,34 +147,36 @@ def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
     with one line for each file that cannot be read.
     """
     try:
-        visible = _visible_files(folder)
-        files = [file for file in visible if _is_mesh(file)]
-        size = sum(file.stat().st_size for file in visible if _is_mesh(file) or file.suffix.lower() == ".bin")
-        subfolders = [file for file in visible if file.is_dir() and _has_meshes(file)]
+        visible_files = _visible_files(folder)
+        files = [file for file in visible_files if _is_mesh(file)]
+        size = sum(
+            file.stat().st_size for file in visible_files if _is_mesh(file) or file.suffix.lower() == ".bin"
+        )
+        subfolders = [file for file in visible_files if file.is_dir() and _has_meshes(file)]
     except OSError as error:
         raise ValueError(f"the folder cannot be read: {error.strerror}") from None
     if not files:
-        inside = f"; its subfolder '{subfolders[0].name}' has meshes" if subfolders else ""
+        hint = f"; its subfolder '{subfolders[0].name}' has meshes" if subfolders else ""
         raise ValueError(
-            f"the folder has no meshes: write one file for each block ({', '.join(MESHES)}){inside}"
+            f"the folder has no meshes: write one file for each block ({', '.join(MESHES)}){hint}"
         )
     if size > _LARGEST_MESH:
         raise ValueError(
             f"the folder has more than {_LARGEST_MESH // 1_000_000} MB of meshes: simplify the blocks"
         )
-    _warn_of_unread(folder, visible, subfolders)
+    _warn_of_unread(folder, visible_files, subfolders)
     meshes: list[Mesh] = []
     mistakes: list[str] = []
     for file in sorted(files, key=_sort_key):
         try:
             with stones.naming(f"{file.name}:"):
-                own = _meshes(file, drawing)
+                file_meshes = _meshes(file, drawing)
         except ValueError as error:
             mistakes.append(str(error))
             continue
         stem = stones.block_name(file.stem)
-        for mesh in own:
-            name = f"{stem} {mesh.name}" if len(own) > 1 else stem
+        for mesh in file_meshes:
+            name = f"{stem} {mesh.name}" if len(file_meshes) > 1 else stem
             meshes.append(replace(mesh, name=name, layers=f"{mesh.name} {mesh.layers}"))
     stones.refuse(mistakes)
     return meshes
@@ -187,7 +191,7 @@ def _visible_files(folder: Path) -> list[Path]:
 
 
 def _has_meshes(folder: Path) -> bool:
-    """Return True if a folder has visible mesh files. A folder that cannot be read has none."""
+    """Return True if a folder has visible mesh files, and False if it has none or cannot be read."""
     try:
         return any(map(_is_mesh, _visible_files(folder)))
     except OSError:
@@ -202,20 +206,22 @@ def _is_mesh(file: Path) -> bool:
 def _warn_of_unread(folder: Path, files: Sequence[Path], subfolders: Sequence[Path]) -> None:
     """Issue DrawingWarnings that name files of formats that cannot be read, and subfolders with meshes."""
     formats = ", ".join(MESHES)
-    unread = [file for file in files if file.suffix.lower() in _UNREAD_FORMATS]
-    for left_out, noun, kind, remedy in (
-        (unread, "file", "of other formats", f"export each block in one of the formats {formats}"),
+    unread_files = [file for file in files if file.suffix.lower() in _UNREAD_FORMATS]
+    for omitted_paths, noun, kind, remedy in (
+        (unread_files, "file", "of other formats", f"export each block in one of the formats {formats}"),
         (
             subfolders,
             "subfolder",
             "with meshes",
-            "move the files of subfolders into the folder, or convert each subfolder",
+            "move the files of subfolders into the folder, or read each subfolder as a separate scene",
         ),
     ):
-        if left_out:
-            named = listed([f"'{file.name}'" for file in sorted(left_out, key=_sort_key)], _MOST_NAMED)
-            verb = "was" if len(left_out) == 1 else "were"
-            warning = f"{folder}: {counted(len(left_out), noun)} {kind} {verb} left out: {named}; {remedy}"
+        if omitted_paths:
+            names = listed([f"'{file.name}'" for file in sorted(omitted_paths, key=_sort_key)], _MOST_NAMED)
+            verb = "was" if len(omitted_paths) == 1 else "were"
+            warning = (
+                f"{folder}: {counted(len(omitted_paths), noun)} {kind} {verb} left out: {names}; {remedy}"
+            )
             warnings.warn(printable(warning), DrawingWarning, stacklevel=4)
 
 
@@ -242,16 +248,17 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
     data = read_bytes(path, _LARGEST_MESH, "simplify the blocks")
     ending = path.suffix.lower()
     if ending == ".obj":
-        meshes = _objects(data)
+        meshes = _obj_meshes(data)
     elif ending == ".ply":
         meshes = read_ply(data)
     elif ending == ".stl":
-        meshes = _triangles(data)
+        meshes = _stl_meshes(data)
     else:
         meshes = read_gltf(data, path, _LARGEST_MESH)
     if not meshes:
         raise ValueError(
-            "the file has no complete faces: export closed surfaces, in the format of the file extension"
+            "the file has no complete faces: export closed surfaces, and check that the extension of the "
+            "file name matches the format of the file"
         )
     meshes = _with_names(meshes, path.stem, ending in _UP_AXES)
     for mesh in meshes:
@@ -274,21 +281,21 @@ def _with_names(meshes: Sequence[Mesh], default: str, are_repeated_numbered: boo
     also appended to equal names.
     """
     names = [mesh.name for mesh in meshes]
-    numbered = set(repeated(names)) if are_repeated_numbered else set()
+    numbered_names = set(repeated(names)) if are_repeated_numbered else set()
     if names.count("") > 1 or default in names:
-        numbered.add("")
+        numbered_names.add("")
     count: Counter[str] = Counter()
-    named = []
+    named_meshes = []
     for mesh in meshes:
         base = name = mesh.name or default
-        while mesh.name in numbered and (name == base or name in names):
+        while mesh.name in numbered_names and (name == base or name in names):
             name = f"{base}-{count[base]}"
             count[base] += 1
-        named.append(replace(mesh, name=name))
-    return named
+        named_meshes.append(replace(mesh, name=name))
+    return named_meshes
 
 
-def _objects(data: bytes) -> list[Mesh]:
+def _obj_meshes(data: bytes) -> list[Mesh]:
     """Return the objects of an OBJ file as meshes.
 
     In a file without objects, return its groups; in a file without groups, return one mesh without a name.
@@ -303,21 +310,21 @@ def _objects(data: bytes) -> list[Mesh]:
     key = (0, "")
     text = data.decode("utf-8", "replace").replace("\\\n", " ")
     for number, line in enumerate(text.splitlines(), start=1):
-        word, rest = [*line.split(maxsplit=1), "", ""][:2]
+        word, arguments = [*line.split(maxsplit=1), "", ""][:2]
         try:
             if word == "v":
-                x, y, z = map(float, rest.split()[:3])
+                x, y, z = map(float, arguments.split()[:3])
                 points.append([x, y, z])
             elif word == "o":
                 objects += 1
-                key = (objects, stones.block_name(rest))
+                key = (objects, stones.block_name(arguments))
             elif word == "g":
-                group = stones.block_name(rest)
+                group = stones.block_name(arguments)
                 key = key if objects else (0, group)
             elif word == "f":
-                given = [int(corner.split("/")[0]) for corner in rest.split()]
-                face = [corner - 1 if corner > 0 else len(points) + corner for corner in given]
-                if len(face) < 3 or min(face) < 0 or 0 in given:
+                indices = [int(corner.split("/")[0]) for corner in arguments.split()]
+                face = [corner - 1 if corner > 0 else len(points) + corner for corner in indices]
+                if len(face) < 3 or min(face) < 0 or 0 in indices:
                     raise ValueError
                 faces.setdefault(key, []).append(face)
                 layers[key] = group
@@ -334,7 +341,7 @@ def _objects(data: bytes) -> list[Mesh]:
     return [used(key[1], corners, mesh, layers[key]) for key, mesh in faces.items()]
 
 
-def _triangles(data: bytes) -> list[Mesh]:
+def _stl_meshes(data: bytes) -> list[Mesh]:
     """Return the meshes of an STL file. If there is only one mesh, it has no name."""
     trimesh = library("trimesh", "reading STL files needs trimesh: install it with pip install '.[meshes]'")
     with broken(lambda reason: ValueError(f"the file is not valid STL: {reason}; save the mesh again")):

@@ -106,9 +106,9 @@ class MeshSolid:
 
         At an edge of a closed surface, equal numbers of outlines run in both directions.
         """
-        directed = Counter(edge for side in self.sides for ring in side.rings for edge in steps_round(ring))
-        for (tail, tip), count in directed.items():
-            if count != directed[tip, tail]:
+        uses = Counter(edge for side in self.sides for ring in side.rings for edge in steps_round(ring))
+        for (tail, tip), count in uses.items():
+            if count != uses[tip, tail]:
                 return self.points[tail], self.points[tip]
         return None
 
@@ -120,23 +120,23 @@ class MeshSolid:
         if any(len(side.rings) > 1 for side in self.sides):
             return False
         corners = self.corners
-        wide = [side for side in self.sides if side.width > tolerance]
+        wide_sides = [side for side in self.sides if side.width > tolerance]
         return all(
             ((corners - side.base) @ side.normal).max() <= tolerance and side.convex(self.points, tolerance)
-            for side in wide
+            for side in wide_sides
         )
 
 
 def across(normal: np.ndarray) -> np.ndarray:
-    """Return two unit vectors in a plane, right-handed with the normal of the plane, shape (2, 3)."""
+    """Return unit vectors u and v in a plane, shape (2, 3), so that u × v is the given unit normal."""
     u = _cross(normal, np.eye(3)[np.abs(normal).argmin()])
     u /= np.linalg.norm(u)
     return np.array([u, _cross(normal, u)])
 
 
-def _cross(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return vector products, faster than ``numpy.cross`` for few vectors."""
-    return one[..., [1, 2, 0]] * other[..., [2, 0, 1]] - one[..., [2, 0, 1]] * other[..., [1, 2, 0]]
+def _cross(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Return cross products, faster than ``numpy.cross`` for few vectors."""
+    return u[..., [1, 2, 0]] * v[..., [2, 0, 1]] - u[..., [2, 0, 1]] * v[..., [1, 2, 0]]
 
 
 def area_vector(corners: np.ndarray) -> np.ndarray:
@@ -144,8 +144,8 @@ def area_vector(corners: np.ndarray) -> np.ndarray:
 
     The vector is normal to the polygon, and its length is the area of the polygon.
     """
-    around = corners[1:] - corners[0]
-    return _cross(around[:-1], around[1:]).sum(axis=0) / 2
+    arms = corners[1:] - corners[0]
+    return _cross(arms[:-1], arms[1:]).sum(axis=0) / 2
 
 
 def with_one_face(mesh: Mesh) -> Mesh:
@@ -153,18 +153,18 @@ def with_one_face(mesh: Mesh) -> Mesh:
 
     Programs divide a flat polygon into triangles, for example the ground.
     """
-    off = mesh.points - mesh.points.mean(axis=0)
-    normal = np.linalg.svd(off, full_matrices=False)[2][-1]
-    if mesh.flat or np.abs(off @ normal).max() > _FLATNESS * np.ptp(off, axis=0).max():
+    offset = mesh.points - mesh.points.mean(axis=0)
+    normal = np.linalg.svd(offset, full_matrices=False)[2][-1]
+    if mesh.flat or np.abs(offset @ normal).max() > _FLATNESS * np.ptp(offset, axis=0).max():
         return mesh
     faces = merge_equal_corners(mesh)
-    upwards = [face if area_vector(mesh.points[face]) @ normal > 0 else face[::-1] for face in faces]
-    edges = {edge for face in upwards for edge in steps_round(face)}
+    upward_faces = [face if area_vector(mesh.points[face]) @ normal > 0 else face[::-1] for face in faces]
+    edges = {edge for face in upward_faces for edge in steps_round(face)}
     outline = [(tail, tip) for tail, tip in edges if (tip, tail) not in edges]
-    following = dict(outline)
-    if len(following) < len(outline):
+    next_corner = dict(outline)
+    if len(next_corner) < len(outline):
         return mesh
-    rings = rings_of(following)
+    rings = rings_of(next_corner)
     return replace(mesh, faces=rings) if len(rings) == 1 else mesh
 
 
@@ -176,8 +176,8 @@ def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
     if no face remains.
     """
     points = mesh.points
-    faces = outwards(points, _joined(points, mesh.faces, tolerance))
-    faces = [flat for face in faces for flat in _flat(points, face, tolerance)]
+    faces = outwards(points, _join_corners(points, mesh.faces, tolerance))
+    faces = [piece for face in faces for piece in _flat_pieces(points, face, tolerance)]
     if not faces:
         raise ValueError(
             f"the block is smaller than the tolerance {rounded(tolerance)}: check the unit of the drawing"
@@ -208,7 +208,7 @@ def flattened(mesh: Mesh, tolerance: float) -> MeshSolid | None:
         if np.linalg.norm(move) > 2 * noise:
             return None
         points[corner] -= move
-    solid = MeshSolid(points, [_ringed(points, side.rings) for side in coarse.sides])
+    solid = MeshSolid(points, [_side_of_rings(points, side.rings) for side in coarse.sides])
     is_flat = all(_is_flat(points, side, tolerance) for side in solid.sides)
     # Check the volume, because a large tolerance may merge opposite faces so that no volume remains.
     is_solid = len(solid.sides) >= FEWEST_SIDES and 2 * solid.volume > tolerance * solid.area
@@ -218,8 +218,8 @@ def flattened(mesh: Mesh, tolerance: float) -> MeshSolid | None:
 def _is_flat(points: np.ndarray, side: Side, tolerance: float) -> bool:
     """Return True if the corners of a side are in its plane and its rings do not cross themselves."""
     height = np.abs((points[np.concatenate(side.rings)] - side.base) @ side.normal)
-    simple = all(shapely.linearrings(ring).is_simple for ring in side.flat(points))
-    return simple and bool(height.max() <= tolerance)
+    is_simple = all(shapely.linearrings(ring).is_simple for ring in side.flat(points))
+    return is_simple and bool(height.max() <= tolerance)
 
 
 def refuse_holes(mesh: Mesh, tolerance: float) -> None:
@@ -229,14 +229,14 @@ def refuse_holes(mesh: Mesh, tolerance: float) -> None:
     whole length. Such edges exist where corners of one face lie on an edge of another face, and at gaps
     narrower than the tolerance.
     """
-    faces = _joined(mesh.points, mesh.faces, tolerance)
-    open_edges = np.array([edge for edge, having in by_edge(faces).items() if len(having) == 1], dtype=int)
+    faces = _join_corners(mesh.points, mesh.faces, tolerance)
+    open_edges = np.array([edge for edge, mates in by_edge(faces).items() if len(mates) == 1], dtype=int)
     ends = mesh.points[open_edges.reshape(-1, 2)]
-    for edge, others in zip(ends, _nearby_edges(ends, tolerance), strict=True):
-        if not _is_covered(edge, ends[others], tolerance):
-            one, other = map(place, edge)
+    for edge, neighbours in zip(ends, _nearby_edges(ends, tolerance), strict=True):
+        if not _is_covered(edge, ends[neighbours], tolerance):
+            start, end = map(place, edge)
             raise ValueError(
-                f"the block is not closed at its edge from {one} to {other}, which belongs to only one face: "
+                f"the block is not closed at its edge from {start} to {end}, which belongs to only one face: "
                 "add the missing face, or close the hole in the program that drew the block"
             )
 
@@ -250,27 +250,27 @@ def _nearby_edges(ends: np.ndarray, tolerance: float) -> Iterator[np.ndarray]:
     if not len(ends):
         return
     low, high = ends.min(axis=1), ends.max(axis=1)
-    widest = np.argsort(np.ptp(ends.reshape(-1, 3), axis=0))[-2:]
-    tree = shapely.STRtree(shapely.box(*low[:, widest].T, *high[:, widest].T))
+    axes = np.argsort(np.ptp(ends.reshape(-1, 3), axis=0))[-2:]
+    tree = shapely.STRtree(shapely.box(*low[:, axes].T, *high[:, axes].T))
     # Search within twice the tolerance because of rounding in the search tree. The caller then compares the
     # exact distances with the tolerance.
     reach = 2 * tolerance
-    grown = shapely.box(*(low[:, widest] - reach).T, *(high[:, widest] + reach).T)
-    for number, box in enumerate(grown):
+    enlarged_boxes = shapely.box(*(low[:, axes] - reach).T, *(high[:, axes] + reach).T)
+    for number, box in enumerate(enlarged_boxes):
         candidates = tree.query(box)
-        apart = np.maximum(low[candidates] - high[number], low[number] - high[candidates]).max(axis=1)
-        yield np.sort(candidates[(apart <= reach) & (candidates != number)])
+        distance = np.maximum(low[candidates] - high[number], low[number] - high[candidates]).max(axis=1)
+        yield np.sort(candidates[(distance <= reach) & (candidates != number)])
 
 
-def _is_covered(edge: np.ndarray, others: np.ndarray, tolerance: float) -> bool:
-    """Return True if the edges ``others``, shape (edges, 2, 3), cover the whole length of an edge."""
+def _is_covered(edge: np.ndarray, other_edges: np.ndarray, tolerance: float) -> bool:
+    """Return True if ``other_edges``, shape (edges, 2, 3), cover the whole length of an edge."""
     length = float(np.linalg.norm(edge[1] - edge[0]))
     direction = (edge[1] - edge[0]) / length
-    arms = others - edge[0]
-    along = arms @ direction
-    off = np.linalg.norm(arms - along[..., None] * direction, axis=-1)
-    covered = np.sort(along[(off <= tolerance).all(axis=1)], axis=1).tolist()
-    return not spaces(0.0, length, covered, least=2 * tolerance)
+    arms = other_edges - edge[0]
+    position = arms @ direction
+    distance = np.linalg.norm(arms - position[..., None] * direction, axis=-1)
+    intervals = np.sort(position[(distance <= tolerance).all(axis=1)], axis=1).tolist()
+    return not spaces(0.0, length, intervals, least=2 * tolerance)
 
 
 def outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:
@@ -278,11 +278,11 @@ def outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:
 
     Then two faces that share an edge traverse this edge in opposite directions.
     """
-    directed = [set(steps_round(face)) for face in faces]
-    mates = {edge: having for edge, having in by_edge(faces).items() if len(having) == 2}
-    one, other = np.array(list(mates.values()), dtype=int).reshape(-1, 2).T
-    alike = [(edge in directed[a]) == (edge in directed[b]) for edge, (a, b) in mates.items()]
-    turn, _ = turned(len(faces), one, other, np.array(alike, dtype=bool))
+    directed_edges = [set(steps_round(face)) for face in faces]
+    mates = {edge: edge_faces for edge, edge_faces in by_edge(faces).items() if len(edge_faces) == 2}
+    first, second = np.array(list(mates.values()), dtype=int).reshape(-1, 2).T
+    is_alike = [(edge in directed_edges[i]) == (edge in directed_edges[j]) for edge, (i, j) in mates.items()]
+    turn, _ = turned(len(faces), first, second, np.array(is_alike, dtype=bool))
     faces = [face[::-1] if turns else face for face, turns in zip(faces, turn.tolist(), strict=True)]
     return [face[::-1] for face in faces] if volume(points, faces) < 0 else faces
 
@@ -294,14 +294,14 @@ def used(name: str, points: np.ndarray, faces: list[list[int]], layers: str = ""
     return Mesh(name, points[corners], renumbered, layers=layers)
 
 
-def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:
+def _join_corners(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:
     """Join corners that are nearer to each other than the tolerance, and return the distinct faces."""
     first = first_near(points, tolerance).tolist()
     return [*distinct_faces([[first[corner] for corner in face] for face in faces]).values()]
 
 
 def merge_equal_corners(mesh: Mesh) -> list[list[int]]:
-    """Return the faces of a mesh, in which the first of several equal corners replaces the others."""
+    """Return the faces of a mesh after replacing each corner by the first corner with equal coordinates."""
     first = first_alike(mesh.points).tolist()
     return [[first[corner] for corner in face] for face in mesh.faces]
 
@@ -311,12 +311,12 @@ def distinct_faces(faces: list[list[int]]) -> dict[int, list[int]]:
 
     Faces with fewer than three corners are left out, and so are repetitions of a face.
     """
-    distinct: dict[tuple[int, ...], tuple[int, list[int]]] = {}
+    rings: dict[tuple[int, ...], tuple[int, list[int]]] = {}
     for number, face in enumerate(faces):
-        ring = [corner for corner, after in steps_round(face) if corner != after]
+        ring = [corner for corner, next_corner in steps_round(face) if corner != next_corner]
         if len(set(ring)) > 2:
-            distinct.setdefault(from_smallest(ring), (number, ring))
-    return dict(distinct.values())
+            rings.setdefault(from_smallest(ring), (number, ring))
+    return dict(rings.values())
 
 
 def from_smallest(ring: list[int]) -> tuple[int, ...]:
@@ -326,28 +326,28 @@ def from_smallest(ring: list[int]) -> tuple[int, ...]:
 
 
 def first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return, for each point, the index of the first point of its cluster.
+    """Return, for each point, the index of the first point of its group of points near each other.
 
-    A cluster is a connected component: a set of points that are connected by distances within the tolerance.
+    Points are in one group if a chain of points, with steps of at most the tolerance, connects them.
     """
     # Import scipy.spatial only here, because the import takes 0.1 s and few scenes need it.
     from scipy.spatial import cKDTree
 
-    near = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
-    group = linked(len(points), *near.T)
+    near_pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
+    group = linked(len(points), *near_pairs.T)
     return np.unique(group, return_index=True)[1][group]
 
 
 def by_edge(faces: list[list[int]]) -> dict[Edge, list[int]]:
     """Return a dict from each edge, a pair of ascending corner indices, to the faces at the edge."""
-    having: dict[Edge, list[int]] = defaultdict(list)
+    edge_faces: dict[Edge, list[int]] = defaultdict(list)
     for number, face in enumerate(faces):
         for tail, tip in steps_round(face):
-            having[min(tail, tip), max(tail, tip)].append(number)
-    return having
+            edge_faces[min(tail, tip), max(tail, tip)].append(number)
+    return edge_faces
 
 
-def _flat(points: np.ndarray, face: list[int], tolerance: float) -> list[list[int]]:
+def _flat_pieces(points: np.ndarray, face: list[int], tolerance: float) -> list[list[int]]:
     """Return a face unchanged if it is flat within the tolerance, and otherwise as triangles.
 
     The algorithm is ear clipping, which begins with the ear that has the shortest third side. The triangles
@@ -358,16 +358,16 @@ def _flat(points: np.ndarray, face: list[int], tolerance: float) -> list[list[in
     size = float(np.linalg.norm(vector))
     middle = points[face].mean(axis=0)
     while len(face) > 3 and size * tolerance < np.abs((points[face] - middle) @ vector).max():
-        before = points[np.roll(face, 1)]
-        after = points[np.roll(face, -1)]
-        outwards = np.cross(points[face] - before, after - points[face]) @ vector
-        third = np.round(np.linalg.norm(after - before, axis=1) / np.sqrt(size), 6)
-        third[outwards <= 0] = np.inf
+        tails = points[np.roll(face, 1)]
+        tips = points[np.roll(face, -1)]
+        turn = np.cross(points[face] - tails, tips - points[face]) @ vector
+        third_side = np.round(np.linalg.norm(tips - tails, axis=1) / np.sqrt(size), 6)
+        third_side[turn <= 0] = np.inf
         # If several diagonals are equally short, as in a rhombus, choose by their positions. Both blocks with
         # this face then have the same triangles.
-        shortest = np.flatnonzero(third == third.min())
-        ends = np.minimum(before, after)[shortest] + np.maximum(before, after)[shortest]
-        ear = int(shortest[np.lexsort(np.round(ends, 9).T)[0]])
+        candidates = np.flatnonzero(third_side == third_side.min())
+        ends = np.minimum(tails, tips)[candidates] + np.maximum(tails, tips)[candidates]
+        ear = int(candidates[np.lexsort(np.round(ends, 9).T)[0]])
         triangles.append([face[ear - 1], face[ear], face[(ear + 1) % len(face)]])
         face = face[:ear] + face[ear + 1 :]
     return [*triangles, face]
@@ -385,25 +385,25 @@ def _sides(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list
     Each side starts from the largest face that is not yet part of a side.
     """
     neighbours = _neighbours(faces)
-    single = [_ringed(points, [face]) for face in faces]
-    surface = _Surface(points, faces, neighbours, single)
-    area = np.array([side.area for side in single])
+    face_sides = [_side_of_rings(points, [face]) for face in faces]
+    surface = _Surface(points, faces, neighbours, face_sides)
+    area = np.array([side.area for side in face_sides])
     # Use a dictionary, because it keeps the order of the faces and removes a face in constant time.
-    remaining = dict.fromkeys(np.argsort(-np.round(area, 12), kind="stable").tolist())
+    remaining_faces = dict.fromkeys(np.argsort(-np.round(area, 12), kind="stable").tolist())
     sides = []
-    while remaining:
-        seed = next(iter(remaining))
+    while remaining_faces:
+        seed = next(iter(remaining_faces))
         # If the merged faces are not flat within the tolerance, merge only faces nearer to the plane.
         for reach in (_TRIANGLE_REACH, 0.5, 0.0):
-            members = surface.coplanar(seed, remaining, reach * tolerance, tolerance)
-            side = _side(points, [faces[number] for number in members], tolerance)
+            members = surface.coplanar(seed, remaining_faces, reach * tolerance, tolerance)
+            side = _merge_faces(points, [faces[number] for number in members], tolerance)
             if side is not None:
                 break
         else:
             members = {seed}
-            side = single[seed]
+            side = face_sides[seed]
         for number in members:
-            del remaining[number]
+            del remaining_faces[number]
         sides.append(side)
     return sides
 
@@ -415,7 +415,7 @@ class _Surface:
     points: np.ndarray  #: coordinates of the corners, shape (points, 3)
     faces: list[list[int]]
     neighbours: list[list[int]]  #: indices of the faces next to each face
-    single: list[Side]  #: one side for each face, before faces are merged
+    face_sides: list[Side]  #: one side for each face, before faces are merged
 
     def coplanar(self, seed: int, candidates: Collection[int], reach: float, tolerance: float) -> set[int]:
         """Return the connected set of faces that contains the face ``seed`` and is in the plane of this face.
@@ -423,19 +423,19 @@ class _Surface:
         The corners of the faces are at most ``reach`` away from the plane. Faces that are narrower than the
         tolerance may have any normal.
         """
-        plane = self.single[seed]
+        plane = self.face_sides[seed]
         members = {seed}
         queue = [seed]
         while queue:
-            for other in self.neighbours[queue.pop()]:
-                if other in members or other not in candidates:
+            for neighbour in self.neighbours[queue.pop()]:
+                if neighbour in members or neighbour not in candidates:
                     continue
-                distance = np.abs((self.points[self.faces[other]] - plane.base) @ plane.normal).max()
-                is_parallel = abs(self.single[other].normal @ plane.normal) > _PARALLEL_COSINE
-                is_narrow = self.single[other].width <= tolerance
+                distance = np.abs((self.points[self.faces[neighbour]] - plane.base) @ plane.normal).max()
+                is_parallel = abs(self.face_sides[neighbour].normal @ plane.normal) > _PARALLEL_COSINE
+                is_narrow = self.face_sides[neighbour].width <= tolerance
                 if (is_parallel or is_narrow) and distance <= reach:
-                    members.add(other)
-                    queue.append(other)
+                    members.add(neighbour)
+                    queue.append(neighbour)
         return members
 
 
@@ -452,22 +452,22 @@ def _neighbours(faces: list[list[int]]) -> list[list[int]]:
     return neighbours
 
 
-def _side(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side | None:
+def _merge_faces(points: np.ndarray, faces: list[list[int]], tolerance: float) -> Side | None:
     """Merge faces into one flat side, or return None if the faces cannot be merged.
 
     Faces cannot be merged if they are not in one plane, if they have no outline, or if their outline touches
     itself.
     """
     # An edge that two faces traverse in opposite directions is inside the merged side, not on its outline.
-    # This rule also removes triangles outside a notched polygon that was divided into a fan, because they
-    # have the opposite orientation.
+    # Some programs divide a notched polygon into a fan of triangles. Triangles of the fan that are outside
+    # the polygon have the opposite orientation, so this rule removes them too.
     edges = {side for face in faces for side in steps_round(face)}
     outline = [(tail, tip) for tail, tip in edges if (tip, tail) not in edges]
-    following = dict(outline)
-    if not outline or sorted(following) != sorted(tip for _, tip in outline):
+    next_corner = dict(outline)
+    if not outline or sorted(next_corner) != sorted(tip for _, tip in outline):
         return None
-    rings = rings_of(following)
-    side = _ringed(points, rings)
+    rings = rings_of(next_corner)
+    side = _side_of_rings(points, rings)
     return side if _is_flat(points, side, tolerance) else None
 
 
@@ -479,22 +479,22 @@ def rings_of(following: dict[int, int]) -> list[list[int]]:
     rings = []
     while following:
         ring = [next(iter(following))]
-        after = following.pop(ring[-1])
-        while after != ring[0]:
-            ring.append(after)
-            after = following.pop(after)
+        next_number = following.pop(ring[-1])
+        while next_number != ring[0]:
+            ring.append(next_number)
+            next_number = following.pop(next_number)
         rings.append(ring)
     return rings
 
 
-def _ringed(points: np.ndarray, rings: list[list[int]]) -> Side:
+def _side_of_rings(points: np.ndarray, rings: list[list[int]]) -> Side:
     """Return the flat side that is bounded by rings of corners. The largest ring surrounds all others."""
     vectors = np.array([area_vector(points[ring]) for ring in rings])
     sizes = np.linalg.norm(vectors, axis=1)
-    outer = int(sizes.argmax())
-    rings = [rings[outer], *rings[:outer], *rings[outer + 1 :]]
+    outer_ring = int(sizes.argmax())
+    rings = [rings[outer_ring], *rings[:outer_ring], *rings[outer_ring + 1 :]]
     steps = [points[ring[1:] + ring[:1]] - points[ring] for ring in rings]
     perimeter = sum(float(np.linalg.norm(step, axis=1).sum()) for step in steps)
     area = float(np.linalg.norm(vectors.sum(axis=0)))
-    normal = vectors[outer] / sizes[outer] if sizes[outer] > 0 else np.array([0.0, 0.0, 1.0])
+    normal = vectors[outer_ring] / sizes[outer_ring] if sizes[outer_ring] > 0 else np.array([0.0, 0.0, 1.0])
     return Side(rings, points[rings[0]].mean(axis=0), normal, area, 2 * area / perimeter)

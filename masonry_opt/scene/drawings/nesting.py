@@ -38,7 +38,7 @@ _LARGEST_OPENING = 0.5
 _THINNEST_RING = 0.02
 
 #: A hole shares a side with the outline of its block if the length that they share exceeds this multiple of
-#: the tolerance. A shorter shared length may be only a corner.
+#: the tolerance. Where only a corner of the hole touches the outline, the shared length is shorter.
 _SHORTEST_SIDE = 10.0
 
 
@@ -74,7 +74,7 @@ def outlines_with_holes(
     Outlines that have no area or cross themselves are added to the defects and left out.
     """
     is_collapsed = [_is_collapsed(curve, tolerance) for curve in outlines]
-    drawn = [
+    shapes = [
         (curve, None if collapses else _polygon(curve, tolerance.length, defects))
         for curve, collapses in zip(outlines, is_collapsed, strict=True)
     ]
@@ -83,38 +83,42 @@ def outlines_with_holes(
         # instead of holes.
         _add_collapsed(list(compress(outlines, is_collapsed)), outlines, tolerance, defects)
         return Nesting([], [])
-    is_shape = [polygon is not None for _, polygon in drawn]
-    curves = [curve for curve, polygon in drawn if polygon is not None]
-    polygons = np.array([polygon for _, polygon in drawn if polygon is not None], dtype=object)
+    is_shape = [polygon is not None for _, polygon in shapes]
+    curves = [curve for curve, polygon in shapes if polygon is not None]
+    polygons = np.array([polygon for _, polygon in shapes if polygon is not None], dtype=object)
     supports = np.array(is_support, dtype=bool)[is_shape]
     if not len(polygons):
         return Nesting([], [])
     area = shapely.area(polygons)
     inner, outer = shapely.STRtree(polygons).query(shapely.point_on_surface(polygons), predicate="within")
-    rest = shapely.area(shapely.difference(polygons[inner], polygons[outer]))
-    is_inside = (inner != outer) & (rest <= overlap * shapely.length(polygons[inner]))
+    area_outside = shapely.area(shapely.difference(polygons[inner], polygons[outer]))
+    is_inside = (inner != outer) & (area_outside <= overlap * shapely.length(polygons[inner]))
     is_equal = is_inside & (np.abs(area[inner] - area[outer]) <= _EQUAL_AREA_TOLERANCE * area[outer])
     group = linked(len(polygons), inner[is_equal], outer[is_equal])
     is_within = is_inside & (group[inner] != group[outer]) & (area[inner] < area[outer])
-    around: defaultdict[int, set[int]] = defaultdict(set)
-    for one, other in zip(inner[is_within].tolist(), outer[is_within].tolist(), strict=True):
-        around[int(group[one])].add(int(group[other]))
+    surrounding_groups: defaultdict[int, set[int]] = defaultdict(set)
+    for inner_number, outer_number in zip(inner[is_within].tolist(), outer[is_within].tolist(), strict=True):
+        surrounding_groups[int(group[inner_number])].add(int(group[outer_number]))
     members: defaultdict[int, list[int]] = defaultdict(list)
     for number, label in enumerate(group.tolist()):
         members[label].append(number)
-    kept: dict[int, list[int]] = {}
+    group_outlines: dict[int, list[int]] = {}
     depth: dict[int, int] = {}
     copies = []
     for label in sorted(members, key=lambda label: -area[members[label][0]]):
-        equal = members[label]
-        depth[label] = sum(len(kept[other]) for other in around[label])
+        equal_outlines = members[label]
+        depth[label] = sum(len(group_outlines[outer_label]) for outer_label in surrounding_groups[label])
         # Keep two of several equal outlines inside a block: a hole and the block that fills it. Elsewhere,
         # keep a single outline.
-        needed = equal[:2] if depth[label] % 2 else [min(equal, key=lambda number: not supports[number])]
-        kept[label] = needed
-        copies += [(number, needed[0]) for number in equal if number not in needed]
+        needed_outlines = (
+            equal_outlines[:2]
+            if depth[label] % 2
+            else [min(equal_outlines, key=lambda number: not supports[number])]
+        )
+        group_outlines[label] = needed_outlines
+        copies += [(number, needed_outlines[0]) for number in equal_outlines if number not in needed_outlines]
     return Nesting(
-        _blocks(curves, polygons, kept, depth, around),
+        _blocks(curves, polygons, group_outlines, depth, surrounding_groups),
         [(curves[number], curves[original]) for number, original in sorted(copies)],
     )
 
@@ -122,23 +126,26 @@ def outlines_with_holes(
 def _blocks(
     curves: Sequence[Curve],
     polygons: np.ndarray,
-    kept: dict[int, list[int]],
+    group_outlines: dict[int, list[int]],
     depth: dict[int, int],
-    around: dict[int, set[int]],
+    surrounding_groups: dict[int, set[int]],
 ) -> list[Outline]:
     """Return the blocks with their holes, in the order of the drawing.
 
-    Outlines are grouped by equal shape: ``kept`` maps each group to its outlines, ``depth`` to the number of
-    outlines around it, and ``around`` to the groups around it.
+    Outlines are grouped by equal shape: ``group_outlines`` maps each group to its outlines, ``depth`` to the
+    number of outlines around it, and ``surrounding_groups`` to the groups around it.
     """
     holes: defaultdict[int, list[int]] = defaultdict(list)
     blocks = []
-    for label, numbers in kept.items():
+    for label, numbers in group_outlines.items():
         if depth[label] % 2 == 0:
             blocks.append(numbers[0])
             continue
-        parent = max(around[label], key=lambda other: depth[other] + len(kept[other]))
-        holes[kept[parent][-1]].append(numbers[0])
+        parent = max(
+            surrounding_groups[label],
+            key=lambda outer_label: depth[outer_label] + len(group_outlines[outer_label]),
+        )
+        holes[group_outlines[parent][-1]].append(numbers[0])
         blocks += numbers[1:]
     outlines = []
     for block in sorted(blocks):
@@ -148,16 +155,16 @@ def _blocks(
     return outlines
 
 
-def _without_details(curve: Curve, tolerance: float) -> shapely.Polygon:
+def _remove_details(curve: Curve, tolerance: float) -> shapely.Polygon:
     """Return the polygon of a closed curve without sides that are shorter than a tolerance.
 
     The end of a short side is removed. If the sides next to it are long, the removed end is the one that
     changes the area less, so that a gap in a side does not tilt the next side.
     """
-    before, after = (np.roll(curve.points, shift, axis=0) for shift in (1, -1))
-    side = curve.points - before
+    previous_points, next_points = (np.roll(curve.points, shift, axis=0) for shift in (1, -1))
+    side = curve.points - previous_points
     is_short = np.hypot(*side.T) <= tolerance
-    area = np.abs(np.linalg.det(np.stack([side, after - curve.points], axis=1)))
+    area = np.abs(np.linalg.det(np.stack([side, next_points - curve.points], axis=1)))
     is_alone = is_short & ~np.roll(is_short, 1) & ~np.roll(is_short, -1)
     begins = is_alone & (np.roll(area, 1) < (1 - _EQUAL_AREA_TOLERANCE) * area)
     is_removed = (is_short & ~begins) | np.roll(begins, -1)
@@ -167,7 +174,7 @@ def _without_details(curve: Curve, tolerance: float) -> shapely.Polygon:
 
 def _has_area(curve: Curve, tolerance: float) -> bool:
     """Return True if a closed curve still encloses an area after details within the tolerance are removed."""
-    return bool(_without_details(curve, tolerance).convex_hull.area > tolerance**2)
+    return bool(_remove_details(curve, tolerance).convex_hull.area > tolerance**2)
 
 
 def _is_collapsed(curve: Curve, tolerance: OutlineTolerance) -> bool:
@@ -185,19 +192,22 @@ def _largest_tolerance(curve: Curve, tolerance: OutlineTolerance) -> float:
 
 
 def _add_collapsed(
-    collapsed: Sequence[Curve], outlines: Sequence[Curve], tolerance: OutlineTolerance, defects: Defects
+    collapsed_curves: Sequence[Curve],
+    outlines: Sequence[Curve],
+    tolerance: OutlineTolerance,
+    defects: Defects,
 ) -> None:
     """Add a defect for each outline that encloses no area after details within the tolerance are removed.
 
     All of these defects have one remedy: a smaller tolerance, with which all outlines enclose an area.
     """
-    limit = min(_largest_tolerance(curve, tolerance) for curve in collapsed)
+    limit = min(_largest_tolerance(curve, tolerance) for curve in collapsed_curves)
     widths = (least_width(shapely.Polygon(curve.points)) for curve in outlines if len(curve.points) > 2)
     thickness = min((width for width in widths if width > tolerance.rounding), default=limit)
     no_area = f"no area within '{tolerance.option}' {rounded(tolerance.length)}"
     advice = lower_tolerance(thickness, limit, tolerance.option)
     remedy = f"the thickness of the thinnest outline is {rounded(thickness)}, so {advice}"
-    for curve in collapsed:
+    for curve in collapsed_curves:
         several, place = f"outlines have {no_area}", near(*curve.points[0])
         defects.add(Defect(curve.where, f"has {no_area}", several, remedy, place))
 
@@ -207,7 +217,7 @@ def _polygon(curve: Curve, tolerance: float, defects: Defects) -> shapely.Polygo
 
     If the curve has no area or crosses itself, add a defect and return None.
     """
-    polygon = _without_details(curve, tolerance)
+    polygon = _remove_details(curve, tolerance)
     if not _has_area(curve, tolerance):
         place = near(*curve.points[0])
         defect = Defect(
@@ -215,12 +225,12 @@ def _polygon(curve: Curve, tolerance: float, defects: Defects) -> shapely.Polygo
         )
         size = float(np.ptp(curve.points, axis=0).max())
         if _has_area(curve, RELATIVE_TOLERANCE * size):
-            smaller = f"smaller than the tolerance {rounded(tolerance)}"
+            description = f"smaller than the tolerance {rounded(tolerance)}"
             remedy = (
-                "delete such outlines; if outlines far away from the others make the tolerance too large, "
-                "delete the distant outlines"
+                "delete outlines that are too small; if the tolerance is too large because some outlines are "
+                "far away, delete the distant outlines instead"
             )
-            defect = Defect(curve.where, f"is {smaller}", f"outlines are {smaller}", remedy, place)
+            defect = Defect(curve.where, f"is {description}", f"outlines are {description}", remedy, place)
         defects.add(defect)
         return None
     if polygon.is_valid:
@@ -253,15 +263,17 @@ def add_frames(
             continue
         is_inside = shapely.within(polygons, shapely.Polygon(shape.polygon.exterior))
         is_inside[number] = False
-        inside = [found[index].curve for index in np.flatnonzero(is_inside).tolist()]
-        most = max((inside, shape.holes), key=len)
-        other_supports = any(fixed for index, fixed in enumerate(is_fixed) if index != number)
+        inside_curves = [found[index].curve for index in np.flatnonzero(is_inside).tolist()]
+        contents = max((inside_curves, shape.holes), key=len)
+        has_other_supports = any(flag for index, flag in enumerate(is_fixed) if index != number)
         is_frame = (
-            any(map(is_support, (*inside, *shape.holes)))
+            any(map(is_support, (*inside_curves, *shape.holes)))
             or _share_side(shape.polygon)
-            or (2 * len(shape.holes) > sum(on_layer.values()) and (is_fixed[number] or not other_supports))
+            or (
+                2 * len(shape.holes) > sum(on_layer.values()) and (is_fixed[number] or not has_other_supports)
+            )
         )
-        if len(most) < _FEWEST_IN_FRAME or not is_frame:
+        if len(contents) < _FEWEST_IN_FRAME or not is_frame:
             continue
         layer = shape.curve.layer
         remedy = f"omit layer '{layer}' with 'without_layers' (--without-layer {layer})"
@@ -270,7 +282,7 @@ def add_frames(
                 f"{remedy} if none of its other outlines are stones; if some are, delete the frame, or move "
                 "it to a separate layer"
             )
-        mistake = f"is a frame around {len(most)} outlines, which would become holes"
+        mistake = f"is a frame around {len(contents)} outlines, which would become holes"
         several = "frames are drawn around other outlines, which would become holes"
         defects.add(Defect(shape.curve.where, mistake, several, remedy))
 
@@ -298,8 +310,8 @@ def add_smaller_copies(found: Sequence[Outline], tolerance: float, defects: Defe
                 mistake = f"is a smaller copy of {shape.curve.where}"
                 several = "outlines are smaller copies of other outlines"
                 remedy = (
-                    "delete one of the two outlines, because the smaller one would be a hole; if it is a "
-                    "hole, draw the rest of the block as one outline"
+                    "delete one of the two outlines, because the smaller outline would be read as a hole; if "
+                    "a hole is intended, replace both outlines by one outline of the rest of the block"
                 )
                 defects.add(Defect(curve.where, mistake, several, remedy, near(*curve.points[0])))
 
@@ -307,7 +319,9 @@ def add_smaller_copies(found: Sequence[Outline], tolerance: float, defects: Defe
 def _share_side(polygon: shapely.Polygon) -> bool:
     """Return True if two holes of a polygon overlap or share a side."""
     holes = shapely.polygons(list(polygon.interiors))
-    whole = shapely.area(shapely.union_all(holes))
-    sides = shapely.length(shapely.union_all(shapely.boundary(holes)))
-    is_apart = np.isclose(whole, shapely.area(holes).sum(), rtol=RELATIVE_TOLERANCE)
-    return bool(not is_apart or not np.isclose(sides, shapely.length(holes).sum(), rtol=RELATIVE_TOLERANCE))
+    union_area = shapely.area(shapely.union_all(holes))
+    boundary_length = shapely.length(shapely.union_all(shapely.boundary(holes)))
+    is_apart = np.isclose(union_area, shapely.area(holes).sum(), rtol=RELATIVE_TOLERANCE)
+    return bool(
+        not is_apart or not np.isclose(boundary_length, shapely.length(holes).sum(), rtol=RELATIVE_TOLERANCE)
+    )

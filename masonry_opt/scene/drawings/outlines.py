@@ -29,8 +29,8 @@ _MOST_POINTS = 4000
 #: value produces more chords.
 DEFAULT_SAGITTA = 1e-4
 
-#: Grid step to which intersections of joint lines are rounded, relative to the tolerance of the outlines, or
-#: to a scene's default tolerance if that is smaller.
+#: Step of the grid to which intersections of joint lines are rounded. The step is relative to the tolerance
+#: of the outlines or the default tolerance of a scene, whichever is smaller.
 _GRID_SHARE = 0.01
 
 #: A corner of a cell is removed if its distance from the line between the previous and the next corner is at
@@ -78,10 +78,10 @@ class Outline(NamedTuple):
 
 def ezdxf() -> Any:
     """Import the library that reads and writes DXF. Raises OptionError if it is not installed."""
-    found = library("ezdxf", "DXF drawings need ezdxf: install it with pip install '.[drawings]'")
+    package = library("ezdxf", "DXF drawings need ezdxf: install it with pip install '.[drawings]'")
     # Without this handler, Python would print warnings of ezdxf to standard error.
     logging.getLogger("ezdxf").addHandler(logging.NullHandler())
-    return found
+    return package
 
 
 def read_document(path: Path) -> Any:
@@ -126,9 +126,9 @@ def visible(document: Any, drawn: list[Any]) -> list[Any]:
 
     Entities that are hidden, or on a layer that is off or frozen, are not visible.
     """
-    hidden = hidden_layers(document)
-    shown = (entity for entity in drawn if not attribute(entity, "invisible", 0))
-    return [entity for entity in shown if layer_of(entity).casefold() not in hidden]
+    layers = hidden_layers(document)
+    entities = (entity for entity in drawn if not attribute(entity, "invisible", 0))
+    return [entity for entity in entities if layer_of(entity).casefold() not in layers]
 
 
 def is_ignored(entity: Any) -> bool:
@@ -156,15 +156,15 @@ def curves(
     """
     from ezdxf.edgesmith import is_closed_entity
 
-    drawn, ends = [], [np.zeros((0, 2))]
+    readable_entities, ends = [], [np.zeros((0, 2))]
     for entity in entities:
         if is_ignored(entity):
             continue
-        corners = _chain(entity, math.inf, defects)
+        corners = _read_curve(entity, math.inf, defects)
         if corners is not None:
-            drawn.append(entity)
+            readable_entities.append(entity)
             ends.append(corners)
-    if not drawn:
+    if not readable_entities:
         return [], np.zeros(2)
     extent = scale * np.ptp(np.concatenate(ends), axis=0)
     diagonal = float(np.hypot(*extent))
@@ -172,71 +172,76 @@ def curves(
     # numbers of chords.
     reach = (1 + 1e-9) * (sagitta or DEFAULT_SAGITTA * diagonal) / scale
     outlines = []
-    for entity in drawn:
-        points = _chain(entity, reach, defects)
+    for entity in readable_entities:
+        points = _read_curve(entity, reach, defects)
         if points is None:
             continue
         is_closed = bool(is_closed_entity(entity))
         handle = str(entity.dxf.handle)
-        outlines.append(Curve(scale * points, is_closed, layer_of(entity), handle, _named(entity)))
+        outlines.append(Curve(scale * points, is_closed, layer_of(entity), handle, _describe(entity)))
     return outlines, extent
 
 
-def _chain(entity: Any, sagitta: float, defects: Defects) -> np.ndarray | None:
+def _read_curve(entity: Any, sagitta: float, defects: Defects) -> np.ndarray | None:
     """Return points along a curve of the drawing, shape (points, 2).
 
     The distance between the curve and the chords through these points is at most the sagitta. If the entity
     cannot be read, add a defect and return None.
     """
     try:
-        return _points_of(entity, sagitta)
+        return _checked_points(entity, sagitta)
     except _UnreadableError as error:
         insert = attribute(entity, "insert", None)
         place = "" if insert is None else near(insert.x, insert.y)
-        several = f"entities cannot be read, because each is {error.what}"
-        defects.add(Defect(_named(entity), f"is {error.what}", several, error.remedy, place))
+        several = f"entities cannot be read, because each is {error.description}"
+        defects.add(Defect(_describe(entity), f"is {error.description}", several, error.remedy, place))
         return None
 
 
 class _UnreadableError(Exception):
     """Error for an entity of a drawing that cannot be read."""
 
-    def __init__(self, what: str, remedy: str) -> None:
-        super().__init__(what)
-        self.what, self.remedy = what, remedy
+    def __init__(self, description: str, remedy: str) -> None:
+        super().__init__(description)
+        self.description, self.remedy = description, remedy
 
 
-def _points_of(entity: Any, sagitta: float) -> np.ndarray:
-    """Return points along the curve of an entity; see :func:`_chain`.
+def _checked_points(entity: Any, sagitta: float) -> np.ndarray:
+    """Return points along the curve of an entity, shape (points, 2), or raise _UnreadableError.
 
-    Raises _UnreadableError if the entity cannot be read.
+    See :func:`_read_curve` for the sagitta. The error is raised if the kind of the entity is not supported,
+    if ezdxf cannot compute the curve, or if the curve needs too many points. It is also raised if points are
+    missing or not finite, or if the entity is not parallel to the xy plane.
     """
     kind = entity.dxftype()
     if kind not in _READ_ENTITIES or (
         kind == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline)
     ):
-        what = _UNREAD_ENTITIES.get(kind, "of a kind that cannot be read")
+        description = _UNREAD_ENTITIES.get(kind, "of a kind that cannot be read")
         raise _UnreadableError(
-            what,
-            "explode such entities, draw their outlines, or omit their layers with 'without_layers' "
+            description,
+            "explode unreadable entities, draw their outlines, or omit their layers with 'without_layers' "
             "(--without-layer)",
         )
-    with broken(lambda reason: _UnreadableError(f"not readable ({reason})", "draw such entities again")):
-        points = np.array([point.xyz for point in _points(entity, sagitta)], dtype=float).reshape(-1, 3)
+    with broken(lambda reason: _UnreadableError(f"not readable ({reason})", "redraw unreadable entities")):
+        points = np.array([point.xyz for point in _sample_points(entity, sagitta)], dtype=float).reshape(
+            -1, 3
+        )
     if len(points) == 0 or not np.isfinite(points).all():
         raise _UnreadableError(
             "an entity that has no points or has a coordinate that is not a finite number",
-            "delete such entities",
+            "delete entities without valid points",
         )
     if np.ptp(points[:, 2]) > 1e-6 * np.ptp(points[:, :2], axis=0).max():
         raise _UnreadableError(
-            "an entity that is not parallel to the xy plane of the drawing", "rotate or flatten such entities"
+            "an entity that is not parallel to the xy plane of the drawing",
+            "rotate or flatten inclined entities",
         )
     return points[:, :2]
 
 
-def _points(entity: Any, sagitta: float) -> list[Any]:
-    """Return points along an entity, in the drawing's coordinates.
+def _sample_points(entity: Any, sagitta: float) -> list[Any]:
+    """Return points along the curve of an entity, as vectors (x, y, z) in the drawing's coordinates.
 
     The chords of an arc are equal, so that its points do not depend on its direction.
     """
@@ -252,7 +257,7 @@ def _points(entity: Any, sagitta: float) -> list[Any]:
             # ezdxf may compute a single chord for a circle, so circles and long arcs are divided in two.
             parts = 1 if angle < 270 else 2
             count = arc_segment_count(abs(dxf.radius), math.radians(angle / parts), sagitta)
-            found = entity.vertices(np.linspace(start, start + angle, min(count, _MOST_POINTS) * parts + 1))
+            samples = entity.vertices(np.linspace(start, start + angle, min(count, _MOST_POINTS) * parts + 1))
         case "LWPOLYLINE" | "POLYLINE":
             if entity.dxftype() == "POLYLINE":
                 # Remove the corners of the control frame of a smoothed polyline, which are not on the curve.
@@ -264,7 +269,7 @@ def _points(entity: Any, sagitta: float) -> list[Any]:
                 return corners
             points = corners[:1]
             for part in entity.virtual_entities():
-                part_points = _points(part, sagitta)
+                part_points = _sample_points(part, sagitta)
                 # DXF arcs are counter-clockwise. Reverse an arc that runs against the direction of the
                 # polyline.
                 end = points[-1]
@@ -276,8 +281,8 @@ def _points(entity: Any, sagitta: float) -> list[Any]:
             # continue them beyond their ends.
             raise ValueError("the curve is a periodic spline, or a spline that is not clamped at its ends")
         case _:
-            found = entity.flattening(sagitta)
-    points = list(islice(found, _MOST_POINTS + 1))
+            samples = entity.flattening(sagitta)
+    points = list(islice(samples, _MOST_POINTS + 1))
     if len(points) > _MOST_POINTS:
         raise ValueError(f"the curve needs more than {_MOST_POINTS} chords: raise 'sagitta'")
     return points
@@ -297,7 +302,7 @@ def texts(entities: list[Any]) -> Iterator[tuple[str, float, float]]:
             yield text, float(at[0]), float(at[1])
 
 
-def _named(entity: Any) -> str:
+def _describe(entity: Any) -> str:
     """Return the description of an entity for error messages: its kind, handle and layer."""
     return f"{entity.dxftype()} {entity.dxf.handle} on layer '{layer_of(entity)}'"
 
@@ -321,67 +326,73 @@ def net_cells(
     """
     chains = [[*curve.points, *curve.points[: int(curve.closed)]] for curve in (*joints, *windows)]
     lines = np.array([shapely.LineString(chain) for chain in chains], dtype=object)
-    every = np.concatenate([lines, shapely.boundary(np.array(drawn, dtype=object))])
-    given = shapely.get_coordinates(every)
-    size = float(np.hypot(*np.ptp(given, axis=0)))
+    all_lines = np.concatenate([lines, shapely.boundary(np.array(drawn, dtype=object))])
+    drawn_points = shapely.get_coordinates(all_lines)
+    size = float(np.hypot(*np.ptp(drawn_points, axis=0)))
     grid = _GRID_SHARE * min(tolerance, RELATIVE_TOLERANCE * size)
-    cells, *loose, _ = map(shapely.get_parts, shapely.polygonize_full(_noded(every, tolerance, grid)))
-    _add_loose(joints, every, np.concatenate(loose), tolerance, defects)
-    found = shapely.simplify(shapely.normalize(cells), _STRAIGHT_STEPS * grid)
+    cells, *loose_pieces, _ = map(
+        shapely.get_parts, shapely.polygonize_full(_node_lines(all_lines, tolerance, grid))
+    )
+    _add_loose_joints(joints, all_lines, np.concatenate(loose_pieces), tolerance, defects)
+    polygons = shapely.simplify(shapely.normalize(cells), _STRAIGHT_STEPS * grid)
     # Restore the original coordinates of corners that were rounded to the grid.
-    corners = shapely.get_coordinates(found)
+    corners = shapely.get_coordinates(polygons)
     # Importing scipy.spatial takes a tenth of a second, and few scenes reach this function.
     from scipy.spatial import cKDTree
 
-    distance, number = cKDTree(given).query(corners)
-    shapely.set_coordinates(found, np.where((distance <= grid)[:, None], given[number], corners))
+    distance, number = cKDTree(drawn_points).query(corners)
+    shapely.set_coordinates(polygons, np.where((distance <= grid)[:, None], drawn_points[number], corners))
     window_lines = lines[len(joints) :]
-    openings = shapely.union_all(shapely.get_parts(shapely.polygonize(_noded(window_lines, tolerance, grid))))
-    closed = shapely.buffer(openings, tolerance)
+    openings = shapely.union_all(
+        shapely.get_parts(shapely.polygonize(_node_lines(window_lines, tolerance, grid)))
+    )
+    closed_openings = shapely.buffer(openings, tolerance)
     for window, line in zip(windows, window_lines, strict=True):
-        if shapely.length(shapely.difference(line, closed)) > tolerance:
+        if shapely.length(shapely.difference(line, closed_openings)) > tolerance:
             mistake = "is not part of a closed outline of an opening"
             several = "lines on window layers are not part of a closed outline of an opening"
             remedy = "draw the complete outline of each opening, or omit the layer with 'without_layers'"
             defects.add(Defect(window.where, mistake, several, remedy))
-    outside = ~shapely.within(shapely.point_on_surface(found), shapely.union_all([*drawn, openings]))
-    found = found[outside & (2 * shapely.area(found) > tolerance * shapely.length(found))]
-    left, low, _, _ = shapely.bounds(found).T
-    found = shapely.orient_polygons(found[np.lexsort((left, np.round(low / tolerance)))])
+    is_outside = ~shapely.within(shapely.point_on_surface(polygons), shapely.union_all([*drawn, openings]))
+    polygons = polygons[is_outside & (2 * shapely.area(polygons) > tolerance * shapely.length(polygons))]
+    left, low, _, _ = shapely.bounds(polygons).T
+    polygons = shapely.orient_polygons(polygons[np.lexsort((left, np.round(low / tolerance)))])
     tree = shapely.STRtree(lines[: len(joints)])
     outlines = []
-    for number, cell in enumerate(found, start=1):
-        along = tree.query(cell.exterior, "dwithin", tolerance)
-        joint = joints[along.min()] if len(along) else joints[0]
+    for number, cell in enumerate(polygons, start=1):
+        joint_numbers = tree.query(cell.exterior, "dwithin", tolerance)
+        joint = joints[joint_numbers.min()] if len(joint_numbers) else joints[0]
         corners = shapely.get_coordinates(cell.exterior)[:-1]
         outlines.append(Outline(cell, Curve(corners, True, joint.layer, str(number), joint.where)))
     return outlines
 
 
-def _add_loose(
-    joints: Sequence[Curve], lines: np.ndarray, loose: np.ndarray, tolerance: float, defects: Defects
+def _add_loose_joints(
+    joints: Sequence[Curve], lines: np.ndarray, pieces: np.ndarray, tolerance: float, defects: Defects
 ) -> None:
     """Add a defect for each loose joint line, which ends inside a cell.
 
     The place of the defect is the middle of the longest piece inside a cell.
     """
     tree = shapely.STRtree(lines)
-    named = set()
-    for piece in loose[np.argsort(-shapely.length(loose), kind="stable")]:
+    named_joints = set()
+    for piece in pieces[np.argsort(-shapely.length(pieces), kind="stable")]:
         middle = piece.interpolate(0.5, normalized=True)
         owner = int(tree.nearest(middle))
-        if owner >= len(joints) or owner in named or piece.length <= tolerance:
+        if owner >= len(joints) or owner in named_joints or piece.length <= tolerance:
             continue
-        named.add(owner)
+        named_joints.add(owner)
         place = f"{near(middle.x, middle.y)}, over a length of {rounded(piece.length)}"
         remedy = "extend the line, raise 'outline_tolerance', or omit its layer with 'without_layers'"
         several = "lines end inside a block"
         defects.add(Defect(joints[owner].where, "ends inside a block", several, remedy, place))
 
 
-def _noded(lines: np.ndarray, tolerance: float, grid: float) -> np.ndarray:
+def _node_lines(lines: np.ndarray, tolerance: float, grid: float) -> np.ndarray:
     """Divide lines at their intersections (nodes), and extend lines that end just before another line."""
     ends = shapely.get_point(np.repeat(lines, 2), np.tile([0, -1], len(lines)))
-    end, other = shapely.STRtree(lines).query(ends, predicate="dwithin", distance=tolerance)
-    missed = shapely.shortest_line(ends[end], lines[other])[end // 2 != other]
-    return shapely.get_parts(shapely.union_all([*lines, *missed[shapely.length(missed) > 0]], grid_size=grid))
+    end, line = shapely.STRtree(lines).query(ends, predicate="dwithin", distance=tolerance)
+    extensions = shapely.shortest_line(ends[end], lines[line])[end // 2 != line]
+    return shapely.get_parts(
+        shapely.union_all([*lines, *extensions[shapely.length(extensions) > 0]], grid_size=grid)
+    )

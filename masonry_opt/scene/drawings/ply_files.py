@@ -24,7 +24,7 @@ _NUMBER_TYPES = {
 #: Byte order of numbers in numpy's notation, by the name of the format. It is empty for text files.
 _BYTE_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
-#: Versions of the format, by their names in the header. Both have the same content.
+#: Versions of the PLY format, as written in the header. Files of both versions are read in the same way.
 _VERSIONS = ("1.0", "1.1")
 
 #: Names of the property of a face that lists its corners.
@@ -58,8 +58,8 @@ class _Element:
 
     def number_of(self, *names: str, is_list: bool = False) -> int:
         """Return the index of the property with one of the names. Raises ValueError if there is none."""
-        for number, own in enumerate(self.properties):
-            if own.name in names and bool(own.count_kind) == is_list:
+        for number, item in enumerate(self.properties):
+            if item.name in names and bool(item.count_kind) == is_list:
                 return number
         raise ValueError(f"element '{self.name}' has no property '{names[0]}'")
 
@@ -83,7 +83,7 @@ def read_ply(data: bytes) -> list[Mesh]:
 
 def _corners_and_faces(data: bytes) -> tuple[np.ndarray, list[list[int]]]:
     """Return the corners and faces of a file. Raises ValueError with the reason if the file is not valid."""
-    byte_order, elements, content = _divided(data)
+    byte_order, elements, content = _divide(data)
     body: _Body = _Bytes(content, byte_order) if byte_order else _Words(content.split())
     points = np.zeros((0, 3))
     faces: list[list[int]] = []
@@ -101,7 +101,7 @@ def _corners_and_faces(data: bytes) -> tuple[np.ndarray, list[list[int]]]:
     return points, faces
 
 
-def _divided(data: bytes) -> tuple[str, list[_Element], bytes]:
+def _divide(data: bytes) -> tuple[str, list[_Element], bytes]:
     """Divide a file into its header and body. Return the byte order, the elements and the body."""
     end = re.search(rb"[\r\n]end_header[ \t]*(?:\r\n|\n|\r)", data)
     if not re.match(rb"ply\s", data) or end is None:
@@ -150,22 +150,24 @@ class _Body(ABC):
     def _entry(self, element: _Element) -> list[np.ndarray]:
         """Return the values of the next entry of an element, as one array for each property."""
         entry = []
-        for own in element.properties:
-            count = int(self._next(own.count_kind, 1)[0]) if own.count_kind else 1
+        for item in element.properties:
+            count = int(self._next_values(item.count_kind, 1)[0]) if item.count_kind else 1
             if count < 0:
                 raise ValueError(f"a list has {count} values")
-            entry.append(self._next(own.kind, count))
+            entry.append(self._next_values(item.kind, count))
         return entry
 
     @abstractmethod
-    def _next(self, kind: str, count: int) -> np.ndarray:
+    def _next_values(self, kind: str, count: int) -> np.ndarray:
         """Return the next values of the body, of a given type. Raises ValueError if fewer values remain."""
 
     @abstractmethod
     def _equal_entries(self, element: _Element, lengths: list[int]) -> list[np.ndarray] | None:
-        """Return all values of an element if its lists have the given lengths in each entry, or else None.
+        """Return all values of an element if every entry has lists of the given lengths, or else None.
 
-        A single value has the length 1. The position moves on only if values are returned.
+        ``lengths`` contains the number of values of each property in the first entry; a single value has the
+        length 1. The result is also None if the body is too short. The position moves on only if values are
+        returned.
         """
 
 
@@ -175,7 +177,7 @@ class _Words(_Body):
 
     words: list[bytes]
 
-    def _next(self, kind: str, count: int) -> np.ndarray:
+    def _next_values(self, kind: str, count: int) -> np.ndarray:
         words = self.words[self.position : self.position + count]
         if len(words) < count:
             raise ValueError(_CUT_OFF)
@@ -183,19 +185,19 @@ class _Words(_Body):
         return _numbers(words, kind)
 
     def _equal_entries(self, element: _Element, lengths: list[int]) -> list[np.ndarray] | None:
-        is_list = [bool(own.count_kind) for own in element.properties]
+        is_list = [bool(item.count_kind) for item in element.properties]
         width = sum(lengths) + sum(is_list)
         end = self.position + element.count * width
         if end > len(self.words):
             return None
         columns = []
         first = self.position
-        for own, length in zip(element.properties, lengths, strict=True):
-            if own.count_kind:
-                if (_numbers(self.words[first:end:width], own.count_kind) != length).any():
+        for item, length in zip(element.properties, lengths, strict=True):
+            if item.count_kind:
+                if (_numbers(self.words[first:end:width], item.count_kind) != length).any():
                     return None
                 first += 1
-            values = [_numbers(self.words[first + index : end : width], own.kind) for index in range(length)]
+            values = [_numbers(self.words[first + index : end : width], item.kind) for index in range(length)]
             columns.append(np.column_stack(values) if values else np.zeros((element.count, 0)))
             first += length
         self.position = end
@@ -203,20 +205,24 @@ class _Words(_Body):
 
 
 def _numbers(words: list[bytes], kind: str) -> np.ndarray:
-    """Convert words to numbers of a numpy type. Raises ValueError if a word is not such a number."""
+    """Convert words to floating-point numbers.
+
+    Raises ValueError if a word is not a number, or if ``kind`` is an integer type of numpy and a word is not
+    a whole number of absolute value below ``_LARGEST_INTEGER``.
+    """
     try:
         numbers = np.array([float(word) for word in words])
     except ValueError:
-        wrong = next(word for word in words if not _is_number(word))
+        wrong_word = next(word for word in words if not _is_number(word))
         raise ValueError(
-            f"'{stones.block_name(wrong.decode('utf-8', 'replace'))[:60]}' is not a number"
+            f"'{stones.block_name(wrong_word.decode('utf-8', 'replace'))[:60]}' is not a number"
         ) from None
     if kind[0] != "f":
         is_whole = (np.abs(numbers) < _LARGEST_INTEGER) & (numbers == np.round(numbers))
         if not is_whole.all():
             text = words[int(np.argmin(is_whole))].decode("utf-8", "replace")
             raise ValueError(
-                f"'{stones.block_name(text)[:60]}' is not a whole number, but its property has whole numbers"
+                f"'{stones.block_name(text)[:60]}' is not a whole number, but its property has integer type"
             )
     return numbers
 
@@ -237,26 +243,26 @@ class _Bytes(_Body):
     data: bytes
     byte_order: str  #: byte order of its numbers, "<" or ">"
 
-    def _next(self, kind: str, count: int) -> np.ndarray:
-        own = np.dtype(self.byte_order + kind)
-        if count * own.itemsize > len(self.data) - self.position:
+    def _next_values(self, kind: str, count: int) -> np.ndarray:
+        number_type = np.dtype(self.byte_order + kind)
+        if count * number_type.itemsize > len(self.data) - self.position:
             raise ValueError(_CUT_OFF)
-        values = np.frombuffer(self.data, own, count, self.position)
-        self.position += count * own.itemsize
+        values = np.frombuffer(self.data, number_type, count, self.position)
+        self.position += count * number_type.itemsize
         return values
 
     def _equal_entries(self, element: _Element, lengths: list[int]) -> list[np.ndarray] | None:
         fields: list[tuple[str, str, tuple[int, ...]]] = []
-        for number, (own, length) in enumerate(zip(element.properties, lengths, strict=True)):
-            if own.count_kind:
-                fields.append((f"count {number}", self.byte_order + own.count_kind, ()))
-            fields.append((f"values {number}", self.byte_order + own.kind, (length,)))
+        for number, (item, length) in enumerate(zip(element.properties, lengths, strict=True)):
+            if item.count_kind:
+                fields.append((f"count {number}", self.byte_order + item.count_kind, ()))
+            fields.append((f"values {number}", self.byte_order + item.kind, (length,)))
         entry = np.dtype(fields)
         if element.count * entry.itemsize > len(self.data) - self.position:
             return None
         table = np.frombuffer(self.data, entry, element.count, self.position)
-        for number, (own, length) in enumerate(zip(element.properties, lengths, strict=True)):
-            if own.count_kind and (table[f"count {number}"] != length).any():
+        for number, (item, length) in enumerate(zip(element.properties, lengths, strict=True)):
+            if item.count_kind and (table[f"count {number}"] != length).any():
                 return None
         self.position += element.count * entry.itemsize
         return [table[f"values {number}"] for number in range(len(lengths))]

@@ -70,9 +70,9 @@ class FlatDrawing(Drawing):
         A support has no loads. Any other block has the drawing's unit weight, which ``keys`` may override.
         """
         rings = outline.exterior, *outline.interiors
-        outer, *holes = (shapely.get_coordinates(ring)[:-1].tolist() for ring in rings)
+        outer_ring, *holes = (shapely.get_coordinates(ring)[:-1].tolist() for ring in rings)
         loads = {"unit_weight": self.unit_weight} | keys
-        return Block(name=name, vertices=outer, holes=holes, **({"fixed": True} if fixed else loads))
+        return Block(name=name, vertices=outer_ring, holes=holes, **({"fixed": True} if fixed else loads))
 
 
 def block_name(text: str) -> str:
@@ -146,23 +146,23 @@ def with_supports(meshes: Sequence[Mesh], which: Supports, words: Sequence[str] 
     block has a name in ``which``, or if no block is a support.
     """
     names = [mesh.name for mesh in meshes]
-    unknown = [name for name in which.fixed if name not in names]
-    if unknown:
-        raise ValueError(f"'fixed': no block is named '{unknown[0]}' (blocks: {listed_names(names)})")
-    below = -np.inf if which.fixed_below is None else which.fixed_below
-    lowest = [float(mesh.points[:, 2].min()) for mesh in meshes]
-    marked = []
-    for mesh, low in zip(meshes, lowest, strict=True):
+    unknown_names = [name for name in which.fixed if name not in names]
+    if unknown_names:
+        raise ValueError(f"'fixed': no block is named '{unknown_names[0]}' (blocks: {listed_names(names)})")
+    height_limit = -np.inf if which.fixed_below is None else which.fixed_below
+    lowest_points = [float(mesh.points[:, 2].min()) for mesh in meshes]
+    marked_meshes = []
+    for mesh, low in zip(meshes, lowest_points, strict=True):
         text = f"{mesh.name} {mesh.layers}".casefold()
         is_named = mesh.name in which.fixed or any(word.casefold() in text for word in words)
-        marked.append(replace(mesh, fixed=mesh.fixed or is_named or low <= below))
-    if not any(mesh.fixed for mesh in marked):
+        marked_meshes.append(replace(mesh, fixed=mesh.fixed or is_named or low <= height_limit))
+    if not any(mesh.fixed for mesh in marked_meshes):
         raise ValueError(
             f"no block is a support: name the supports with 'fixed' (blocks: {listed_names(names)}), "
-            "or fix all blocks that reach down to a height with 'fixed_below' "
-            f"(the lowest corner is at z = {min(lowest):.6g})"
+            "or set 'fixed_below' to a height, so that all blocks whose lowest corner is not above this "
+            f"height become supports (the lowest corner of all blocks is at z = {min(lowest_points):.6g})"
         )
-    return marked
+    return marked_meshes
 
 
 class SolidDrawing(Drawing):
@@ -179,12 +179,12 @@ class SolidDrawing(Drawing):
         """
         refuse_holes(mesh, tolerance)
         parts = convex_solids(mesh, tolerance)
-        shape = _keys(parts[0]) if len(parts) == 1 else {"parts": [_keys(part) for part in parts]}
+        shape = _shape_keys(parts[0]) if len(parts) == 1 else {"parts": [_shape_keys(part) for part in parts]}
         loads: dict[str, Any] = {"unit_weight": self.unit_weight, "live_per_weight": self.live}
         return Solid(name=mesh.name, **shape, **({"fixed": True} if mesh.fixed else loads))
 
 
-def _keys(shape: MeshSolid) -> dict[str, Any]:
+def _shape_keys(shape: MeshSolid) -> dict[str, Any]:
     """Return the case-file keys ``vertices`` and ``faces`` of a convex solid or part."""
     mesh = used("", shape.points, [side.rings[0] for side in shape.sides])
     return {"vertices": list(map(tuple, mesh.points.tolist())), "faces": mesh.faces}
@@ -198,17 +198,17 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
     A support that is a flat polygon, as one face or divided, is replaced by a slab behind this polygon.
     Raises ValueError if no block can move, or, with one line for each wrong block, if blocks are not solids.
     """
-    movable = [mesh.points for mesh in meshes if not mesh.fixed]
-    if not movable:
+    block_points = [mesh.points for mesh in meshes if not mesh.fixed]
+    if not block_points:
         names = listed_names([mesh.name for mesh in meshes])
         raise ValueError(f"every block is a support: mark fewer blocks as supports (blocks: {names})")
-    middle = np.concatenate(movable).mean(axis=0)
-    tolerance = drawing.tolerance or _tolerance(movable)
+    middle = np.concatenate(block_points).mean(axis=0)
+    tolerance = drawing.tolerance or _precision_tolerance(block_points)
     meshes = [with_one_face(mesh) for mesh in meshes]
     blocks, mistakes = _solids(meshes, drawing, tolerance, middle)
     if mistakes and drawing.tolerance is not None:
-        wrong = [meshes[number] for number in mistakes]
-        _refuse_large_tolerance(wrong, drawing, _tolerance(movable))
+        wrong_meshes = [meshes[number] for number in mistakes]
+        _refuse_large_tolerance(wrong_meshes, drawing, _precision_tolerance(block_points))
     refuse(list(mistakes.values()))
     scene = scene_of(blocks, drawing.replace(tolerance=tolerance), path)
     shapes(scene)  # raises CaseError if the analysis cannot use a block
@@ -222,15 +222,15 @@ def _warn_of_several_surfaces(path: Path, meshes: Sequence[Mesh]) -> None:
     Such a block is probably several stones, which the modelling program joined or wrote as one layer. Meshes
     that this package wrote are not checked, because their closed surfaces are the convex parts of a block.
     """
-    checked = [mesh for mesh in meshes if not mesh.fixed and not mesh.is_exported]
-    count = {mesh.name: count_outer_surfaces(mesh) for mesh in checked}
-    several = [f"'{name}' ({number} surfaces)" for name, number in count.items() if number > 1]
-    if not several:
+    checked_meshes = [mesh for mesh in meshes if not mesh.fixed and not mesh.is_exported]
+    count = {mesh.name: count_outer_surfaces(mesh) for mesh in checked_meshes}
+    divided_blocks = [f"'{name}' ({number} surfaces)" for name, number in count.items() if number > 1]
+    if not divided_blocks:
         return
-    is_one = len(several) == 1
+    is_single = len(divided_blocks) == 1
     warning = (
-        f"{path}: {'block' if is_one else 'blocks'} {listed_names(several)} "
-        f"{'consists' if is_one else 'consist'} of several closed surfaces, which cannot move relative to "
+        f"{path}: {'block' if is_single else 'blocks'} {listed_names(divided_blocks)} "
+        f"{'consists' if is_single else 'consist'} of several closed surfaces, which cannot move relative to "
         "each other: if the surfaces are stones, export each stone as a separate object"
     )
     warnings.warn(printable(warning), DrawingWarning, stacklevel=4)
@@ -256,23 +256,23 @@ def _solids(
     return solids, mistakes
 
 
-def _refuse_large_tolerance(wrong: Sequence[Mesh], drawing: SolidDrawing, default: float) -> None:
-    """Raise ValueError if the ``wrong`` meshes would be valid with a smaller tolerance.
+def _refuse_large_tolerance(wrong_meshes: Sequence[Mesh], drawing: SolidDrawing, default: float) -> None:
+    """Raise ValueError if the ``wrong_meshes`` would be valid with a smaller tolerance.
 
     The tolerance of the drawing is halved until no mesh is wrong, or until it is smaller than the
     ``default``. The message names the thinnest wrong mesh and a sufficient upper limit of the tolerance.
     """
-    given = drawing.tolerance
-    if given is None or any(mesh.flat for mesh in wrong):
+    tolerance = drawing.tolerance
+    if tolerance is None or any(mesh.flat for mesh in wrong_meshes):
         return
-    limit = given / 2
-    while _solids(wrong, drawing, limit, np.zeros(3))[1]:
+    limit = tolerance / 2
+    while _solids(wrong_meshes, drawing, limit, np.zeros(3))[1]:
         limit /= 2
         if limit < default:
             return
-    thickness = {mesh.name: _least_width(mesh) for mesh in wrong}
+    thickness = {mesh.name: _least_width(mesh) for mesh in wrong_meshes}
     name = min(thickness, key=lambda block: thickness[block])
-    raise ValueError(f"block '{name}' is {too_thin_for(given, thickness[name], limit)}")
+    raise ValueError(f"block '{name}' is {too_thin_for(tolerance, thickness[name], limit)}")
 
 
 def _least_width(mesh: Mesh) -> float:
@@ -291,23 +291,23 @@ def _slab(mesh: Mesh, middle: np.ndarray) -> Mesh:
     size = float(np.linalg.norm(area))
     if not size > 0:
         raise ValueError("the block is a face without area: remove the face")
-    towards = np.sign((middle - top.mean(axis=0)) @ area) or 1.0
-    bottom = top - towards * SLAB_THICKNESS * area / np.sqrt(size)
+    sign = np.sign((middle - top.mean(axis=0)) @ area) or 1.0
+    bottom = top - sign * SLAB_THICKNESS * area / np.sqrt(size)
     faces = prism(top.tolist(), bottom.tolist())["faces"]
     return replace(mesh, points=np.concatenate([top, bottom]), faces=faces)
 
 
-def _tolerance(movable: Sequence[np.ndarray]) -> float:
-    """Return the tolerance that is suitable for the precision of the coordinates.
+def _precision_tolerance(block_points: Sequence[np.ndarray]) -> float:
+    """Return a tolerance for the scene that suits the precision of the coordinates of its corners.
 
     If all coordinates are rounded, the tolerance is twice the unit of their last decimal place, provided that
     this length is small relative to the blocks. Otherwise it is the default tolerance of a scene.
     """
-    points = np.concatenate(movable)
+    points = np.concatenate(block_points)
     default = RELATIVE_TOLERANCE * float(np.linalg.norm(np.ptp(points, axis=0)))
-    smallest = min(float(np.cbrt(np.prod(np.ptp(corners, axis=0)))) for corners in movable)
+    smallest_size = min(float(np.cbrt(np.prod(np.ptp(corners, axis=0)))) for corners in block_points)
     for decimals in range(_MOST_DECIMALS + 1):
         unit = 10.0**-decimals
         if np.abs(points - np.round(points, decimals)).max() <= 1e-9 * np.abs(points).max():
-            return max(default, 2 * unit) if 2 * unit <= NEAR_MISS * smallest else default
+            return max(default, 2 * unit) if 2 * unit <= NEAR_MISS * smallest_size else default
     return default

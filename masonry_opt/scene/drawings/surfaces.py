@@ -35,19 +35,20 @@ def divide_into_surfaces(mesh: Mesh) -> list[Mesh]:
     Raises ValueError if the surfaces cannot be separated, because their faces are oriented inconsistently, or
     because the common face of two blocks is drawn only once.
     """
-    merged = merge_equal_corners(mesh)
-    distinct = distinct_faces(merged)
+    merged_faces = merge_equal_corners(mesh)
+    unique_faces = distinct_faces(merged_faces)
     surfaces = None
-    if not _is_two_sided([*distinct.values()]):
-        surfaces = _successive_surfaces(distinct)
+    if not _is_two_sided([*unique_faces.values()]):
+        surfaces = _successive_surfaces(unique_faces)
         if surfaces is None:
             # If faces are oriented at random, the common face of two touching blocks may occur twice in the
-            # same orientation. Then keep both.
-            surfaces = _successive_surfaces(dict(enumerate(merged)))
+            # same orientation. ``distinct_faces`` removes the second occurrence, so repeat the division with
+            # all faces.
+            surfaces = _successive_surfaces(dict(enumerate(merged_faces)))
         if surfaces is None:
-            surfaces = stones_between_faces(mesh.points, merged)
+            surfaces = stones_between_faces(mesh.points, merged_faces)
     if surfaces is None:
-        surfaces = _connected_surfaces(mesh.points, distinct)
+        surfaces = _connected_surfaces(mesh.points, unique_faces)
     if len(surfaces) < 2:
         return [mesh]
     return [
@@ -68,16 +69,16 @@ def count_outer_surfaces(mesh: Mesh) -> int:
         return 1
     low = np.array([surface.points.min(axis=0) for surface in surfaces])
     high = np.array([surface.points.max(axis=0) for surface in surfaces])
-    around = [
+    larger_surfaces = [
         np.flatnonzero(((low < low[number]) & (high[number] < high)).all(axis=1)).tolist()
         for number in range(len(surfaces))
     ]
-    triangles = {number: _triangles(surfaces[number]) for number in set(chain.from_iterable(around))}
+    triangles = {number: _triangles(surfaces[number]) for number in set(chain.from_iterable(larger_surfaces))}
     count = 0
-    for surface, larger in zip(surfaces, around, strict=True):
+    for surface, candidates in zip(surfaces, larger_surfaces, strict=True):
         middle = surface.points.mean(axis=0)
-        enclosing = sum(winding_number(middle, triangles[number]) > 0.5 for number in larger)
-        count += enclosing % 2 == 0
+        enclosing_count = sum(winding_number(middle, triangles[number]) > 0.5 for number in candidates)
+        count += enclosing_count % 2 == 0
     return count
 
 
@@ -88,54 +89,57 @@ def _triangles(surface: Mesh) -> np.ndarray:
 
 
 def _is_two_sided(faces: list[list[int]]) -> bool:
-    """Return True if the faces contain each face in both orientations."""
+    """Return True if a list of faces contains each of its faces in both orientations."""
     return bool(faces) and _has_reverses({from_smallest(face) for face in faces}, faces)
 
 
 def _has_reverses(keys: set[tuple[int, ...]], faces: list[list[int]]) -> bool:
-    """Return True if the set of keys contains the key of the reverse of each face."""
+    """Return True if the reverse of each face is among the faces that ``keys`` represents.
+
+    A key is the result of :func:`from_smallest` for a face.
+    """
     return all(from_smallest(face[::-1]) in keys for face in faces)
 
 
 def _successive_surfaces(faces: dict[int, list[int]]) -> list[list[int]] | None:
-    """Return the indices of the faces of each surface, if the faces of a surface follow one another.
+    """Divide a list of faces, in its order, into closed surfaces; return the face indices of each surface.
 
-    Programs usually write one stone after another. Return None if successive faces do not form closed and
-    connected surfaces of at least four faces each.
+    Programs usually write all faces of a stone before the faces of the next stone. Return None if successive
+    faces do not form closed and connected surfaces of at least four faces each.
     """
     surfaces: list[list[int]] = []
-    present: list[int] = []
+    surface: list[int] = []
     count: Counter[Edge] = Counter()
-    single: set[Edge] = set()  # edges that belong to only one face of the present surface
+    open_edges: set[Edge] = set()  # edges that belong to only one face of the current surface
     for number, face in faces.items():
-        present.append(number)
+        surface.append(number)
         for tail, tip in steps_round(face):
             edge = min(tail, tip), max(tail, tip)
             count[edge] += 1
             if count[edge] > 2:
                 return None
-            single ^= {edge}
-        if not single:
-            if len(present) < FEWEST_SIDES or not _is_connected([faces[number] for number in present]):
+            open_edges ^= {edge}
+        if not open_edges:
+            if len(surface) < FEWEST_SIDES or not _is_connected([faces[number] for number in surface]):
                 return None
-            surfaces.append(present)
-            present = []
+            surfaces.append(surface)
+            surface = []
             count.clear()
-    return None if single else surfaces
+    return None if open_edges else surfaces
 
 
 def _is_connected(faces: list[list[int]]) -> bool:
     """Return True if the faces are connected by edges that two faces share."""
-    pairs = [having for having in by_edge(faces).values() if len(having) == 2]
+    pairs = [edge_faces for edge_faces in by_edge(faces).values() if len(edge_faces) == 2]
     return not linked(len(faces), *np.array(pairs, dtype=int).reshape(-1, 2).T).any()
 
 
-def _connected_surfaces(points: np.ndarray, distinct: dict[int, list[int]]) -> list[list[int]]:
-    """Return the indices of the faces of each surface, found from the edges that faces share.
+def _connected_surfaces(points: np.ndarray, unique_faces: dict[int, list[int]]) -> list[list[int]]:
+    """Divide faces into surfaces by the edges that they share; return the face indices of each surface.
 
     See :func:`divide_into_surfaces`.
     """
-    faces = list(distinct.values())
+    faces = list(unique_faces.values())
     if volume(points, faces) < 0:
         faces = [face[::-1] for face in faces]
     edges = by_edge(faces)
@@ -145,49 +149,53 @@ def _connected_surfaces(points: np.ndarray, distinct: dict[int, list[int]]) -> l
             "cannot be separated: orient all faces outwards, or export each stone as an object of its own"
         )
     links: list[list[int]] = []
-    for edge, having in edges.items():
-        several = len(having) > 2
-        links += _through_inside(points, edge, having, faces) if several else [having[:1] + having[-1:]]
+    for edge, edge_faces in edges.items():
+        is_shared = len(edge_faces) > 2
+        links += (
+            _pairs_through_inside(points, edge, edge_faces, faces)
+            if is_shared
+            else [edge_faces[:1] + edge_faces[-1:]]
+        )
     group = linked(len(faces), *np.array(links, dtype=int).reshape(-1, 2).T)
-    oriented: dict[int, dict[int, list[int]]] = defaultdict(dict)
-    for surface, number, face in zip(group.tolist(), distinct, faces, strict=True):
-        oriented[surface][number] = face
+    surface_faces: dict[int, dict[int, list[int]]] = defaultdict(dict)
+    for surface, number, face in zip(group.tolist(), unique_faces, faces, strict=True):
+        surface_faces[surface][number] = face
     keys = {from_smallest(face) for face in faces}
     return [
         list(surface)
-        for surface in oriented.values()
+        for surface in surface_faces.values()
         if not _is_around_blocks(points, [*surface.values()], keys)
     ]
 
 
 def _is_around_blocks(points: np.ndarray, faces: list[list[int]], keys: set[tuple[int, ...]]) -> bool:
-    """Return True if a surface encloses all blocks of a mesh, and is no block itself.
+    """Return True if a surface is not a block, but the outer boundary of blocks, oriented inwards.
 
-    A mesh in which each face occurs in both orientations has such a surface: the reversed outer faces of its
-    blocks. The surface is oriented inwards. ``keys`` has the keys of all faces of the mesh. A flat polygon
-    also has each face in both orientations, but is a block.
+    A mesh in which each face occurs in both orientations contains the outer faces of its blocks a second
+    time, oriented inwards. ``keys`` contains the result of :func:`from_smallest` for each face of the mesh. A
+    flat polygon also has each face in both orientations, but is a block.
     """
     return _has_reverses(keys, faces) and not _is_two_sided(faces) and volume(points, faces) < 0
 
 
 def _are_oriented_inconsistently(faces: list[list[int]], edges: dict[Edge, list[int]]) -> bool:
-    """Return True if some edge belongs to four or more faces, and the orientations of the faces differ.
+    """Return True if faces are oriented inconsistently, and some edge belongs to four or more faces.
 
-    Faces are oriented consistently if equal numbers traverse each edge in both directions. An edge of an odd
-    number of faces is at a hole of a surface, and is not considered.
+    Faces are oriented consistently if, at each edge, as many faces traverse the edge forwards as backwards.
+    An edge of an odd number of faces is at a hole of a surface, and is not considered.
     """
-    paired = {edge: having for edge, having in edges.items() if len(having) % 2 == 0}
-    if all(len(having) == 2 for having in paired.values()):
+    even_edges = {edge: edge_faces for edge, edge_faces in edges.items() if len(edge_faces) % 2 == 0}
+    if all(len(edge_faces) == 2 for edge_faces in even_edges.values()):
         return False
-    directed = [set(steps_round(face)) for face in faces]
+    directed_edges = [set(steps_round(face)) for face in faces]
     return any(
-        2 * sum(edge in directed[number] for number in having) != len(having)
-        for edge, having in paired.items()
+        2 * sum(edge in directed_edges[number] for number in edge_faces) != len(edge_faces)
+        for edge, edge_faces in even_edges.items()
     )
 
 
-def _through_inside(
-    points: np.ndarray, edge: Edge, having: list[int], faces: list[list[int]]
+def _pairs_through_inside(
+    points: np.ndarray, edge: Edge, edge_faces: list[int], faces: list[list[int]]
 ) -> Iterator[list[int]]:
     """At an edge of more than two faces, find the pairs of faces that belong to the same block.
 
@@ -197,12 +205,15 @@ def _through_inside(
     low, high = points[list(edge)]
     u, v = across((high - low) / np.linalg.norm(high - low))
     angles: dict[bool, list[tuple[int, float]]] = {True: [], False: []}
-    for number in having:
-        away = points[faces[number]].mean(axis=0) - low
-        forth = edge in steps_round(faces[number])
-        angles[forth].append((number, float(np.arctan2(away @ v, away @ u))))
+    for number in edge_faces:
+        direction = points[faces[number]].mean(axis=0) - low
+        is_forward = edge in steps_round(faces[number])
+        angles[is_forward].append((number, float(np.arctan2(direction @ v, direction @ u))))
     for number, angle in angles[True] if angles[False] else ():
-        # Coincident faces of two blocks have no volume between them. Subtract a small angle, so that a
-        # coincident face is chosen last.
-        behind = [((angle - other - COINCIDENT_ANGLE) % (2 * np.pi), mate) for mate, other in angles[False]]
-        yield [number, min(behind)[1]]
+        # A coincident face belongs to the neighbouring block. Subtract a small angle from the angle between
+        # two faces, modulo 2π: for coincident faces the result is almost 2π, so they are chosen last.
+        candidates = [
+            ((angle - other_angle - COINCIDENT_ANGLE) % (2 * np.pi), mate)
+            for mate, other_angle in angles[False]
+        ]
+        yield [number, min(candidates)[1]]

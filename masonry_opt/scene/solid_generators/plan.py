@@ -78,7 +78,7 @@ class WallCrossing(NamedTuple):
 
     @property
     def middles(self) -> list[float]:
-        """Return the middle line of each leaf of the other wall, as a position along this wall."""
+        """Return the position, along this wall, of the middle line of each leaf of the wall that it meets."""
         leaf = (self.end - self.start) / self.leaves
         return [self.start + (number + 0.5) * leaf for number in range(self.leaves)]
 
@@ -121,8 +121,8 @@ class WallStretch(NamedTuple):
     @property
     def bounds(self) -> tuple[_Run, _Run]:
         """Return the smallest and largest x of this piece of wall, and its smallest and largest y."""
-        along = self.start, self.end
-        return (self.faces, along) if self.along else (along, self.faces)
+        extent = self.start, self.end
+        return (self.faces, extent) if self.along else (extent, self.faces)
 
     def bays(self) -> Iterator[tuple[float, float, WallCrossing | None]]:
         """Divide this stretch of wall where other walls cross it, and yield the start and end of each piece.
@@ -130,13 +130,13 @@ class WallStretch(NamedTuple):
         Each piece comes with the crossing before it, or None for the first piece.
         """
         ends = [*(crossing.start for crossing in self.crossings), self.end]
-        for previous, end in zip([None, *self.crossings], ends, strict=True):
-            start = previous.end if previous else self.start
+        for crossing_before, end in zip([None, *self.crossings], ends, strict=True):
+            start = crossing_before.end if crossing_before else self.start
             if start < end:
-                yield start, end, previous
+                yield start, end, crossing_before
 
     def clear(self, hole: _Hole, nothing: float) -> bool:
-        """Return True if an opening and its lintel are inside this piece of wall, outside crossing walls.
+        """Return True if neither an opening nor its lintel extends beyond this piece or into a crossing wall.
 
         ``nothing`` is the largest length that counts as zero.
         """
@@ -148,10 +148,14 @@ class WallStretch(NamedTuple):
 
         Walls that pass through this wall, openings and lintels interrupt the course.
         """
-        here = [hole for hole in self.holes if hole.sill <= course <= hole.top]
-        taken = [hole.lintel if course == hole.top else hole.jambs for hole in here]
-        taken += [(a.start, a.end) for a in self.crossings if course < a.courses and not a.passes[course % 2]]
-        return spaces(self.start, self.end, taken)
+        course_holes = [hole for hole in self.holes if hole.sill <= course <= hole.top]
+        gaps = [hole.lintel if course == hole.top else hole.jambs for hole in course_holes]
+        gaps += [
+            (crossing.start, crossing.end)
+            for crossing in self.crossings
+            if course < crossing.courses and not crossing.passes[course % 2]
+        ]
+        return spaces(self.start, self.end, gaps)
 
 
 class Plan(SolidGenerator):
@@ -197,17 +201,17 @@ class Plan(SolidGenerator):
             return
         if self.headers and all(wall.leaves == 1 for wall in self.walls):
             yield "'headers' need a wall with two leaves: set 'leaves = 2' for a wall, or remove 'headers'"
-        stretches = self._crossed()
-        yield from _overlaps(stretches)
+        stretches = self._crossed_stretches()
+        yield from _overlapping_walls(stretches)
         mistakes = [*self._wrong_openings(stretches)]
-        yield from mistakes or self._slivers(stretches)
+        yield from mistakes or self._short_pieces(stretches)
 
     def _wrong_axes(self) -> Iterator[str]:
-        """Generate an error message for each name that several walls have, and for each mistake in axes."""
+        """Generate an error message for each repeated wall name, and for each axis that is not valid."""
         for name in repeated(wall.name for wall in self.walls):
             yield f"two walls are named '{name}': rename one of them"
         for wall in self.walls:
-            directions = [(a[1] == b[1], a[0] == b[0]) for a, b in pairwise(wall.axis)]
+            directions = [(start[1] == end[1], start[0] == end[0]) for start, end in pairwise(wall.axis)]
             oblique = [
                 number for number, (along_x, along_y) in enumerate(directions, start=1) if along_x == along_y
             ]
@@ -228,33 +232,36 @@ class Plan(SolidGenerator):
         for wall in self.walls:
             top = wall.courses or self.courses
             for number, opening in enumerate(wall.openings, start=1):
-                where = f"opening no. {number} of wall '{wall.name}'"
+                label = f"opening no. {number} of wall '{wall.name}'"
                 rows = opening.sill + opening.height + 1
                 if rows > top:
                     yield (
-                        f"the lintel of {where} is in course {rows}, but the wall has {top} courses: "
+                        f"the lintel of {label} is in course {rows}, but the wall has {top} courses: "
                         "reduce 'sill' or 'height'"
                     )
                 elif (wall.name, number) not in valid:
                     yield (
-                        f"{where} or its lintel extends beyond the wall or into a crossing wall: move the "
+                        f"{label} or its lintel extends beyond the wall or into a crossing wall: move the "
                         "opening, or reduce its 'width' or 'bearing'"
                     )
         for stretch in stretches:
-            for a, b in combinations(stretch.holes, 2):
-                overlap = min(a.lintel[1], b.lintel[1]) - max(a.lintel[0], b.lintel[0])
-                if overlap > self._nothing and a.sill <= b.top and b.sill <= a.top:
+            for first, second in combinations(stretch.holes, 2):
+                overlap = min(first.lintel[1], second.lintel[1]) - max(first.lintel[0], second.lintel[0])
+                if overlap > self._zero_length and first.sill <= second.top and second.sill <= first.top:
                     yield (
-                        f"in wall '{stretch.wall.name}', openings no. {a.number} and no. {b.number} or their "
-                        "lintels overlap: move an opening, or reduce a 'bearing'"
+                        f"in wall '{stretch.wall.name}', openings no. {first.number} and no. {second.number} "
+                        "or their lintels overlap: move an opening, or reduce a 'bearing'"
                     )
 
-    def _slivers(self, stretches: list[WallStretch]) -> Iterator[str]:
-        """Generate an error message for each wall piece with a sliver: a run shorter than a quarter block."""
+    def _short_pieces(self, stretches: list[WallStretch]) -> Iterator[str]:
+        """Generate an error message for each straight piece of wall in which a row of blocks is too short.
+
+        In each course, every uninterrupted row of blocks must be at least a quarter of a block long.
+        """
         for stretch in stretches:
             for course in range(stretch.courses):
                 pieces = [high - low for low, high in stretch.runs(course)]
-                if min(pieces, default=math.inf) < CLOSER * self.block[0] - self._nothing:
+                if min(pieces, default=math.inf) < CLOSER * self.block[0] - self._zero_length:
                     yield (
                         f"in wall '{stretch.wall.name}', a piece of course {course + 1} would be "
                         f"{rounded(min(pieces))} long, less than a quarter of a block: "
@@ -263,31 +270,38 @@ class Plan(SolidGenerator):
                     break
 
     @property
-    def _nothing(self) -> float:
-        """Return the largest length that counts as zero, because rounding errors may be as large."""
+    def _zero_length(self) -> float:
+        """Return the length up to which a distance counts as zero, to allow for rounding errors."""
         return _ZERO_LENGTH_TOLERANCE * self.block[0]
 
     @property
     def size(self) -> int:
         """Return an upper bound on the number of blocks."""
-        least = min(self.block[0], self.thickness) if self.headers else self.block[0]
-        lengths = [(stretch, (stretch.end - stretch.start) / least + 4) for stretch in self._stretches()]
-        return int(sum(min(most, 1e9) * stretch.courses * stretch.wall.leaves for stretch, most in lengths))
+        shortest_block = min(self.block[0], self.thickness) if self.headers else self.block[0]
+        lengths = [
+            (stretch, (stretch.end - stretch.start) / shortest_block + 4) for stretch in self._stretches()
+        ]
+        return int(
+            sum(
+                min(block_count, 1e9) * stretch.courses * stretch.wall.leaves
+                for stretch, block_count in lengths
+            )
+        )
 
     def _stretches(self) -> list[WallStretch]:
         """Return the straight pieces of all walls, before their crossings are computed."""
         stretches = []
         for wall in self.walls:
-            before = 0.0  # length of the wall's axis before this piece of wall
+            previous_length = 0.0  # length of the wall's axis before this piece of wall
             courses = wall.courses or self.courses
             for first, second in pairwise(wall.axis):
-                along = 0 if first[1] == second[1] else 1
-                start, end = sorted((first[along], second[along]))
-                sign = 1.0 if first[along] == start else -1.0
-                holes = tuple(self._holes(wall, first[along] - sign * before, sign))
-                place = wall, along, first[1 - along], start, end
+                axis = 0 if first[1] == second[1] else 1
+                start, end = sorted((first[axis], second[axis]))
+                sign = 1.0 if first[axis] == start else -1.0
+                holes = tuple(self._holes(wall, first[axis] - sign * previous_length, sign))
+                place = wall, axis, first[1 - axis], start, end
                 stretches.append(WallStretch(*place, wall.leaves * self.thickness, courses, holes))
-                before += end - start
+                previous_length += end - start
         return stretches
 
     def _holes(self, wall: PlanWall, origin: float, sign: float) -> Iterator[_Hole]:
@@ -303,37 +317,45 @@ class Plan(SolidGenerator):
             top = opening.sill + opening.height
             yield _Hole(number, (left, right), lintel, opening.sill, top)
 
-    def _crossed(self) -> list[WallStretch]:
+    def _crossed_stretches(self) -> list[WallStretch]:
         """Return the straight pieces of all walls, with their crossings.
 
         Ends that meet other walls are extended to the outer faces of these walls. Openings that touch
         crossings are left out.
         """
         stretches = self._stretches()
-        near = _AXIS_TOLERANCE * _size(stretches)
+        tolerance = _AXIS_TOLERANCE * _plan_size(stretches)
         crossings: list[list[WallCrossing]] = [[] for _ in stretches]
         for (i, first), (j, second) in permutations(enumerate(stretches), 2):
-            both = [(first, second), (second, first)]
-            apart = any(not a.start - near <= b.line <= a.end + near for a, b in both)
-            if apart or first.along == second.along:
+            orders = [(first, second), (second, first)]
+            is_apart = any(
+                not piece.start - tolerance <= other_piece.line <= piece.end + tolerance
+                for piece, other_piece in orders
+            )
+            if is_apart or first.along == second.along:
                 continue  # the axes neither cross nor touch
-            ends = [near >= min(abs(a.start - b.line), abs(a.end - b.line)) for a, b in both]
+            ends = [
+                tolerance >= min(abs(piece.start - other_piece.line), abs(piece.end - other_piece.line))
+                for piece, other_piece in orders
+            ]
             # In a butted bond, a wall that ends is built against a wall that continues. If both end or both
-            # continue, the second wall is built against the first.
-            through = i < j if ends[0] == ends[1] else ends[1]
-            passes = (through, through) if self.bond == "butted" else (i < j, i > j)
+            # continue, the wall that is listed later is built against the wall that is listed earlier.
+            passes_through = i < j if ends[0] == ends[1] else ends[1]
+            passes = (passes_through, passes_through) if self.bond == "butted" else (i < j, i > j)
             crossings[i].append(WallCrossing(*second.faces, second.wall.leaves, second.courses, passes))
-        whole = []
-        for stretch, own in zip(stretches, crossings, strict=True):
+        crossed_stretches = []
+        for stretch, stretch_crossings in zip(stretches, crossings, strict=True):
             start, end = stretch.start, stretch.end
-            for crossing in sorted(own):
+            for crossing in sorted(stretch_crossings):
                 centre = (crossing.start + crossing.end) / 2
-                start = crossing.start if abs(centre - stretch.start) <= near else start
-                end = crossing.end if abs(centre - stretch.end) <= near else end
-            crossed = stretch._replace(start=start, end=end, crossings=tuple(sorted(own)))
-            holes = (hole for hole in stretch.holes if crossed.clear(hole, self._nothing))
-            whole.append(crossed._replace(holes=tuple(holes)))
-        return whole
+                start = crossing.start if abs(centre - stretch.start) <= tolerance else start
+                end = crossing.end if abs(centre - stretch.end) <= tolerance else end
+            crossed_stretch = stretch._replace(
+                start=start, end=end, crossings=tuple(sorted(stretch_crossings))
+            )
+            holes = (hole for hole in stretch.holes if crossed_stretch.clear(hole, self._zero_length))
+            crossed_stretches.append(crossed_stretch._replace(holes=tuple(holes)))
+        return crossed_stretches
 
     def blocks(self) -> list[Solid]:
         """Return the blocks, course by course and wall by wall, and finally the ``base``.
@@ -341,8 +363,8 @@ class Plan(SolidGenerator):
         The names are ``wall course-block``. The blocks of a course are numbered along the straight pieces of
         the wall's axis. In each piece they are numbered leaf by leaf, by ascending coordinates.
         """
-        stretches = self._crossed()
-        built = []
+        stretches = self._crossed_stretches()
+        solids = []
         height = self.block[1]
         for course in range(max(stretch.courses for stretch in stretches)):
             numbers = {wall.name: count(1) for wall in self.walls}
@@ -350,59 +372,73 @@ class Plan(SolidGenerator):
                 for along, across in self._course(stretch, course):
                     x, y = (across, along) if stretch.along else (along, across)
                     name = f"{stretch.wall.name} {course + 1}-{next(numbers[stretch.wall.name])}"
-                    built.append(self._stone(name, {"box": (x, y, (course * height, (course + 1) * height))}))
+                    solids.append(
+                        self._stone(name, {"box": (x, y, (course * height, (course + 1) * height))})
+                    )
         if self.base:
             reach = np.array([stretch.bounds for stretch in stretches])
             low, high = reach[:, :, 0].min(axis=0), reach[:, :, 1].max(axis=0)
             sides = zip((low - self.thickness).tolist(), (high + self.thickness).tolist(), strict=True)
-            built.append(self._block("base", {"box": (*sides, (-height, 0.0))}, fixed=True))
-        return built
+            solids.append(self._block("base", {"box": (*sides, (-height, 0.0))}, fixed=True))
+        return solids
 
     def _course(self, stretch: WallStretch, course: int) -> list[tuple[_Run, _Run]]:
-        """Return the blocks of a course of a straight piece of wall, as extents along and across the wall."""
-        whole, double = stretch.faces, stretch.wall.leaves == 2
-        headers = double and self.headers is not None and (course + 1) % self.headers == 0
-        leaves = [(whole[0], stretch.line), (stretch.line, whole[1])] if double and not headers else [whole]
+        """Return the extents, along and across the wall, of the blocks in a course of a straight piece."""
+        wall_faces, has_two_leaves = stretch.faces, stretch.wall.leaves == 2
+        headers = has_two_leaves and self.headers is not None and (course + 1) % self.headers == 0
+        leaves = (
+            [(wall_faces[0], stretch.line), (stretch.line, wall_faces[1])]
+            if has_two_leaves and not headers
+            else [wall_faces]
+        )
         length = self.thickness if headers else self.block[0]
         joints: list[float] = []
-        for start, end, previous in stretch.bays():
+        for start, end, previous_crossing in stretch.bays():
             # After a crossing in a toothed bond, a course begins with half a block if this wall passes
             # through the other wall in this course. Elsewhere, every second course begins with half a block.
-            half = previous.passes[course % 2] if previous and self.bond == "toothed" else course % 2
+            half = (
+                previous_crossing.passes[course % 2]
+                if previous_crossing and self.bond == "toothed"
+                else course % 2
+            )
             joints += every(length, start + length / 2 * (headers or half), end - CLOSER * length)
         middles = [middle for crossing in stretch.crossings for middle in crossing.middles]
         stones = [stone for run in stretch.runs(course) for stone in cut(*run, joints, length, middles)]
         pieces = [(stone, leaf) for leaf in leaves for stone in stones]
-        lintels = [(hole.lintel, whole) for hole in stretch.holes if course == hole.top]
+        lintels = [(hole.lintel, wall_faces) for hole in stretch.holes if course == hole.top]
         # Sort the blocks by leaf. Lintels are sorted with the first leaf.
         return sorted([*pieces, *lintels], key=lambda piece: (piece[1][0], piece[0]))
 
 
-def _overlaps(stretches: list[WallStretch]) -> Iterator[str]:
-    """Generate an error message for each pair of pieces of walls that overlap and cannot be bonded."""
-    near = _AXIS_TOLERANCE * _size(stretches)
+def _overlapping_walls(stretches: list[WallStretch]) -> Iterator[str]:
+    """Generate an error message for each place where two walls overlap but cannot be bonded."""
+    tolerance = _AXIS_TOLERANCE * _plan_size(stretches)
     for first, second in combinations(stretches, 2):
         overlap = [
-            min(a[1], b[1]) - max(a[0], b[0]) for a, b in zip(first.bounds, second.bounds, strict=True)
+            min(first_range[1], second_range[1]) - max(first_range[0], second_range[0])
+            for first_range, second_range in zip(first.bounds, second.bounds, strict=True)
         ]
-        if min(overlap) <= near:
+        if min(overlap) <= tolerance:
             continue
         if first.along == second.along:
             yield (
                 f"walls '{first.wall.name}' and '{second.wall.name}' overlap: "
-                "move one of them, or draw walls in one line as one 'axis'"
+                "move one of them, or replace walls on the same line by a single wall"
             )
             continue
-        for a, b in permutations((first, second)):
-            if a.start > b.faces[0] + near or a.end < b.faces[1] - near:
+        for stretch, other_stretch in permutations((first, second)):
+            if (
+                stretch.start > other_stretch.faces[0] + tolerance
+                or stretch.end < other_stretch.faces[1] - tolerance
+            ):
                 yield (
-                    f"wall '{a.wall.name}' ends inside wall '{b.wall.name}': "
-                    f"end its 'axis' on the axis or at the face of '{b.wall.name}'"
+                    f"wall '{stretch.wall.name}' ends inside wall '{other_stretch.wall.name}': "
+                    f"end its 'axis' on the axis or at the face of '{other_stretch.wall.name}'"
                 )
                 break
 
 
-def _size(stretches: list[WallStretch]) -> float:
+def _plan_size(stretches: list[WallStretch]) -> float:
     """Return the size of the plan: the largest coordinate or thickness of its walls."""
     return max(
         max(abs(stretch.line), abs(stretch.start), abs(stretch.end), stretch.thickness)

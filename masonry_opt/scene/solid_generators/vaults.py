@@ -42,7 +42,7 @@ class Barrel(ArchRing, SolidGenerator):
     def _mistakes(self) -> Iterator[str]:
         yield from super()._mistakes()
         if self.stone is not None and self.stone > self.length:
-            yield f"'stone' must not be longer than the vault, {self.length:g} (found {self.stone:g})"
+            yield f"'stone' must be at most {self.length:g}, the length of the vault (found {self.stone:g})"
 
     @property
     def size(self) -> int:
@@ -56,29 +56,29 @@ class Barrel(ArchRing, SolidGenerator):
         ``v1-1``, ``v1-2``, ... and ``skewback 1-1``, ... along y. Abutments are named ``abutment 1`` and
         ``abutment 2``.
         """
-        built = []
-        # In a running bond, rows with odd numbers are offset by half a stone. Therefore the numbers of a
-        # skewback and of the voussoir next to it are an even and an odd number. The numbers of abutments have
-        # no effect, because abutments are not cut into stones.
+        solids = []
+        # In a running bond, rows with odd numbers are offset by half a stone. To stagger the joints of a
+        # skewback and of the voussoir next to it, one of the two rows has an odd number and the other an even
+        # number. The numbers of abutments have no effect, because abutments are not cut into stones.
         rows = [*range(self.voussoirs), 1, self.voussoirs, 0, 0]
         for stone, row in zip(self._stones(), rows, strict=False):
             if stone.area is None:
-                built.append(self._block(stone.name, self._slice(stone, 0.0, self.length), fixed=True))
+                solids.append(self._block(stone.name, self._slice(stone, 0.0, self.length), fixed=True))
                 continue
-            for number, (start, end) in enumerate(self._cuts(row), start=1):
+            for number, (start, end) in enumerate(self._stone_spans(row), start=1):
                 weight = self.unit_weight * stone.area * (end - start)
                 at = stone.weight_at
                 middle = None if at is None else (at[0], (start + end) / 2, at[1])
                 shape = self._slice(stone, start, end)
-                built.append(self._stone(f"{stone.name}-{number}", shape, weight=weight, weight_at=middle))
-        return built
+                solids.append(self._stone(f"{stone.name}-{number}", shape, weight=weight, weight_at=middle))
+        return solids
 
     @staticmethod
     def _slice(stone: Stone, start: float, end: float) -> Shape:
         """Return the part of a voussoir, skewback or abutment that lies between two values of y."""
         return prism(*([(x, place, z) for x, z in stone.corners] for place in (start, end)))
 
-    def _cuts(self, row: int) -> list[tuple[float, float]]:
+    def _stone_spans(self, row: int) -> list[tuple[float, float]]:
         """Return the start and end of each stone of a row, as values of y."""
         if self.stone is None:
             return [(0.0, self.length)]
@@ -87,7 +87,7 @@ class Barrel(ArchRing, SolidGenerator):
 
 
 class Groin(SolidGenerator):
-    """A groin vault: two equal barrel vaults along x and y that intersect, on four fixed corners.
+    """A groin vault: two equal barrel vaults along x and y that intersect, supported at four corners.
 
     The intrados surfaces of the two vaults intersect along the diagonals, which are the groins. On each
     groin, a course has one stone with two convex parts, one in each barrel. From this stone, the course
@@ -119,13 +119,13 @@ class Groin(SolidGenerator):
     def _mistakes(self) -> Iterator[str]:
         yield from super()._mistakes()
         try:
-            least = 2 * (max(self._courses()[0])[0] + CLOSER * self.stone)
+            shortest_bay = 2 * (max(self._courses()[0])[0] + CLOSER * self.stone)
         except CaseError as error:
             yield str(error).removeprefix("ArchRing: ")
             return
-        if self.bay < least:
+        if self.bay < shortest_bay:
             yield (
-                f"'bay' must be at least {least:g}, the width of the arch plus half a stone "
+                f"'bay' must be at least {shortest_bay:g}, the width of the arch plus half a stone "
                 f"(found {self.bay:g})"
             )
 
@@ -135,28 +135,28 @@ class Groin(SolidGenerator):
         return int(4 * self.voussoirs * (2 + min(self.bay / 2 / self.stone, 1e9)))
 
     def blocks(self) -> list[Solid]:
-        """Return the stones, sorted by corner of the vault's plan and then by course, and then the abutments.
+        """Return the stones, and finally the abutments. Stones are ordered by corner in plan, then by course.
 
         For corner 1, names are ``1 g1``, ... on the groin, ``1 y1-1``, ... along y and ``1 x1-1``, ... along
         x. Abutments are named ``abutment 1`` to ``abutment 4``.
         """
-        built = []
+        solids = []
         *courses, foot = self._courses()
         corners = [(1, 1), (-1, 1), (-1, -1), (1, -1)]
         for corner, signs in enumerate(corners, start=1):
             for number, section in enumerate(courses, start=1):
-                (_, end), *others = self._cuts(section, number)
-                legs = [_leg(section, None, end, signs, along) for along in "yx"]
-                built.append(self._stone(f"{corner} g{number}", *legs))
-                for along, (count, piece) in product("yx", enumerate(others, start=1)):
-                    shape = _leg(section, *piece, signs, along)
-                    built.append(self._stone(f"{corner} {along}{number}-{count}", shape))
+                (_, end), *other_pieces = self._stone_spans(section, number)
+                legs = [_leg(section, None, end, signs, axis) for axis in "yx"]
+                solids.append(self._stone(f"{corner} g{number}", *legs))
+                for axis, (count, piece) in product("yx", enumerate(other_pieces, start=1)):
+                    shape = _leg(section, *piece, signs, axis)
+                    solids.append(self._stone(f"{corner} {axis}{number}-{count}", shape))
         if self.abutments:
             end = max(self.bay / 2, max(foot)[0] + self.thickness)
             for corner, signs in enumerate(corners, start=1):
-                legs = [_leg(foot, None, end, signs, along) for along in "yx"]
-                built.append(self._block(f"abutment {corner}", *legs, fixed=True))
-        return built
+                legs = [_leg(foot, None, end, signs, axis) for axis in "yx"]
+                solids.append(self._block(f"abutment {corner}", *legs, fixed=True))
+        return solids
 
     def _courses(self) -> list[list[Point]]:
         """Return the cross-sections of the courses, from bottom to crown, and finally of the abutment.
@@ -167,7 +167,7 @@ class Groin(SolidGenerator):
         stones = [stone.corners for stone in ArchRing(**arch)._stones()]
         return [*stones[self.voussoirs // 2 : self.voussoirs][::-1], stones[-1]]
 
-    def _cuts(self, section: list[Point], course: int) -> list[tuple[float, float]]:
+    def _stone_spans(self, section: list[Point], course: int) -> list[tuple[float, float]]:
         """Return the start and end of each stone of a course, from the groin to the end of the barrel."""
         start = max(section)[0]  # x of the outermost corner
         end = self.bay / 2
@@ -177,7 +177,7 @@ class Groin(SolidGenerator):
 
 
 def _leg(
-    section: Sequence[Point], start: float | None, end: float, signs: tuple[int, int], along: str
+    section: Sequence[Point], start: float | None, end: float, signs: tuple[int, int], axis: str
 ) -> Shape:
     """Return the shape of one stone of a course, in the barrel along x or y.
 
@@ -186,10 +186,10 @@ def _leg(
     """
 
     def face(at: float | None) -> list[tuple[float, float, float]]:
-        """Return the corners of the cross-section at a position along the barrel, or at the groin if None."""
+        """Return the corners of the section at position ``at`` along the barrel; None means the groin."""
         places = [(x, x if at is None else at, z) for x, z in section]
-        turned = places if along == "y" else [(v, u, z) for u, v, z in places]
-        return [(signs[0] * x, signs[1] * y, z) for x, y, z in turned]
+        rotated_places = places if axis == "y" else [(y, x, z) for x, y, z in places]
+        return [(signs[0] * x, signs[1] * y, z) for x, y, z in rotated_places]
 
     return prism(face(start), face(end))
 
@@ -233,17 +233,17 @@ class Dome(SolidGenerator):
         if not self.thickness < 2 * self.radius:
             yield f"'thickness' must be less than twice the 'radius' (found {self.thickness:g})"
             return
-        foot = self._inner * math.cos(math.radians(self.springing))
+        foot = self._inner_radius * math.cos(math.radians(self.springing))
         if self.oculus is not None and not self.oculus < foot:
-            yield f"'oculus' must be less than the inner radius at the foot, {foot:g} (found {self.oculus:g})"
+            yield f"'oculus' must be less than {foot:g}, the inner radius at the foot (found {self.oculus:g})"
 
     @property
-    def _inner(self) -> float:
+    def _inner_radius(self) -> float:
         """Return the radius of the inner sphere."""
         return self.radius - self.thickness / 2
 
     @property
-    def _sectors(self) -> int:
+    def _sector_count(self) -> int:
         """Return the number of sectors into which the meridians through the stones' corners divide a ring."""
         return self.voussoirs * (2 if self.bond == "running" else 1)
 
@@ -257,38 +257,38 @@ class Dome(SolidGenerator):
             # The block ``key`` at the crown spans half the angle of a ring on either side of the axis.
             step = (math.pi / 2 - first) / (self.rings + 0.5)
         else:
-            step = (math.acos(self.oculus / self._inner) - first) / self.rings
+            step = (math.acos(self.oculus / self._inner_radius) - first) / self.rings
         # Angles in radians between the bed joints and the horizontal plane. Each bed joint runs from the
         # inner to the outer sphere.
         angles = [first + step * number for number in range(self.rings + 1)]
-        radii = self._inner, self._inner + self.thickness
+        radii = self._inner_radius, self._inner_radius + self.thickness
         beds = [[polar(radius, angle) for radius in radii] for angle in angles]
-        parts_per_stone = self._sectors // self.voussoirs
-        built = []
+        parts_per_stone = self._sector_count // self.voussoirs
+        solids = []
         for ring, (low, high) in enumerate(pairwise(beds)):
             for number in range(self.voussoirs):
                 first_sector = parts_per_stone * number + ring % 2 * (parts_per_stone - 1)
                 sectors = range(first_sector, first_sector + parts_per_stone)
                 parts = [self._part(low, high, sector) for sector in sectors]
-                built.append(self._stone(f"{ring + 1}-{number + 1}", *parts))
+                solids.append(self._stone(f"{ring + 1}-{number + 1}", *parts))
         if self.oculus is None:
-            faces = ([self._corner(place, at) for at in range(self._sectors)] for place in beds[-1])
-            built.append(self._stone("key", prism(*faces)))
+            faces = ([self._corner(place, at) for at in range(self._sector_count)] for place in beds[-1])
+            solids.append(self._stone("key", prism(*faces)))
         if self.base:
             # The base is under the foot of the dome. Its depth is measured perpendicular to the lowest bed
             # joint.
-            down = self.thickness * math.sin(first), -self.thickness * math.cos(first)
-            below = [(r + down[0], z + down[1]) for r, z in beds[0]]
-            parts = [self._part(below, beds[0], sector) for sector in range(self._sectors)]
-            built.append(self._block("base", *parts, fixed=True))
-        return built
+            offset = self.thickness * math.sin(first), -self.thickness * math.cos(first)
+            base_bed = [(distance + offset[0], z + offset[1]) for distance, z in beds[0]]
+            parts = [self._part(base_bed, beds[0], sector) for sector in range(self._sector_count)]
+            solids.append(self._block("base", *parts, fixed=True))
+        return solids
 
     def _corner(self, place: Point, meridian: int) -> tuple[float, float, float]:
         """Return the corner on a meridian at a given distance from the axis and a given height.
 
         The corners of neighbouring voussoirs are exactly equal.
         """
-        return polar(place[0], 2 * math.pi * (meridian % self._sectors) / self._sectors, place[1])
+        return polar(place[0], 2 * math.pi * (meridian % self._sector_count) / self._sector_count, place[1])
 
     def _part(self, low: list[Point], high: list[Point], sector: int) -> Shape:
         """Return the shape of a stone between two bed joints and two neighbouring meridians."""
@@ -328,10 +328,10 @@ class Shaft(SolidGenerator):
         widths = [bottom + (top - bottom) * number / self.drums for number in range(self.drums + 1)]
         levels = [self._polygon(width, self.height * at / self.drums) for at, width in enumerate(widths)]
         drums = enumerate(pairwise(levels), start=1)
-        built = [self._stone(f"d{number}", prism(low, high)) for number, (low, high) in drums]
+        solids = [self._stone(f"d{number}", prism(low, high)) for number, (low, high) in drums]
         if self.base:
-            built.append(self._block("base", prism(self._polygon(bottom, -drum), levels[0]), fixed=True))
-        return built
+            solids.append(self._block("base", prism(self._polygon(bottom, -drum), levels[0]), fixed=True))
+        return solids
 
     def _polygon(self, diameter: float, z: float) -> list[tuple[float, float, float]]:
         """Return the corners of the shaft's polygonal section at height z."""

@@ -20,14 +20,15 @@ from masonry_opt.scene.rows import Rows, bounds, dots, first_alike, following, l
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tolerance_advice import set_tolerance
 
-#: Ratio of the error of one corner of a rectangular face to the distance of this corner from the mean plane
-#: of all corners. The plane tilts towards the wrong corner, so the distance is only a quarter of the error.
-#: Messages recommend a tolerance for this error, see ``TOLERANCE_OVER_ERROR``.
+#: Estimated error of a corner's position, divided by the corner's distance from the mean plane of its face.
+#: If one corner of a rectangular face is drawn out of plane, the mean plane tilts towards this corner. The
+#: distance is then a quarter of the error. ``TOLERANCE_OVER_ERROR`` times the error is the tolerance that
+#: messages recommend.
 _ERROR_OVER_HEIGHT = 4.0
 
-#: Largest distance of a corner from the plane of its face at which an error message suggests a tolerance,
-#: relative to the square root of the face's area. With a larger value, messages suggest a tolerance for faces
-#: that are bent on purpose.
+#: Largest distance of a corner from the plane of its face that may result from inexact coordinates, relative
+#: to the square root of the face's area. If no corner is farther away, the error message suggests a larger
+#: tolerance. With a larger value, it would also suggest a tolerance for faces that are bent on purpose.
 _LARGEST_PLANARITY_ERROR = 0.02
 
 
@@ -63,8 +64,8 @@ class Surfaces:
         part = self.part[face]
         block = self.block[part]
         number = face - np.searchsorted(self.part, part) + 1
-        several = np.count_nonzero(self.block == block) > 1
-        of_part = f" of part no. {part - np.searchsorted(self.block, block) + 1}" if several else ""
+        has_several_parts = np.count_nonzero(self.block == block) > 1
+        of_part = f" of part no. {part - np.searchsorted(self.block, block) + 1}" if has_several_parts else ""
         name = self.scene.blocks[block].name
         text = why.replace("{}", f"face no. {number}{of_part}", 1)
         raise CaseError(f"{self.scene.origin}: block {name!r}: {text}")
@@ -92,9 +93,9 @@ class Surfaces:
         differs = vertex != vertex[following(corners_of_face)]
         block = np.repeat(np.arange(len(bodies)), list(map(len, bodies)))
         surfaces = cls(scene, points, block, part, face[differs], vertex[differs], np.zeros(0, dtype=int))
-        return surfaces._oriented()
+        return surfaces._orient()
 
-    def _oriented(self) -> Self:
+    def _orient(self) -> Self:
         """Return the surfaces, with all faces of one convex part oriented in the same sense.
 
         See :meth:`of` for errors.
@@ -102,13 +103,15 @@ class Surfaces:
         tail, tip = self.vertex, self.vertex[following(self.count)]
         key = np.minimum(tail, tip) * np.int64(len(self.points)) + np.maximum(tail, tip)
         _, edge, uses = np.unique(key, return_inverse=True, return_counts=True)
-        wrong = np.flatnonzero(uses[edge] != 2)
-        if len(wrong):
-            start, end = (place(self.points[vertex[wrong[0]]]) for vertex in (tail, tip))
-            more = uses[edge[wrong[0]]] - 1
-            owners = f"{more} other faces have" if more else "no other face has"
-            why = f"{{}} has an edge from {start} to {end} that {owners}: each edge must belong to two faces"
-            self.refuse(int(self.face[wrong[0]]), why)
+        wrong_corners = np.flatnonzero(uses[edge] != 2)
+        if len(wrong_corners):
+            start, end = (place(self.points[vertex[wrong_corners[0]]]) for vertex in (tail, tip))
+            other_count = uses[edge[wrong_corners[0]]] - 1
+            owners = f"{other_count} other faces have" if other_count else "no other face has"
+            reason = (
+                f"{{}} has an edge from {start} to {end} that {owners}: each edge must belong to two faces"
+            )
+            self.refuse(int(self.face[wrong_corners[0]]), reason)
         # Each edge is a side of two faces. Find the corner of each of the two faces at which this side
         # begins.
         corners_of_edge = np.argsort(edge, kind="stable").reshape(-1, 2)
@@ -116,10 +119,12 @@ class Surfaces:
         same_direction = tail[corners_of_edge[:, 0]] == tail[corners_of_edge[:, 1]]
         turn, contradictory = turned(len(self.part), first, second, same_direction)
         if contradictory.any():
-            why = "{} is part of a surface that has no inside and outside: define the faces of a solid"
-            self.refuse(int(contradictory.argmax()), why)
-        mixed = np.unique(self.block[self.part[first[same_direction]]])
-        return replace(self, mixed=mixed).reversed(turn)
+            reason = (
+                "{} is part of a one-sided surface, which has no inside: define faces that enclose a solid"
+            )
+            self.refuse(int(contradictory.argmax()), reason)
+        mixed_blocks = np.unique(self.block[self.part[first[same_direction]]])
+        return replace(self, mixed=mixed_blocks).reversed(turn)
 
     def reversed(self, chosen: np.ndarray) -> Self:
         """Return the surfaces with the orientation of the chosen faces reversed.
@@ -127,12 +132,12 @@ class Surfaces:
         ``chosen`` is True for the faces to reverse, shape (faces,).
         """
         first, corner = np.cumsum(self.count) - self.count, np.arange(len(self.face))
-        mirrored = (2 * first + self.count - 1)[self.face] - corner
-        return replace(self, vertex=self.vertex[np.where(chosen[self.face], mirrored, corner)])
+        mirrored_corners = (2 * first + self.count - 1)[self.face] - corner
+        return replace(self, vertex=self.vertex[np.where(chosen[self.face], mirrored_corners, corner)])
 
 
 def place(point: np.ndarray, tolerance: float = 0.0) -> str:
-    """Return the coordinates of a point as text. Coordinates up to the tolerance are written as 0."""
+    """Return the coordinates of a point as text, with 0 for magnitudes up to ``tolerance``."""
     return f"({', '.join(f'{0.0 if abs(value) <= tolerance else value:.6g}' for value in point)})"
 
 
@@ -157,7 +162,7 @@ class Frames(Rows):
         return cls(base, u, np.cross(normal, u), normal)
 
     def down(self, points: np.ndarray, frame: np.ndarray) -> np.ndarray:
-        """Project points down onto planes; return their coordinates in the planes' axes, shape (points, 2).
+        """Project points onto planes, and return their coordinates in these planes, shape (points, 2).
 
         ``frame`` is the index of the frame of each point.
         """
@@ -193,8 +198,8 @@ class OuterFaces(Rows):
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the bounding box of each face: smallest and largest coordinates, shape (faces, 3) each."""
-        flat, face = shapely.get_coordinates(self.polygon, return_index=True)
-        return bounds(face, self.frame.up(flat, face), len(self.block))
+        plane_points, face = shapely.get_coordinates(self.polygon, return_index=True)
+        return bounds(face, self.frame.up(plane_points, face), len(self.block))
 
     def sides(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the start and end of each side of all outlines and holes, and the index of the side's face.
@@ -213,7 +218,7 @@ def unit(vectors: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class FacePlanes:
-    """Planes of faces. Faces of one block that lie within the tolerance of one plane share this plane."""
+    """Planes of faces. Faces of a block that are coplanar within the tolerance share a plane."""
 
     frame: Frames  #: planes with coordinate axes
     block: np.ndarray  #: index of the block to which each plane belongs, in ascending order, shape (planes,)
@@ -227,25 +232,25 @@ def planes(surfaces: Surfaces, tolerance: float) -> FacePlanes:
     """Return the planes of all faces. Raises CaseError if a face is not flat within the tolerance."""
     corners, count, face = surfaces.corners, surfaces.count, surfaces.face
     middle = sums(face, corners, len(count)) / np.maximum(count, 1)[:, None]
-    after = corners[following(count)]
-    area = sums(face, np.cross(corners - middle[face], after - middle[face]) / 2, len(count))
+    next_corner = corners[following(count)]
+    area = sums(face, np.cross(corners - middle[face], next_corner - middle[face]) / 2, len(count))
     size = lengths(area)
-    side = lengths(after - corners)
+    side = lengths(next_corner - corners)
     has_area = 2 * size > tolerance * np.bincount(face, side, len(count))
     normal = np.divide(area, size[:, None], out=np.zeros_like(area), where=size[:, None] > 0)
     height = np.abs(dots(corners - middle[face], normal[face]))
     height[~has_area[face]] = 0.0
     if len(height) and height.max() > tolerance:
-        worst = int(height.argmax())
+        worst_corner = int(height.argmax())
         remedy = "divide it into flat faces"
         if (height <= _LARGEST_PLANARITY_ERROR * np.sqrt(size[face])).all():
-            error = _ERROR_OVER_HEIGHT * float(height[worst])
+            error = _ERROR_OVER_HEIGHT * float(height[worst_corner])
             remedy += f", or {set_tolerance(TOLERANCE_OVER_ERROR * error)} if coordinates are inexact"
-        why = (
-            f"{{}} is not flat, because a corner is {rounded(height[worst])} away from the plane of the face "
-            f"(tolerance {rounded(tolerance)}): {remedy}"
+        reason = (
+            f"{{}} is not flat, because a corner is {rounded(height[worst_corner])} away from the plane of "
+            f"the face (tolerance {rounded(tolerance)}): {remedy}"
         )
-        surfaces.refuse(int(face[worst]), why)
+        surfaces.refuse(int(face[worst_corner]), reason)
     block = surfaces.block[surfaces.part]
     leader = _leading_faces(surfaces, np.flatnonzero(has_area), (middle, normal, size), tolerance)
     leads, plane_of_face = np.unique(leader[has_area], return_inverse=True)
@@ -253,13 +258,13 @@ def planes(surfaces: Surfaces, tolerance: float) -> FacePlanes:
     of_face[has_area] = plane_of_face
     # The first axis of a plane is parallel to the longest side of its face, so that the axis rotates with the
     # scene.
-    longest = np.zeros(len(count))
-    np.maximum.at(longest, face, side)
-    as_long = np.flatnonzero(side >= longest[face] * (1 - 1e-6))
-    longest_side = as_long[np.unique(face[as_long], return_index=True)[1]]
-    along = np.zeros_like(area)
-    along[face[longest_side]] = (after - corners)[longest_side]
-    frame = Frames.of(middle[leads], normal[leads], along[leads])
+    greatest_length = np.zeros(len(count))
+    np.maximum.at(greatest_length, face, side)
+    candidates = np.flatnonzero(side >= greatest_length[face] * (1 - 1e-6))
+    longest_side = candidates[np.unique(face[candidates], return_index=True)[1]]
+    direction = np.zeros_like(area)
+    direction[face[longest_side]] = (next_corner - corners)[longest_side]
+    frame = Frames.of(middle[leads], normal[leads], direction[leads])
     outwards = dots(normal, frame.normal[of_face]) > 0
     return FacePlanes(frame, block[leads], of_face, outwards)
 
@@ -294,33 +299,35 @@ def _leading_faces(
     leader = np.full(len(count), -1)
     # Round the areas, so that rounding errors do not decide which one of several equal faces comes first.
     rank = np.round(np.log(size[faces] / size.max(initial=0.0)), 6)
-    remaining = faces[np.lexsort((faces, -rank, block[faces]))]
-    while len(remaining):
-        is_first = np.diff(block[remaining], prepend=-1) != 0
-        largest = remaining[is_first][np.cumsum(is_first) - 1]
-        within = np.abs(dots(middle[remaining] - middle[largest], normal[largest])) <= tolerance
+    remaining_faces = faces[np.lexsort((faces, -rank, block[faces]))]
+    while len(remaining_faces):
+        is_first = np.diff(block[remaining_faces], prepend=-1) != 0
+        largest_face = remaining_faces[is_first][np.cumsum(is_first) - 1]
+        is_in_plane = (
+            np.abs(dots(middle[remaining_faces] - middle[largest_face], normal[largest_face])) <= tolerance
+        )
         # Two opposite faces at a thin end of a part must not share a plane, even if their distance is at most
         # the tolerance.
-        opposite = dots(normal[remaining], normal[largest]) < 0
-        within &= ~(opposite & (surfaces.part[remaining] == surfaces.part[largest]))
-        candidate, plane = remaining[within], largest[within]
+        is_opposite = dots(normal[remaining_faces], normal[largest_face]) < 0
+        is_in_plane &= ~(is_opposite & (surfaces.part[remaining_faces] == surfaces.part[largest_face]))
+        candidate, plane = remaining_faces[is_in_plane], largest_face[is_in_plane]
         corner = ranges(first[candidate], count[candidate])
         plane_of_corner = np.repeat(plane, count[candidate])
-        off = np.abs(dots(corners[corner] - middle[plane_of_corner], normal[plane_of_corner]))
-        flat = np.maximum.reduceat(off, np.cumsum(count[candidate]) - count[candidate]) <= tolerance
-        flat &= _height_of_part(surfaces, candidate, plane, geometry[:2]) <= tolerance
-        within[within] = flat | (candidate == plane)
-        leader[remaining[within]] = largest[within]
-        remaining = remaining[~within]
+        distance = np.abs(dots(corners[corner] - middle[plane_of_corner], normal[plane_of_corner]))
+        is_flat = np.maximum.reduceat(distance, np.cumsum(count[candidate]) - count[candidate]) <= tolerance
+        is_flat &= _height_of_part(surfaces, candidate, plane, geometry[:2]) <= tolerance
+        is_in_plane[is_in_plane] = is_flat | (candidate == plane)
+        leader[remaining_faces[is_in_plane]] = largest_face[is_in_plane]
+        remaining_faces = remaining_faces[~is_in_plane]
     return leader
 
 
 def _height_of_part(
     surfaces: Surfaces, face: np.ndarray, leader: np.ndarray, geometry: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
-    """For each face, return how far its part of the block extends beyond the plane of the face's leader.
+    """Return how far each face's part of the block extends beyond the plane of the face's *leader*.
 
-    The leader of a face is the face whose plane it may share. The shape is (faces,).
+    The leader is a face of the same block whose plane the face may share. The result has shape (faces,).
 
     A narrow face may lie in a plane that its part crosses elsewhere. With this plane as the plane of the
     face, the part would not be convex.
@@ -337,26 +344,26 @@ def _height_of_part(
     """
     middle, normal = geometry
     first_corner = np.searchsorted(surfaces.part[surfaces.face], np.arange(len(surfaces.block) + 1))
-    turned_over = dots(normal[face], normal[leader]) < 0
-    _, sample, pair = np.unique(2 * surfaces.part[face] + turned_over, return_index=True, return_inverse=True)
+    is_reversed = dots(normal[face], normal[leader]) < 0
+    _, sample, pair = np.unique(2 * surfaces.part[face] + is_reversed, return_index=True, return_inverse=True)
     part, plane = surfaces.part[face[sample]], leader[sample]
     count = first_corner[part + 1] - first_corner[part]
     owner = np.repeat(np.arange(len(part)), count)
     corner = ranges(first_corner[part], count)
-    sign = np.where(turned_over[sample], -1.0, 1.0)[owner]
+    sign = np.where(is_reversed[sample], -1.0, 1.0)[owner]
     height = sign * dots(surfaces.corners[corner] - middle[plane[owner]], normal[plane[owner]])
     return np.maximum.reduceat(height, np.cumsum(count) - count)[pair]
 
 
-def _uncrossed(polygons: np.ndarray, tolerance: float) -> np.ndarray:
+def _replace_rounded(polygons: np.ndarray, tolerance: float) -> np.ndarray:
     """Replace polygons by their convex hulls if they cross themselves only because of rounding.
 
     Rounding changes the area of a polygon by at most the tolerance times half its outline.
     """
     hulls = shapely.convex_hull(polygons)
-    added = np.abs(shapely.area(hulls) - shapely.area(polygons))
-    rounded = ~shapely.is_valid(polygons) & (added <= tolerance * shapely.length(hulls) / 2)
-    return np.where(rounded, shapely.orient_polygons(hulls), polygons)
+    added_area = np.abs(shapely.area(hulls) - shapely.area(polygons))
+    is_rounded = ~shapely.is_valid(polygons) & (added_area <= tolerance * shapely.length(hulls) / 2)
+    return np.where(is_rounded, shapely.orient_polygons(hulls), polygons)
 
 
 def outer_faces(surfaces: Surfaces, planes: FacePlanes, tolerance: float) -> OuterFaces:
@@ -364,41 +371,41 @@ def outer_faces(surfaces: Surfaces, planes: FacePlanes, tolerance: float) -> Out
     corner = planes.of_face[surfaces.face] >= 0
     face = surfaces.face[corner]
     number, of_ring = np.unique(face, return_inverse=True)
-    flat = planes.frame.down(surfaces.corners[corner], planes.of_face[face])
-    pieces = shapely.polygons(shapely.linearrings(flat, indices=of_ring))
-    pieces = _uncrossed(pieces, tolerance)
-    crossed = ~shapely.is_valid(pieces)
-    if crossed.any():
-        why = "{} crosses itself: list the corners of the face in order along its outline"
-        surfaces.refuse(int(number[crossed][0]), why)
+    plane_points = planes.frame.down(surfaces.corners[corner], planes.of_face[face])
+    pieces = shapely.polygons(shapely.linearrings(plane_points, indices=of_ring))
+    pieces = _replace_rounded(pieces, tolerance)
+    is_crossed = ~shapely.is_valid(pieces)
+    if is_crossed.any():
+        reason = "{} crosses itself: list the corners of the face in order along its outline"
+        surfaces.refuse(int(number[is_crossed][0]), reason)
     side = 2 * planes.of_face[number] + ~planes.outwards[number]
     key, sample, count = np.unique(side, return_index=True, return_counts=True)
-    merged = pieces[sample]
+    side_polygons = pieces[sample]
     pieces_of_side = np.split(pieces[np.argsort(side, kind="stable")], np.cumsum(count)[:-1])
     grid = outlines.GRID * tolerance
     for index in np.flatnonzero(count > 1):
-        own = pieces_of_side[index]
-        union = shapely.union_all(own)
+        side_pieces = pieces_of_side[index]
+        union = shapely.union_all(side_pieces)
         # Convex pieces do not overlap, so the area of the union must be the sum of their areas. If the areas
-        # differ, repeat the union on a grid.
-        if abs(union.area - shapely.area(own).sum()) > tolerance * union.length:
-            union = shapely.union_all(own, grid_size=grid)
-        merged[index] = union
-    merged[count > 1] = outlines.without_slivers(merged[count > 1], -tolerance)
+        # differ, the union has failed in floating-point arithmetic: repeat it with corners rounded to a grid.
+        if abs(union.area - shapely.area(side_pieces).sum()) > tolerance * union.length:
+            union = shapely.union_all(side_pieces, grid_size=grid)
+        side_polygons[index] = union
+    side_polygons[count > 1] = outlines.without_slivers(side_polygons[count > 1], -tolerance)
     # At the contact of two parts of a block, a plane has faces with both orientations. Remove their common
     # area, which is inside the block.
     for index in np.flatnonzero(key[:-1] // 2 == key[1:] // 2):
-        both = merged[index : index + 2]
-        outer = outlines.sound(shapely.difference, both, both[::-1], grid=grid)
-        merged[index : index + 2] = outlines.without_slivers(outer, 2 * tolerance)
-    polygons, of_side = shapely.get_parts(merged, return_index=True)
-    simple = outlines.valid(
+        pair = side_polygons[index : index + 2]
+        remainder = outlines.sound(shapely.difference, pair, pair[::-1], grid=grid)
+        side_polygons[index : index + 2] = outlines.without_slivers(remainder, 2 * tolerance)
+    polygons, of_side = shapely.get_parts(side_polygons, return_index=True)
+    valid_polygons = outlines.valid(
         outlines.without_straight_corners(polygons, LARGEST_STRAIGHT_DISTANCE * tolerance)
     )
-    polygons, part = shapely.get_parts(simple, return_index=True)
+    polygons, part = shapely.get_parts(valid_polygons, return_index=True)
     of_side = of_side[part]
-    wide = outlines.wide(polygons, tolerance)
-    polygons, of_side = polygons[wide], of_side[wide]
+    is_wide = outlines.wide(polygons, tolerance)
+    polygons, of_side = polygons[is_wide], of_side[is_wide]
     plane, inwards = key[of_side] // 2, key[of_side] % 2 == 1
     # Reverse the second axis of faces whose outward normal is opposite to the normal of their plane.
     flipped = shapely.transform(polygons[inwards], lambda points: points * [1, -1])

@@ -60,7 +60,7 @@ class ConvexParts:
         return bounds(self.of_point, self.points, len(self.block))
 
     def beyond(self, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return how far corners of one part are beyond the planes of another part, for pairs of parts.
+        """Return distances ``nearest`` and ``farthest`` of one part's corners from the planes of another.
 
         The two results have shape (pairs,). A distance is positive on the outer side of the plane.
 
@@ -80,9 +80,9 @@ class ConvexParts:
         parts = np.arange(len(self.block) + 1)
         first_plane, first_point = (np.searchsorted(part, parts) for part in (self.of_plane, self.of_point))
         nearest, farthest = np.empty(len(first)), np.empty(len(first))
-        for pair, (a, b) in enumerate(zip(first, second, strict=True)):
-            planes = slice(*first_plane[a : a + 2])
-            points = self.points[slice(*first_point[b : b + 2])]
+        for pair, (plane_part, corner_part) in enumerate(zip(first, second, strict=True)):
+            planes = slice(*first_plane[plane_part : plane_part + 2])
+            points = self.points[slice(*first_point[corner_part : corner_part + 2])]
             low, high = np.full((2, planes.stop - planes.start), [[np.inf], [-np.inf]])
             for chunk in chunks(np.full(len(points), len(low))):
                 height = self.normal[planes] @ points[chunk].T - self.offset[planes, None]
@@ -99,15 +99,15 @@ def overlapping(
     A pair is given by its index in ``first`` and ``second``. The indices are in ascending order.
     """
     low, high = parts.boxes
-    inside = np.minimum(high[first], high[second]) - np.maximum(low[first], low[second])
-    pairs = np.flatnonzero((inside > tolerance).all(axis=1))
-    for a, b in ((first, second), (second, first)):
+    common_extent = np.minimum(high[first], high[second]) - np.maximum(low[first], low[second])
+    pairs = np.flatnonzero((common_extent > tolerance).all(axis=1))
+    for plane_parts, corner_parts in ((first, second), (second, first)):
         # Leave out pairs of parts that do not overlap because a plane of one part separates them.
-        pairs = pairs[parts.beyond(a[pairs], b[pairs])[0] < -tolerance]
+        pairs = pairs[parts.beyond(plane_parts[pairs], corner_parts[pairs])[0] < -tolerance]
     for pair in pairs:
-        common = _common_region(parts, int(first[pair]), int(second[pair]))
-        if common.depth > tolerance:
-            yield int(pair), common
+        region = _common_region(parts, int(first[pair]), int(second[pair]))
+        if region.depth > tolerance:
+            yield int(pair), region
 
 
 def _common_region(parts: ConvexParts, first: int, second: int) -> Common:
@@ -117,22 +117,23 @@ def _common_region(parts: ConvexParts, first: int, second: int) -> Common:
 
     The depth is the diameter of the largest ball inside the region, which is computed by a linear program.
     """
-    # Importing scipy.optimize and scipy.spatial takes half a second, and few scenes reach this function.
+    # Imported here, because importing scipy.optimize and scipy.spatial takes half a second, and few scenes
+    # need them.
     from scipy.optimize import linprog
     from scipy.spatial import ConvexHull, HalfspaceIntersection
 
-    both = [first, second]
-    low, high = np.maximum(*parts.boxes[0][both]), np.minimum(*parts.boxes[1][both])
+    pair = [first, second]
+    low, high = np.maximum(*parts.boxes[0][pair]), np.minimum(*parts.boxes[1][pair])
     middle, scale = (low + high) / 2, float(np.abs(high - low).max())
-    own = np.isin(parts.of_plane, both)
-    normal = parts.normal[own]
-    offset = (parts.offset[own] - normal @ middle) / scale
+    is_of_pair = np.isin(parts.of_plane, pair)
+    normal = parts.normal[is_of_pair]
+    offset = (parts.offset[is_of_pair] - normal @ middle) / scale
     # The linear program maximises the radius of a ball inside both parts. The variables are the centre and
     # the radius.
     rows = np.column_stack([normal, np.ones(len(normal))])
     limits = [(None, None)] * 3 + [(0, None)]
-    exact = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-    ball = linprog([0, 0, 0, -1], rows, offset, bounds=limits, options=exact)
+    options = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+    ball = linprog([0, 0, 0, -1], rows, offset, bounds=limits, options=options)
     if ball.x is None or ball.x[3] <= 1e-9:
         return Common(0.0, middle, 0.0)
     corners = HalfspaceIntersection(np.column_stack([normal, -offset]), ball.x[:3]).intersections
@@ -182,19 +183,19 @@ class Shapes(Extents):
         the block is the smallest bound of its parts.
         """
         height = self.parts.normal @ point - self.parts.offset
-        own = np.flatnonzero(self.parts.block == block)
-        return min(float(height[self.parts.of_plane == part].max()) for part in own)
+        block_parts = np.flatnonzero(self.parts.block == block)
+        return min(float(height[self.parts.of_plane == part].max()) for part in block_parts)
 
     def nearest(self, block: int) -> tuple[int, float]:
-        """Return the index of the block that is nearest to a given block, and the distance of the two blocks.
+        """Return the index of the block nearest to a given block, and the distance between the two blocks.
 
-        Blocks are examined in the order of the distances of their bounding boxes, which are lower bounds of
-        the distances of the blocks.
+        Blocks are examined in the order of the distances between bounding boxes, which are lower bounds on
+        the distances between blocks.
         """
         low, high = self.boxes
         lower_bound = lengths(np.maximum(np.maximum(low - high[block], low[block] - high), 0))
         lower_bound[block] = np.inf
-        nearest, gap = block, np.inf
+        nearest_block, gap = block, np.inf
         for candidate in np.argsort(lower_bound).tolist():
             if lower_bound[candidate] >= gap:
                 break
@@ -205,8 +206,8 @@ class Shapes(Extents):
                 for first, second in product(self._parts_of(block), self._parts_of(candidate))
             )
             if distance < gap:
-                nearest, gap = candidate, distance
-        return nearest, gap
+                nearest_block, gap = candidate, distance
+        return nearest_block, gap
 
     def _parts_of(self, block: int) -> list[np.ndarray]:
         """Return the corners of each part of a block, shape (corners, 3) each."""
@@ -232,16 +233,16 @@ class Shapes(Extents):
         return thickness
 
     def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
-        """Yield, for each overlapping pair of convex parts, their pair of blocks and the region of overlap.
+        """Yield each region in which convex parts of two blocks overlap, for the given pairs of blocks.
 
-        The pair of blocks is given by its index.
+        Each region comes with the index of its pair of blocks in ``pairs``.
         """
         count = np.bincount(self.parts.block, minlength=len(self.size))
         start = np.cumsum(count) - count
         i, j = pairs.T
         number, first, second = combine(start[i], count[i], start[j], count[j])
-        for pair_of_parts, common in overlapping(self.parts, first, second, self.contact_tolerance):
-            yield int(number[pair_of_parts]), common
+        for pair_of_parts, region in overlapping(self.parts, first, second, self.contact_tolerance):
+            yield int(number[pair_of_parts]), region
 
 
 def _distance_from_hull(points: np.ndarray) -> float:
@@ -250,7 +251,7 @@ def _distance_from_hull(points: np.ndarray) -> float:
     The points have shape (points, 3). Nonnegative least squares finds the convex combination of the points
     that is nearest to the origin.
     """
-    # Importing scipy.optimize takes a fifth of a second, and few scenes reach this function.
+    # Imported here, because importing scipy.optimize takes a fifth of a second, and few scenes need it.
     from scipy.optimize import nnls
 
     size = float(np.abs(points).max()) or 1.0
@@ -284,21 +285,21 @@ def shapes(scene: Scene) -> Shapes:
         np.unique(block),
         scene,
         f"{{}} has no volume (tolerance {rounded(tolerance)}): "
-        "define the faces of a solid, use one unit for all coordinates, and remove blocks that are far away "
-        "from the others",
+        "define the faces of a solid; if the tolerance is too large for the block, use one unit for all "
+        "coordinates, and remove blocks that are far away from the others",
     )
     surfaces = surfaces.reversed(signed_volume[surfaces.part] < 0)
-    flat = planes(surfaces, tolerance)
-    parts = ConvexParts.of(surfaces, flat)
+    face_planes = planes(surfaces, tolerance)
+    parts = ConvexParts.of(surfaces, face_planes)
     _refuse_parts(scene, parts, origin, tolerance)
     blocks = len(scene.blocks)
     volume_of_block = np.bincount(surfaces.block, volume, blocks)
     centroid = sums(surfaces.block, volume[:, None] * middle, blocks) / volume_of_block[:, None]
     convex = np.bincount(surfaces.block, minlength=blocks) == 1
-    faces = outer_faces(surfaces, flat, tolerance)
-    touching = contact_tolerance_of(scene, tolerance)
+    faces = outer_faces(surfaces, face_planes, tolerance)
+    contact_tolerance = contact_tolerance_of(scene, tolerance)
     return Shapes(
-        origin, tolerance, touching, volume_of_block, centroid, convex, surfaces.mixed, parts, faces
+        origin, tolerance, contact_tolerance, volume_of_block, centroid, convex, surfaces.mixed, parts, faces
     )
 
 
@@ -310,45 +311,45 @@ def _volumes(surfaces: Surfaces) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     count, corners, parts = surfaces.count, surfaces.corners, len(surfaces.block)
     part = surfaces.part[surfaces.face]
-    inside = sums(part, corners, parts) / np.maximum(np.bincount(part, minlength=parts), 1)[:, None]
+    middle = sums(part, corners, parts) / np.maximum(np.bincount(part, minlength=parts), 1)[:, None]
     first = (np.cumsum(count) - count)[surfaces.face]
     triangle = (first, np.arange(len(part)), following(count))
-    a, b, c = (corners[corner] - inside[part] for corner in triangle)
+    a, b, c = (corners[corner] - middle[part] for corner in triangle)
     volume = dots(a, np.cross(b, c)) / 6
     volume_of_part = np.bincount(part, volume, parts)
     area = np.bincount(part, lengths(np.cross(b - a, c - a)) / 2, parts)
     moment = sums(part, volume[:, None] * (a + b + c) / 4, parts)
     divisor = np.where(volume_of_part == 0, 1.0, volume_of_part)[:, None]
-    return volume_of_part, area, inside + moment / divisor
+    return volume_of_part, area, middle + moment / divisor
 
 
 def _refuse_parts(scene: Scene, parts: ConvexParts, origin: np.ndarray, tolerance: float) -> None:
     """Raise CaseError if a part is not convex, or if parts of a block overlap."""
     number = np.arange(len(parts.block))
-    _, farthest = parts.beyond(number, number)
-    worst = int(farthest.argmax())
-    if farthest[worst] > tolerance:
-        block, not_convex = parts.block[worst], np.unique(parts.block[farthest > tolerance])
-        own = np.flatnonzero(parts.block == block)
-        what = f"a part (no. {worst - own[0] + 1})" if len(own) > 1 else "a shape"
-        blocks = [block, *not_convex[not_convex != block]]
+    _, height = parts.beyond(number, number)
+    worst_part = int(height.argmax())
+    if height[worst_part] > tolerance:
+        block, wrong_blocks = parts.block[worst_part], np.unique(parts.block[height > tolerance])
+        block_parts = np.flatnonzero(parts.block == block)
+        subject = f"a part (no. {worst_part - block_parts[0] + 1})" if len(block_parts) > 1 else "a shape"
+        blocks = [block, *wrong_blocks[wrong_blocks != block]]
         raise_for(
             blocks,
             scene,
-            f"{{}} has {what} that is not convex (a corner is {rounded(farthest[worst])} "
+            f"{{}} has {subject} that is not convex (a corner is {rounded(height[worst_part])} "
             "in front of the plane of a face): divide it into convex 'parts'",
         )
     count = np.bincount(parts.block)
     start = np.cumsum(count) - count
     _, first, second = combine(start, count, start, count)
     first, second = first[first < second], second[first < second]
-    for pair, common in overlapping(parts, first, second, tolerance):
+    for pair, region in overlapping(parts, first, second, tolerance):
         block = parts.block[first[pair]]
         numbers = " and ".join(str(number - start[block] + 1) for number in (first[pair], second[pair]))
-        where = place(common.middle + origin, tolerance)
+        location = place(region.middle + origin, tolerance)
         raise_for(
             [block],
             scene,
-            f"the parts no. {numbers} of {{}} overlap in a volume of {common.size:.6g} "
-            f"and by a depth of {rounded(common.depth)} near {where}: move the parts apart",
+            f"the parts no. {numbers} of {{}} overlap in a volume of {region.size:.6g} "
+            f"and by a depth of {rounded(region.depth)} near {location}: move the parts apart",
         )
