@@ -47,7 +47,8 @@ class Session:
 
     how: HowToSolve  #: how to solve each scene: method, solver and options
     #: Cache of compiled optimisation programs for scenes that differ only in joint properties. The cache also
-    #: stores joint forces, which may show that a later scene is stable. It does not change any load factor.
+    #: stores joint forces of earlier scenes. These forces may show that a later scene is stable if a solver
+    #: alone cannot decide. The cache does not change any load factor.
     cache: ProgramCache = field(default_factory=ProgramCache)
     #: If True, the session decides whether a scene without live load is stable. If False, a scene without
     #: live load raises an error.
@@ -267,8 +268,8 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
     solution = explained(assembly, solution, task.solver, task.effort, is_associative)
     if incremental is None or incremental.load_factor is None or not solution.proven_none:
         return solution
-    # Remove the incremental load factor, because it is proven that the scene never collapses: at this load
-    # factor, contacts slip but then lock.
+    # Remove the incremental load factor, because it is proven that no multiple of the live load causes
+    # collapse. Contacts slip at the incremental load factor, but then lock.
     incremental = replace(
         incremental,
         state=FinalState(),
@@ -281,7 +282,11 @@ def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
 
 
 def _with_only_state(problem: Problem, solution: Solution) -> Solution:
-    """Record whether it is proven that no λ > 0 other than the solution's load factor causes collapse."""
+    """Record whether λ is proven to be the only positive load factor of collapse, and return the solution.
+
+    ``is_only_state`` is True if it is proven that no other load factor above zero causes collapse. A solution
+    without load factor, an associative solution and an incremental solution are returned unchanged.
+    """
     load_factor = solution.load_factor
     if load_factor is None or solution.kind in (Kind.ASSOCIATIVE, Kind.INCREMENTAL):
         return solution
@@ -352,8 +357,8 @@ def solve(  # noqa: PLR0913 - each option of the public API is an argument
     tolerance: Feasibility and gap tolerance of the solver, for "static", "kinematic" and "nonassociative"
         (default 1e-9). With cones of friction in space the solver may miss the tolerance; the reasons of the
         result then say so.
-    incremental: True if Coulomb methods compute the incremental load factor too (up to 3000 joints; in space,
-        contact points).
+    incremental: True if Coulomb methods compute the incremental load factor too (for up to 3000 joints; in
+        space, for up to 3000 contact points).
     time_limit: Seconds after which the analysis ends with the lowest collapse state found so far, or without
         an answer. The reasons of the result then say so. In method "global" it limits the search for the two
         bounds. If a scene has load cases, each has this time.

@@ -65,7 +65,8 @@ def _short(value: Any) -> str:
         whole = repr(value)
         return whole if len(whole) <= _LONGEST_VALUE else repr(value[: _LONGEST_VALUE - 5] + "...")
     if isinstance(value, Sequence | Mapping | Set):
-        # A list of records or arrays is not converted to text, because the text would be too long to show.
+        # Only short collections of plain values are converted to text. The text of other collections, such as
+        # lists of arrays, may be too long, so their class and length are shown instead.
         text = repr(value) if len(value) <= _LONGEST_VALUE and _is_plain(value) else ""
         return text if 0 < len(text) <= _LONGEST_VALUE else f"<{type(value).__name__} of {len(value)}>"
     text = repr(value)

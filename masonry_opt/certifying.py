@@ -37,9 +37,10 @@ _FRICTION_LAWS = ("cone", "polygon")
 #: Values of the argument ``crushing``: joints of limited strength follow the crushing parabola or its chords.
 _CRUSHING_LAWS = ("chords", "parabola")
 
-#: Residuals up to which :func:`certify` accepts a state as exact. The limit of ``work`` is small, because
-#: unbalanced forces can change λ by this fraction. In exact states of this package, ``work`` is below 1e-9,
-#: but up to 3e-7 if the live load acts on very light blocks.
+#: Largest residuals with which :func:`certify` accepts a state as exact. The residual ``work`` is the largest
+#: relative error of λ that unbalanced forces can cause. With a larger limit of ``work``, states with a less
+#: accurate λ are accepted. In exact states of this package, ``work`` is below 1e-9, or at most 3e-7 if the
+#: live load acts on very light blocks.
 _LIMITS_OF_USERS_STATES: Limits = replace(LIMITS[Kind.EXACT], work=1e-6)
 
 
@@ -58,7 +59,7 @@ class StateCheck:
     certificate: residuals of the scene as a whole. Its ``complementarity`` is relative to the work of the
         live load at λ = 1.
     table: one row for each residual, with columns ``residual``, ``value``, ``limit``, ``passed``, and
-        ``largest_at``, the name of the row, column, yield condition, joint or block that has the largest one.
+        ``largest_at``, the row, column, yield condition, joint or block that has the largest residual.
         The rows ``complementarity`` and ``work`` are relative to the work of the live load at λ, so
         ``complementarity`` is the value of the certificate divided by |λ|, or by 0.01 if |λ| is smaller. If
         the live load exceeds the dead load, 0.01 is multiplied by the dead load over the live load. The row
@@ -77,7 +78,8 @@ class StateCheck:
     #: Collapse state and its residuals, computed with the matrices of ``problem``.
     answer: Answer
     #: Problem with which the residuals are computed. If only the dead load does positive work in the
-    #: mechanism, dead load and live load are exchanged, which leads to an equivalent problem.
+    #: mechanism, the dead load and the live load are exchanged. The exchange does not change the total load
+    #: at the load factor λ of the state.
     problem: Problem
 
     @property
@@ -92,17 +94,18 @@ class StateCheck:
 
     @property
     def load_factor_error(self) -> float:
-        """Largest error of λ that the unbalanced forces can cause, by virtual work in the mechanism.
+        """Largest error of λ that the unbalanced forces can cause.
 
-        The error is the residual ``work`` times |λ|, or times 0.01 if |λ| is smaller. If the live load
-        exceeds the dead load, 0.01 is multiplied by the dead load over the live load. It is infinite if the
-        loads do no positive work in the mechanism.
+        The error follows from the virtual work of the unbalanced forces in the mechanism. The error is the
+        residual ``work`` times |λ|, or times 0.01 if |λ| is smaller. If the live load exceeds the dead load,
+        0.01 is multiplied by the dead load over the live load. The error is infinite if the loads do no
+        positive work in the mechanism.
         """
         return self.answer.residuals["work"] * self.problem.load_factor_scale.divisor(self.load_factor)
 
     @property
     def certificate(self) -> Certificate:
-        """Residuals of the state, each a single number for the whole scene."""
+        """Residuals of equilibrium, yield conditions, flow rule and complementarity, for the whole scene."""
         return self.answer.certificate
 
     @cached_property
@@ -125,7 +128,10 @@ class StateCheck:
 
     @cached_property
     def rows(self) -> "pd.DataFrame":
-        """Table with one row for each equation of equilibrium, eq. (1): its terms and its residual."""
+        """Table with one row for each equation of equilibrium: its terms and its residual.
+
+        Equilibrium is eq. (1) of the paper.
+        """
         import pandas as pd
 
         problem, q = self._scene_problem, self.q
@@ -140,7 +146,10 @@ class StateCheck:
 
     @cached_property
     def columns(self) -> "pd.DataFrame":
-        """Table with one row for each joint force: its value and the motion at the joint, eqs (2) and (5)."""
+        """Table with one row for each joint force: its value, and the motion of the joint.
+
+        The table compares the motion Bᵀd with the motion D p of the flow rule, eqs (2) and (5) of the paper.
+        """
         import pandas as pd
 
         motion, departure = self.problem.motion(self.answer.d), self._departure
@@ -149,7 +158,10 @@ class StateCheck:
 
     @cached_property
     def conditions(self) -> "pd.DataFrame":
-        """Table with one row for each yield condition, eq. (4): its slack and its rate."""
+        """Table with one row for each yield condition: its slack and its rate.
+
+        The yield conditions are eq. (4) of the paper.
+        """
         import pandas as pd
 
         slacks = self._scene_problem.slacks(self.q)
@@ -280,8 +292,8 @@ def certify(  # noqa: PLR0913 - each option of the public API is an argument
     problem = _with_laws(assembly.problem, friction, crushing)
     names = assembly.problem_names()
     height, width = problem.B.shape
-    q = _finite("q", vector("q", q, width, "one joint force for each column of B"), names.forces)
-    d = _finite("d", vector("d", d, height, "one velocity for each row of B"), names.velocities)
+    q = _finite("q", vector("q", q, width, "joint forces, one for each column of problem.B"), names.forces)
+    d = _finite("d", vector("d", d, height, "velocities, one for each row of problem.B"), names.velocities)
     driven, forces = _driven(problem, load_factor, q, d)
     slope = problem.friction if associative else problem.dilatancy_at(problem.normal_forces(q))
     answer = certified(driven, load_factor, forces, d, slope)
@@ -327,12 +339,12 @@ def _with_laws(problem: Problem, friction: str, crushing: str) -> Problem:
 
 
 def _driven(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> tuple[Problem, np.ndarray]:
-    """Return the problem and its joint forces, with exchanged loads if only the dead load does positive work.
+    """Exchange dead and live load if only the dead load does positive work; return problem and joint forces.
 
     The problem and the joint forces are unchanged if the live load does positive work in the mechanism d, if
-    the dead load does none, or if λ is not positive. Otherwise the dead load and the live load are exchanged.
-    An exchange does not change the total load at λ, but energies are then
-    divided by the work of the dead load. The lowest forces of ties, props and earth count as dead load.
+    the dead load does no positive work, or if λ is not positive. An exchange of the loads does not change the
+    total load at λ, but energies are then divided by the work of the dead load. In an exchange, the lowest
+    forces of ties, props and earth count as dead load.
     """
     sizes = np.linalg.norm(problem.live) * np.linalg.norm(d)
     if problem.live @ d > NO_WORK * sizes or load_factor <= problem.load_factor_scale.zero:

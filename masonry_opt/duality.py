@@ -35,7 +35,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 #: Tolerance of the solvers in the cross-check of statics and kinematics. With Clarabel's default tolerance,
-#: duality gaps reach 7e-7 in scenes with fill. If a solver misses the tolerance, its last iterate is used.
+#: duality gaps reach 7e-7 in scenes with fill. If a solver does not reach the tolerance but reports a nearly
+#: optimal point, the values of this point are compared.
 _SOLVER_TOLERANCE = 1e-11
 
 
@@ -88,7 +89,7 @@ class DualityReport:
 
     @property
     def _cone_differences(self) -> tuple[float, float]:
-        """Two relative differences of λ: between statics and kinematics, and between cones and polygons.
+        """Relative differences between static and kinematic λ, and between λ of friction cones and polygons.
 
         Both differences are zero in the plane. In space, the first is the absolute difference between the
         static and the kinematic λ, both with friction cones. The second is positive if λ is lower with
@@ -174,8 +175,8 @@ def check(scene: Scene | str | Path) -> DualityReport:
         answer = driver.solve(nearly=True)
         if answer.state is None:
             raise NoLoadFactorError(
-                f"{result.case}: the {formulation} formulation has no solution in {language}: the solver "
-                f"stopped with '{answer.solved.status}'"
+                f"{result.case}: no solution of the {formulation} formulation was found in {language}: the "
+                f"solver stopped with '{answer.solved.status}'"
             )
         return answer.state
 
@@ -229,7 +230,10 @@ def _of_margin(result: Result) -> Problem:
 
 
 def _row(problem: Problem, state: State) -> dict[str, float]:
-    """Return the row of a state in the table: its load factor, and its residuals in both formulations."""
+    """Return the load factor of a state, and its residuals in both formulations.
+
+    The keys are the names of columns of ``DualityReport.table``.
+    """
     balance = problem.unbalanced(state.load_factor, state.q)
     z = problem.slacks(state.q)
     departure = problem.departure(state.d, state.p, problem.friction)

@@ -61,7 +61,7 @@ class Effort:
         self._step, self._phase = "", ""  # names of the method's current step and of the current phase
         self._lowest: float | None = None  # load factor of the lowest collapse state found so far
         self.seconds = dict.fromkeys(PARTS, 0.0)  #: seconds by part
-        self.lp_solves = 0  #: number of solved linear programs, and of cone programs in space
+        self.lp_solves = 0  #: number of solved linear programs and cone programs
         self._most_lp_solves = inf  # value of ``lp_solves`` at which HiGHS solves no further linear program
         self.nlp_solves = 0  #: number of solved nonlinear programs
         self.iterations = 0  #: sum of the iterations of the solvers
@@ -111,7 +111,7 @@ class Effort:
             raise ProgramLimitReached
 
     def lowers(self, load_factor: float) -> None:
-        """Report the load factor of a new lowest collapse state."""
+        """Report the lowest load factor of the collapse states found so far, if this value is new."""
         if load_factor != self._lowest:
             self._lowest = load_factor
             self._report()

@@ -51,9 +51,10 @@ def counted(number: int, noun: str, plural: str = "") -> str:
 
 
 def remainder(count: int, most: int, noun: str = "") -> str:
-    """Return the number of items beyond the first ``most``, such as "and 3 more" or "and 1 more row".
+    """Return a text with the number of omitted items, such as "and 3 more" or "and 1 more row".
 
-    The text is empty if there are at most ``most`` items. ``noun`` names an item in the singular.
+    ``count`` is the number of all items, of which the first ``most`` are not omitted. The text is empty if no
+    item is omitted. ``noun`` is the name of an item in the singular.
     """
     omitted = count - most
     if omitted <= 0:
@@ -62,15 +63,15 @@ def remainder(count: int, most: int, noun: str = "") -> str:
 
 
 def shortened(items: Sequence[str], most: int, noun: str = "") -> list[str]:
-    """Return the first ``most`` items and, if there are more, a last item with the number of the others.
+    """Return the first ``most`` items and, if items are omitted, a text with the number of omitted items.
 
-    See :func:`remainder`.
+    See :func:`remainder` for the text and for ``noun``.
     """
     return [*items[:most], *filter(None, [remainder(len(items), most, noun)])]
 
 
 def listed(items: Sequence[str], most: int, noun: str = "") -> str:
-    """Return a text with the first ``most`` items and the number of the others; see :func:`remainder`."""
+    """Return a text with the first ``most`` items and the number of omitted items; see :func:`remainder`."""
     return " ".join(filter(None, (", ".join(items[:most]), remainder(len(items), most, noun))))
 
 
@@ -116,7 +117,7 @@ class ReaderGoneError(OutputError):
 
 
 class NoLoadFactorError(MasonryError):
-    """Raised if a scene has no load factor, although one is needed; the message states the reason."""
+    """Raised if a required load factor does not exist or is unknown; the message states the reason."""
 
     exit_code = 1
 
@@ -128,7 +129,7 @@ class TimeLimitError(MasonryError):
 
 
 class NoRunSolvedError(MasonryError):
-    """Raised if no run of a study was solved; the message states the most frequent reason."""
+    """Raised if no run of a study returned a result; the message states the most frequent reason."""
 
     exit_code = 1
 

@@ -105,12 +105,11 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
 
 
 def write_together(contents: Mapping[Path, str | bytes]) -> None:
-    """Write several files; ``contents`` maps each path to the content of its file.
+    """Write several files, each completely or not at all.
 
-    Each file is written completely or not at all.
-
-    All contents are first written to temporary files, so that a full disk leaves every old file as it was.
-    Raises OutputError, which names the first file that cannot be written.
+    ``contents`` maps each path to the content of its file. All contents are first written to temporary files,
+    so that a full disk leaves every old file as it was. Raises OutputError, which names the first file that
+    cannot be written.
     """
     temporaries = {path: path.parent / f".writing.{uuid4().hex}" for path in contents}
     try:
@@ -142,8 +141,8 @@ def write_folder(
     refuse_outputs(folder, contents, force)
     record = _recorded(folder)
     for name, content in contents.items():
-        # Keep the digest of the existing file too, because the existing file remains until the new file
-        # replaces it.
+        # If this package wrote the existing file, the record also keeps the digest of the existing file. This
+        # file remains in the folder until the new file replaces it.
         before = [digest for digest in record.get(name, []) if digest == _digest_of(folder / name)]
         record[name] = [*before, hashlib.sha256(_encoded(content)).hexdigest()]
     lines = json.dumps({JSON_KEY: WRITER, "files": record}, indent=1, ensure_ascii=False) + "\n"
@@ -170,7 +169,9 @@ def refuse_outputs(folder: Path, names: Iterable[str], force: bool = False) -> N
     for name in (*names, RECORD):
         path = folder / name
         if path.is_dir():
-            raise OptionError(f"{path}: cannot be written, because it is a folder: choose another folder")
+            raise OptionError(
+                f"{path}: cannot be written, because a folder has this name: choose another folder"
+            )
         refuse_replacing(path, force)
 
 
@@ -197,7 +198,10 @@ def refuse_unwritable(path: Path, force: bool = False) -> None:
 
 
 def refuse_replacing(path: Path, force: bool = False) -> None:
-    """Raise OptionError if a file contains data of another program or a user, unless ``force`` is True."""
+    """Raise OptionError if this package did not write an existing file, unless ``force`` is True.
+
+    An empty file may always be replaced.
+    """
     if not force and os.path.lexists(path) and not path.is_dir() and not is_replaceable(path):
         raise OptionError(
             f"{path}: the file exists already, and {WRITER} did not write its present content: choose "
@@ -216,7 +220,7 @@ def is_written_by_package(path: Path) -> bool:
     The file is recognised by its recorded digest, or by a mark that names the package.
     """
     if not path.is_file():
-        # The path is no regular file: it is a pipe, a device, or a link to a missing file.
+        # The path does not lead to a regular file. It may be a pipe, a device or a link to a missing file.
         return False
     recorded = _recorded(path.parent).get(path.name)
     if recorded and _digest_of(path) in recorded:

@@ -24,16 +24,17 @@ from masonry_opt.solution.proof import REACH, EnergyBound, KinematicConflict, Pr
 
 @dataclass(frozen=True)
 class ProofCheck:
-    """Result of the check of a proof: the bound, the faults and the numbers of conflicts of the proof.
+    """Result of the check of a proof: the states that the proof excludes, and the faults of the proof.
 
     Attributes
     ----------
-    bound: load factor below which the proof excludes states.
+    bound: load factor up to which the proof excludes states.
     faults: one sentence for each fault of the proof; empty if the proof is correct.
-    static, kinematic: numbers of conflicts of each kind.
-    reach: limit of the states that the proof excludes; infinite if no conflict has residuals. In these states
-        the sum of the forces is at most ``reach`` times the sum of all loads. The sum of the velocities and
-        rates is at most ``reach`` times the mean velocity of the live load.
+    static, kinematic: numbers of static and of kinematic conflicts in the proof.
+    reach: limit on the forces and velocities of the excluded states; infinite if no conflict has residuals.
+        The proof excludes all states with λ from 0 to ``bound`` that satisfy two conditions. The sum of the
+        forces is at most ``reach`` times the sum of all loads. The sum of the velocities and rates is at most
+        ``reach`` times the mean velocity of the live load.
     """
 
     bound: float
@@ -78,8 +79,8 @@ def check_proof(scene: Scene | str | Path, proof: Proof | str | Path | None) -> 
     """
     if proof is None:
         raise OptionError(
-            "there is no proof to check: 'result.proof' is None if the search found no proof; "
-            "mo.prove_least searches longer"
+            "there is no proof to check: 'result.proof' is None if the analysis found no proof; "
+            "mo.prove_least searches longer for a proof than mo.solve"
         )
     problem = assemble(scene if isinstance(scene, Scene) else load(scene)).problem
     return check(problem, proof if isinstance(proof, Proof) else Proof.load(proof))
@@ -99,7 +100,10 @@ def check(problem: Problem, proof: Proof) -> ProofCheck:
 
 
 def _faults_of_form(problem: Problem, proof: Proof) -> list[str]:
-    """Return the fault of a proof that is malformed or belongs to another scene; [] without a fault."""
+    """Return a list with the first fault in the form of a proof, or [] if the form is correct.
+
+    The form is faulty if the proof is malformed, or if it does not match the scene of the problem.
+    """
     if problem.layout.round or problem.dilatancy_depends_on_stress:
         return ["proofs exist only for plane scenes whose dilatancy does not depend on stress"]
     if not 0 < proof.bound < proof.load_factor:
@@ -135,13 +139,15 @@ class _Checker:
         self._bound = Fraction(proof.bound)
         self._load = sum(map(abs, self._dead)) + self._bound * sum(map(abs, self._live))
         self._sliders = len(problem.sliding)
-        #: Limit of the forces, velocities and rates up to which the conflicts checked so far exclude states,
-        #: see ``ProofCheck.reach``; infinite if no conflict has residuals.
+        #: ``ProofCheck.reach`` for the conflicts checked so far; infinite if they have no residuals.
         self.reach = float("inf")
         self._energy: list[Fraction | None] = list(self._cohesion)
 
     def faults(self) -> list[str]:
-        """Return the faults of the proof: in its pairs of sliding directions, energy bounds and conflicts."""
+        """Return one sentence for each fault of the proof.
+
+        The method checks the pairs of sliding directions, the energy bounds and the conflicts.
+        """
         faults = [
             f"yield conditions {pair} do not belong to the two opposite sliding directions of one joint"
             for pair in self._wrong_senses()
@@ -202,17 +208,21 @@ class _Checker:
     def _fault_of_duals(
         self, d: np.ndarray, p: np.ndarray, held: set[int], cost: list[Fraction], least: Fraction
     ) -> str:
-        """Return the fault if multipliers d and p do not prove cost·q > least for all forces q, otherwise "".
+        """Return the fault if dual multipliers do not prove the inequality cost·q > least, otherwise "".
 
-        The multipliers have the shapes (3b,) and (faces,).
+        The multipliers of the equations of equilibrium are d, shape (3b,), and those of the yield conditions
+        are p, shape (faces,). The inequality must be valid for all forces q with three properties:
 
-        Forces q are considered that are in equilibrium with 0 ≤ λ ≤ bound and have z ≥ 0, and z = 0 for the
-        conditions ``held``. All these forces have cost·q ≥ f_D·d − c·p + λ f_L·d + departure·q, with
+        - They are in equilibrium with the loads at a load factor 0 ≤ λ ≤ bound.
+        - They violate no yield condition (z ≥ 0).
+        - They are at yield (z = 0) in the conditions ``held``.
+
+        All such forces satisfy cost·q ≥ f_D·d − c·p + λ f_L·d + departure·q, where
         departure = Bᵀd + cost − C(μ)ᵀp.
         """
         motion, rates = _exact(d), _exact(p)
         if any(rate < 0 and condition not in held for condition, rate in enumerate(rates)):
-            return "a multiplier is negative, although its yield condition is not in the clause"
+            return "a multiplier is negative, although its yield condition is not assumed to be at yield"
         of_motion, of_rates = self._B.transposed_times(motion), self._C.transposed_times(rates)
         residual = max(
             (abs(a + own - b) for a, own, b in zip(of_motion, cost, of_rates, strict=True)),
@@ -254,11 +264,11 @@ class _Checker:
         return self._outweighed(gain, max(unbalanced, lacks), "kinematic")
 
     def _outweighed(self, gain: Fraction, residual: Fraction, kind: str) -> str:
-        """Return the reason why multipliers do not prove a conflict; "" if they prove it."""
+        """Return the reason why multipliers do not prove a conflict or an energy bound; "" if they do."""
         if gain <= 0:
             return f"the {kind} multipliers do not lead to a contradiction"
         if residual * Fraction(REACH) >= gain:
-            return f"the {kind} multipliers violate their conditions by too much for a proof"
+            return f"the residuals of the {kind} multipliers are too large for a proof"
         if residual > 0:
             self.reach = min(self.reach, float(gain / residual))
         return ""

@@ -213,8 +213,8 @@ class Result(Outcome):
     def as_dict(self) -> dict[str, Any]:
         """Return all data as plain numbers, strings, lists and dictionaries; NaN and infinity become None.
 
-        The tables have more columns here: the certificate can be
-        recomputed from the dictionary alone.
+        The tables have more columns than the result's data frames, so that the certificate can be recomputed
+        from the dictionary alone.
         """
         attributes = {name: getattr(self, name) for name in _DICTIONARY_NAMES}
         attributes["warnings"] = self.warning_records
@@ -234,7 +234,12 @@ class Result(Outcome):
         return plain(attributes | tables)
 
     def _joint_tables(self) -> dict[str, "pd.DataFrame"]:
-        """Return the table of joints and, in space, of contact points, with columns for limits of forces."""
+        """Return the table of joints and, in space, also the table of contact points.
+
+        In the plane, the table of joints has additional columns with the unit normals, the yield limits and
+        the flow rule. In space, the table of contact points has additional columns with the yield limits and
+        the flow rule.
+        """
         limits = limit_columns(self.assembly, self.solution)
         if self.contacts is not None:
             return {"joint_results": self.joints, "contact_results": self.contacts.assign(**limits)}
@@ -248,7 +253,10 @@ class Result(Outcome):
         return table.assign(**line_columns(self.assembly, *roles)) if len(table) else None
 
     def _guide_table(self) -> "pd.DataFrame | None":
-        """Return the table of the forces that guide settling supports; None if no support settles."""
+        """Return the table of the guide forces of supports that settle; None if no support settles.
+
+        Guide forces prevent all motions of a support except its settlement.
+        """
         import pandas as pd  # imported here, because the import takes a fifth of a second
 
         guides = guide_columns(self.assembly, self.solution)
@@ -260,7 +268,7 @@ class Result(Outcome):
 
 
 class HasWarnings(Protocol):
-    """Protocol for objects that have warnings, such as a result or a crossing."""
+    """Protocol for objects that have warnings, such as results of analyses and of studies."""
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
@@ -268,9 +276,9 @@ class HasWarnings(Protocol):
 
 
 def distinct_warnings(results: Sequence[HasWarnings]) -> list[dict[str, Any]]:
-    """Return the warning records of several answers; a later answer adds only records with new codes.
+    """Return the warning records of several results, without repeating the codes of earlier results.
 
-    For each code, the records of the first answer with this code are returned.
+    For each code, all records of the first result with this code are returned.
     """
     first: dict[str, list[dict[str, Any]]] = {}
     for result in results:

@@ -1,8 +1,8 @@
 """Decide if a scene is stable under its dead load, and answer for scenes that have no live load.
 
-Forces of elastic contacts come first, because load histories need them in any case. Programs decide if there
-are no such forces. Modules that declare programs are imported in the functions that use them, because the
-imports take seconds.
+The forces of elastic contacts are computed first, because load histories need them in any case. If there are
+no such forces, optimisation programs decide. Modules that declare programs are imported in the functions that
+use them, because the imports take seconds.
 """
 
 from dataclasses import dataclass, replace
@@ -47,7 +47,7 @@ class DeadLoadCheck:
 
     @property
     def _is_small(self) -> bool:
-        """True if the scene is small: elastic contacts then test its stability before a program does."""
+        """True if the scene is small: elastic contact forces are then computed before programs are solved."""
         return self.assembly.problem.joints <= _MOST_JOINTS_AT_REST
 
     def fall(self) -> Solution | None:
@@ -74,7 +74,7 @@ class DeadLoadCheck:
                 return self._stable(forces, True, own_effort)
         fallen, by_program = self._decide_by_program(own_effort)
         if by_program is None:
-            assert fallen is not None, "a check that finds no forces must return a solution with its reason"
+            assert fallen is not None, "if the stability check returns no forces, it must return a solution"
             return fallen
         with self.effort.measure("dead_load"):
             forces = None if self._is_small else self._forces_at_rest(own_effort)
@@ -128,7 +128,9 @@ class DeadLoadCheck:
                 return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **error.values), None
         if falling is None:
             return None, forces
-        self.effort.begins("falling blocks of an unstable scene, and the effect of more friction or strength")
+        self.effort.begins(
+            "falling blocks of an unstable scene, and the friction or strength that would make it stable"
+        )
         with self.effort.measure("dead_load"):
             falling = diagnosis.as_it_falls(assembly, falling, Effort())
             falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))

@@ -16,7 +16,7 @@ _ENERGY_SCALE = 100.0
 
 
 class Senses(NamedTuple):
-    """Directions of slip. The directions define polygons that replace friction circles in linear programs.
+    """Slip directions that define polygons, which replace the friction circles in linear programs.
 
     Each contact point that can slide has several directions; m is their total number.
     """
@@ -27,9 +27,10 @@ class Senses(NamedTuple):
     #: Unit vector e of each direction of slip, as two components in the plane of the contact. The shape is
     #: (2, m) for m directions.
     along: np.ndarray
-    #: True if the polygons are inscribed in the friction circles, so that all forces are inside the cones.
-    #: False if they are circumscribed, so that mechanisms satisfy the flow rule of the cones. The directions
-    #: e are opposite to the shear forces at the corners (True) or at the points of tangency (False).
+    #: True if the polygons are inscribed in the friction circles. All forces are then inside the friction
+    #: cones, and the corners of a polygon are the shear forces opposite to the directions e. False if the
+    #: polygons are circumscribed. All mechanisms then satisfy the flow rule of the cones, and the polygon
+    #: touches the circle at the shear forces opposite to the directions e.
     inside: bool
 
 
@@ -90,7 +91,7 @@ class ConeMechanism(CvxpyMechanism):
         flow = selection(np.arange(problem.joints), table.width).T @ self.opening
         flow += normal @ cp.multiply(slope, self.slip) + table.L.T @ self.yielding
         flow += sum(shear @ self.sliding[axis] for axis, shear in enumerate(shears))
-        #: Energy that limited forces, such as tie forces, dissipate at their limits.
+        #: Power that limited forces, such as tie forces, dissipate at their limits.
         self.resisted = limits @ self.yielding
         self.compatibility = problem.B.T @ self.d - flow == 0
         self.live_work = problem.live @ self.d == problem.live_norm
@@ -163,7 +164,7 @@ class ConeMotion:
         self.program = cp.Problem(cp.Minimize(energy), [*mechanism.rows, mechanism.live_work])
 
     def set(self, q: np.ndarray) -> None:
-        """Set the costs in the objective to those of given joint forces q, shape (3c + t,).
+        """Set the costs in the objective for given joint forces q, shape (3c + t,).
 
         Here c is the number of contact points, and t the number of limited forces, such as tie forces.
         """

@@ -101,16 +101,18 @@ class CvxpyAtYield:
 
 
 class CvxpyNoMotion:
-    """Program for joint forces in equilibrium with the live load alone, without the dead load.
+    """Program for joint forces which prove that the live load does no positive work in any mechanism.
 
-    If such forces exist, the live load does no positive work in any mechanism.
+    The forces are in equilibrium with the live load alone, without the dead load.
 
         min  Σ v    s.t.    B q + f_L = 0,    C(slope) q + v ≥ 0,    0 ≤ v ≤ most
 
     Every mechanism Bᵀ d = D(slope) p satisfies f_L·d = −(C(slope) q)·p. This work is at most 0 unless a face
-    with v > 0 has a nonzero rate. If the slope, shape (k,), is the true friction, the forces are a direction
-    in which λ grows without bound. ``most`` is infinite in this declaration. The solver session sets it to 0
-    for the faces that may have nonzero rates.
+    with v > 0 has a nonzero rate. The proof is therefore complete if v = 0.
+
+    If the slope, shape (k,), is the true friction, the forces are a direction in which λ grows without bound.
+    ``most`` is infinite in this declaration. The solver session sets it to 0 for the faces that may have
+    nonzero rates.
     """
 
     def __init__(self, problem: Problem, slope: np.ndarray) -> None:

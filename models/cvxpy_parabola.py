@@ -9,7 +9,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits, State
 
 
 class _Sized:
-    """Base class of programs in which the cone constraints of crushing are scaled by a normal force N.
+    """Base class of programs with a cone constraint for crushing, scaled by a reference normal force N.
 
     Solvers lose their last digits if the numbers in a cone are far from one, or far from each other.
     """
@@ -18,8 +18,9 @@ class _Sized:
         self._problem = problem
         crushing = len(problem.crushing)
         self.per_size = cp.Parameter(crushing, name="1/N")
-        #: Lower limit of 2 n₁ and 2 n₂ at the normal force N, because of crushing: N² / (f_c L), with the
-        #: crushing force f_c L of the joint.
+        #: The crushing law requires 2 n₁ and 2 n₂ ≥ n² / (f_c L). Here n₁ and n₂ are the forces at the two
+        #: edges of the joint, n is their sum, and f_c L is the crushing force. This parameter is n² / (f_c L)
+        #: for n = N.
         self.most_lost = cp.Parameter(crushing, name="lost")
         self.resize(None)
 

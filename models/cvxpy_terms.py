@@ -83,8 +83,8 @@ class CvxpyMechanism:
         #: directions of slip.
         self.slip = problem.limit_factors.T @ self.p
         constant = problem.face_constant
-        #: Energy dissipated by limited forces (such as tie forces) at their limits, and by crushing, summed
-        #: over the chords of the crushing curve.
+        #: Power that limited forces (such as tie forces) dissipate at their limits, plus the power that
+        #: crushing dissipates, summed over the chords of the crushing curve.
         self.resisted = constant @ self.p if constant.any() else cp.Constant(0.0)
         flow = problem.D(np.zeros(slope.size)) @ self.p + problem.N.T @ cp.multiply(slope, self.slip)
         # Keep 0 on the right-hand side. Python may swap the two sides of == if both are expressions, which

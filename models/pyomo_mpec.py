@@ -62,7 +62,7 @@ class PyomoGlobal(PyomoMpec):
         p ≤ P y,    z ≤ Z (1 − y),    −f_D·d ≤ Λ Σ|f_L|
 
     The slack of a face is zero if y = 1, and its rate is zero if y = 0. The model is exact if the bounds P of
-    rates and Z of slacks, shape (faces,), exclude no collapse state. Λ is an upper bound of λ ≥ 0, such as
+    rates and Z of slacks, shape (faces,), exclude no collapse state. Λ is an upper bound on λ ≥ 0, such as
     the associative load factor.
 
     The last row limits the rates but excludes no state: sliding dissipates energy, so the work of the live

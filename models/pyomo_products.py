@@ -41,8 +41,8 @@ class PyomoProducts:
                          and both sides without a factor.
 
     A row is declared only if all of its products have variables. For any selection of products, the least λ
-    is therefore a lower bound of all Coulomb states with λ₀ ≤ λ ≤ Λ and n ≤ n̂. More products never reduce
-    this bound.
+    is therefore a lower bound on the load factors of all Coulomb states with λ₀ ≤ λ ≤ Λ and n ≤ n̂. More
+    products never reduce this bound.
 
     ``within`` contains λ₀ ≥ 0 and Λ. ``largest`` is n̂ of each joint, shape (c,); it is ``inf`` for a joint
     without a limit. ``selected`` selects the products.
@@ -72,7 +72,10 @@ class PyomoProducts:
         model.objective = pyo.Objective(expr=model.load_factor[factors.load_factor, kinematic_unit])
 
     def _declare(self, name: str, pairs: list[tuple[int, int]]) -> None:
-        """Declare a variable for each product, with the lower bound 0 if neither factor can be negative."""
+        """Declare a variable for the product of each pair of factors.
+
+        The lower bound of the variable is 0 if neither factor can be negative.
+        """
         signed = self.factors.signed
 
         def bounds(_: Any, i: int, k: int) -> tuple[float | None, None]:
@@ -83,7 +86,7 @@ class PyomoProducts:
         self.product.update(variable)
 
     def _rows(self, within: tuple[float, float], largest: np.ndarray) -> None:
-        """Declare the rows of the relaxation. Rows that contain a product without a variable are omitted."""
+        """Declare the rows of the relaxation, except rows that contain a product without a variable."""
         model = self.program
         factors = self.factors
         static_unit = factors.static_unit
@@ -99,14 +102,14 @@ class PyomoProducts:
         slacks = list(factors.other_slacks.values())
         equilibrium = list(factors.equilibrium())
         motions = [*factors.compatibility(), factors.live_work()]
-        # The products z₁ p₁ need rows z₁ p₁ = 0, because z₁ is a linear form of the unknowns. The factors of
-        # all other complementary products are single unknowns. These products are known to be zero, and have
-        # no variables.
+        # Complementarity of z₁ and p₁ needs the row z₁ p₁ = 0, because z₁ is a linear form of several
+        # unknowns. The products x₂ u₂, x₃ u₃ and z₀ p₀ have single unknowns as factors. They are known to be
+        # zero, and need neither a row nor a variable.
         complementary = [(form, {rate: 1.0}) for rate, form in factors.other_slacks.items()]
         model.statics = self._constraint(product(equilibrium, [motion, *all_velocities]))
-        # Multiply each equilibrium row by the rates u₂, u₃, p₀ and p₁ of each joint. The index of p₀
-        # satisfies ``rate % 4 == 2``. Omit the products with the other three rates if compatibility implies
-        # them.
+        # Multiply each equilibrium row by the rates of each joint. Rows multiplied by p₀, whose index
+        # satisfies ``rate % 4 == 2``, are always declared. Rows multiplied by u₂, u₃ or p₁ are omitted if
+        # compatibility implies them.
         with_rates = (
             (form, {rate: 1.0})
             for form, rate in product(equilibrium, factors.rates)
@@ -118,12 +121,12 @@ class PyomoProducts:
         model.complementary = self._constraint(complementary)
         lowest, highest = within
         load_factors = [{static_unit: highest, factors.load_factor: -1.0}]
-        if lowest > 0:  # if the lower bound of λ is 0, these rows follow from the bounds λ v ≥ 0
+        if lowest > 0:  # for λ₀ = 0, the lower bound 0 of each variable λ v replaces the row
             load_factors.append({factors.load_factor: 1.0, static_unit: -lowest})
         model.within = self._constraint(product([*slacks, *margins], [motion]), least=0.0)
         model.slack_rate = self._constraint(product([*slacks, *margins, *load_factors], all_rates), least=0.0)
-        # Each row requires a product to be at least 0. Omit the row if the product is known to be zero, or
-        # has a variable with the lower bound 0.
+        # Each row requires that the product of an edge opening and an edge force, slack or margin is at least
+        # 0. Omit the row if the product is known to be zero, or has a variable with the lower bound 0.
         opening = list(factors.openings())
         with_variable = factors.at_rest.union(self.product)
         open_beyond = (
@@ -135,11 +138,11 @@ class PyomoProducts:
         model.opening = self._constraint(open_beyond, least=0.0)
 
     def _follows(self, statics: Form, rate: int) -> bool:
-        """Return True if compatibility implies the product of an equilibrium row and a rate of a joint.
+        """Return True if compatibility implies the row that is an equilibrium row times a rate of a joint.
 
-        ``statics`` is the linear form of the row, and ``rate`` is the index of u₂, u₃ or p₁. The product is
+        ``statics`` is the linear form of the row, and ``rate`` is the index of u₂, u₃ or p₁. The new row is
         implied if the relaxation has variables for the products of all forces in the row with the velocities
-        of the joint's blocks. It then follows from the products of the row with these velocities and with p₀.
+        of the joint's blocks. It then follows from the equilibrium row times these velocities and times p₀.
         """
         moves = self.factors.motion_of(rate // 4)
         forces = [i for i in statics if i < self.factors.load_factor]

@@ -132,8 +132,8 @@ class PyomoMechanism:
         #: One expression for the slip of each joint that can slide: the sum of its rates in all directions of
         #: slip.
         self.slip = list(rows(problem.limit_factors.T.tocsr(), p))
-        #: Expression for the energy dissipated by limited forces (such as tie forces) at their limits, and by
-        #: crushing, summed over the chords of the crushing curve.
+        #: Expression for the power that limited forces (such as tie forces) dissipate at their limits, plus
+        #: the power that crushing dissipates, summed over the chords of the crushing curve.
         self.resisted = dot(problem.face_constant, p) if problem.face_constant.any() else 0.0
         dilates: dict[int, Any] = {
             row: slope[i] * self.slip[i]

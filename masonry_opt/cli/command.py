@@ -87,7 +87,7 @@ def _movement(text: str) -> tuple[str, tuple[float, ...]]:
 _VIEW = "Azimuth and elevation of the viewer in degrees, for a scene in space."
 _DRAW = "Draw the answer to FILE (.png, .svg, .pdf{})."
 PICTURE = typer.Option(metavar="FILE", help=_DRAW.format(""))
-#: Arguments of :func:`refuse_without` for the options of pictures: what they apply to, and what they need.
+#: Arguments ``subject`` and ``needed`` of :func:`refuse_without` for options that apply only to a picture.
 PICTURE_NEEDS = ("a picture", "--plot FILE")
 
 #: Command-line options for parameters that have the same meaning in all functions.
@@ -102,8 +102,8 @@ _SHARED: dict[str, Any] = {
     "names": typer.Option("--names", help="Write the blocks' names into the picture."),
     "force": typer.Option("--force", help=f"Replace existing files even if {WRITER} did not write them."),
     "incremental": typer.Option(
-        help="Omit the incremental load factor, which Coulomb methods compute for up to 3000 joints (in "
-        "space, contact points).",
+        help="Omit the incremental load factor. Coulomb methods compute it for up to 3000 joints, and in "
+        "space for up to 3000 contact points.",
         show_default=False,
     ),
     "settled": typer.Option(
@@ -126,11 +126,11 @@ class CommandArguments(dict[str, Any]):
     called: Mapping[str, str] = {}  #: Name of the command-line option for each parameter name.
 
     def take(self, function: Function) -> dict[str, Any]:
-        """Remove from the dictionary the arguments that a function accepts as parameters, and return them."""
+        """Return the arguments that a function accepts, and remove these arguments from this dictionary."""
         return {name: self.pop(name) for name in inspect.signature(function).parameters if name in self}
 
     def keywords_for(self, function: Function) -> dict[str, Any]:
-        """Return the arguments of a command as keywords for a function, with the options of its method.
+        """Return keyword arguments for a function: the arguments typed by the user and the method's options.
 
         The function passes the options of the method on to ``solve``. Raises OptionError if an option of the
         method does not have the form NAME=VALUE, or is a parameter of ``function`` or of ``solve``.
@@ -142,8 +142,8 @@ class CommandArguments(dict[str, Any]):
             own = inspect.signature(taking).parameters.keys() & (options.keys() - {"time_limit"})
             if own:
                 raise OptionError(
-                    f"'{min(own)}' is not an option of the method: omit --option, and write the option in "
-                    "the form that --help shows"
+                    f"'{min(own)}' is not an option of the method and cannot follow --option: --help lists "
+                    "the options of the command"
                 )
         return self | options
 
@@ -153,7 +153,7 @@ def refuse_without(arguments: CommandArguments, ignored: Iterable[str], subject:
 
     Parameters
     ----------
-    arguments: The arguments of the command, which know the name of the option for each parameter.
+    arguments: The arguments of the command. Their attribute ``called`` contains the names of the options.
     ignored: Names of the parameters that would be ignored.
     subject: What the options apply to, such as "a picture".
     needed: The missing option with its value, such as "--plot FILE".
@@ -168,7 +168,7 @@ def refuse_without(arguments: CommandArguments, ignored: Iterable[str], subject:
 def command(
     *functions: Function, labels: Sequence[str] = (), leave: str = "", **asked: Any
 ) -> Callable[[Function], typer.Typer]:
-    """Return a decorator that converts a function to a command, in the form of a Typer app.
+    """Return a decorator that converts a function to a command, which is a Typer app.
 
     The command has the options of the decorated function and of the functions in ``functions``. The decorated
     function is called with the arguments for the other functions (:class:`CommandArguments`), and with its
@@ -180,7 +180,7 @@ def command(
     functions: Functions whose parameters become options.
     labels: A label for each function, at the beginning of the help of options that not all functions take.
         With labels no option is required.
-    leave: Names of parameters, separated by spaces, that become no options.
+    leave: Names of parameters, separated by spaces, that do not become options.
     asked: Typer options by parameter name: help texts, names and parsers that signatures do not contain.
     """
     infos = _SHARED | asked
@@ -188,7 +188,8 @@ def command(
     def decorator(own: Function) -> typer.Typer:
         """Make a Typer app of the decorated function."""
         options = dict(inspect.signature(own, eval_str=True).parameters)
-        del options[next(iter(options))]  # the first parameter receives the arguments: it is no option
+        # The first parameter receives the CommandArguments, so it does not become an option.
+        del options[next(iter(options))]
         for name, parameter in options.items():
             options[name] = parameter.replace(annotation=Annotated[parameter.annotation, infos[name]])
         parsers: dict[str, Function | None] = {}

@@ -39,8 +39,8 @@ _READERS: dict[str, tuple[str, Callable[..., mo.Scene]]] = {
     **dict.fromkeys(MESHES, ("a mesh", mo.read_mesh)),
 }
 
-#: Names of the tolerances of the readers. Messages about gaps and overlaps advise the user to change a
-#: tolerance.
+#: Names of the tolerances for reading drawings, COMPAS data and meshes, as they occur in error messages about
+#: gaps and overlaps. The command ``convert`` adds the name of its option after each of them.
 _TOLERANCE_NAMES = ("tolerance", "contact_tolerance", "outline_tolerance")
 
 #: Largest number of corners of a mesh that is copied into a case file (about 1 MB). For a larger mesh, the
@@ -48,7 +48,8 @@ _TOLERANCE_NAMES = ("tolerance", "contact_tolerance", "outline_tolerance")
 _MOST_CORNERS = 10_000
 _METHOD = (
     "Method whose optimisation problem is exported: static (default), kinematic or global; for .nl files "
-    "also mpec or mcp. For solids: method whose mechanism and forces are exported (default: blocks at rest)."
+    "also mpec or mcp. For solids: method whose mechanism and forces are exported. By default, solids are "
+    "exported at rest."
 )
 _INPUT_HELP = (
     "Drawing (.dxf), COMPAS data (.json), mesh (.obj, .ply, .stl, .glb, .gltf), or a folder of meshes."
@@ -77,14 +78,14 @@ def draw(arguments: CommandArguments, case: Path, file: Path, load_case: str | N
     leave="moved",
     method=typer.Option(help=_METHOD),
     file=typer.Argument(
-        help="File to write: optimisation problem (.lp, .mps, .nl), proof (.cnf), or solids (.obj, .glb, "
-        ".gltf, .json)."
+        help="File to write: optimisation problem (.lp, .mps, .nl), clauses of a proof (.cnf), or solids "
+        "(.obj, .glb, .gltf, .json)."
     ),
 )
 def export(arguments: CommandArguments, case: Path, file: Path, load_case: str | None = None) -> None:
-    """Write FILE and the files that belong to it, and print their names.
+    """Write FILE in the format of its ending, and print the names of all written files.
 
-    The names of the rows and columns of a .nl file are in a .row and a .col file.
+    For a .nl file, the names of rows and columns are written to a .row and a .col file.
     """
     exported: mo.Scene | mo.Result = as_scene(case, load_case)
     method = arguments.pop("method", None) if file.suffix.lower() in SOLID_ENDS else None
@@ -193,9 +194,11 @@ def convert(arguments: CommandArguments, drawing: Path, out: Path, force: bool =
 
 @contextlib.contextmanager
 def _options_named(called: Mapping[str, str]) -> Iterator[None]:
-    """Add the command-line option after each name of a tolerance in errors raised in the ``with`` block.
+    """Name command-line options in the messages of errors that are raised in the ``with`` block.
 
-    ``called`` maps parameters to options, such as ``contact_tolerance`` to "--contact-tolerance".
+    In these messages, the name of each tolerance is followed by its option. For example,
+    'contact_tolerance' becomes 'contact_tolerance' (--contact-tolerance). ``called`` maps the names of
+    parameters to options.
     """
     try:
         yield

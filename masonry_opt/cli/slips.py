@@ -38,7 +38,7 @@ def with_remedies(command: Any) -> Callable[..., Any]:
 
 
 def _add_remedy(error: Any, command: Any) -> None:
-    """Add a remedy to the message of an error if the mistake is a frequent one."""
+    """Complete or replace the message of an error if this module has a remedy for the mistake."""
     message = str(error.message)
     option = str(getattr(error, "option_name", "")).removeprefix("--").replace("-", "_")
     takes_options = any("--option" in parameter.opts for parameter in command.params)

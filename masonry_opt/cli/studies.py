@@ -39,8 +39,8 @@ from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.many.trial import Trial
 from masonry_opt.studies.report.report import refuse_report
 
-#: Text that is printed at a position without a load factor. The key is True if the scene carries any load at
-#: this position, and False if λ is unknown.
+#: Text that the progress line of ``crossing`` shows for a position of the axles without a load factor. The
+#: key is True if the scene carries any multiple of the live load there, and False if λ is unknown.
 _NOT_FINITE = {True: "any", False: "unknown"}
 _AXLES = typer.Option(
     metavar="NAME", help="Name of a group of axles in CASE. Default: all groups.", parser=str
@@ -50,8 +50,9 @@ _IN_CASE = typer.Option(
 )
 _VERTICAL = typer.Option(
     metavar="RATIO[,RATIO]",
-    help="Ratio of the vertical to the horizontal seismic force, positive downwards, as in "
-    "--vertical=0.3,-0.3. Default: the ratio of the earthquake of CASE, or 0.",
+    help="Vertical seismic force divided by the horizontal seismic force. Positive ratios act downwards. "
+    "Several ratios are separated by commas, as in --vertical=0.3,-0.3. Default: the ratio of the earthquake "
+    "of CASE, or 0 if CASE has no earthquake.",
     parser=numbers("--vertical {}: write one number or several, as in --vertical=0.3,-0.3"),
 )
 _direction = numbers("--direction {}: write it as X,Y or X,Y,Z, such as 0,-1")

@@ -34,8 +34,8 @@ PICTURE_KINDS = ("mechanism", "thrust", "utilisation")
 #: Largest displacement in the "full motion" of a drawn mechanism, relative to the scene's size. With a larger
 #: value, mechanisms are magnified more.
 FULL_MOTION = 0.1
-#: Fraction of the full motion (see ``FULL_MOTION``) that a picture shows, and that a page shows when it is
-#: opened.
+#: Fraction of the full motion (see ``FULL_MOTION``) that pictures show. An HTML page shows this fraction when
+#: it is opened.
 SHOWN_MOTION_SHARE = 0.6
 _MARGIN_AT_REST = 0.07  #: Free space around the movable blocks at rest, relative to the scene's size.
 _PADDING = 0.02  #: Free space around moved blocks and marks, relative to the scene's size.
@@ -52,8 +52,8 @@ class Elements:
     assembly: Assembly  #: assembly of the scene, with the shapes of the blocks
     heading: str  #: line below the scene's title
     movement: str  #: description of the motion for captions; "" if no block moves
-    #: Full motion of each block of the scene (see ``FULL_MOTION``), in the form that ``marks.moved`` accepts,
-    #: shape (blocks, 3), in space (blocks, 6).
+    #: Full motion of each block of the scene (see ``FULL_MOTION``): displacement of the block's point at the
+    #: origin, and rotation. The shape is (blocks, 3), in space (blocks, 6).
     motion: np.ndarray
     loads: list[Marks]  #: marks of loads and fill
     #: Marks on joints, by layer. An unsolved scene has the layer "scene". A result has one layer for each
@@ -212,7 +212,7 @@ def _movement(result: Outcome) -> str:
         return "the mechanism of collapse, magnified"
     if result.status is Status.UNSTABLE:
         return "failure mechanism under the dead load, magnified"
-    return "last trial motion, magnified; no collapse was found"
+    return "motion with which the method ended, magnified; no collapse was found"
 
 
 def heading(result: Outcome) -> str:

@@ -82,15 +82,15 @@ _ABOVE_HIGHEST = 0.06  #: Length of the λ axis above the highest λ that is dra
 #: factors appear only in the legend.
 _LARGEST_DRAWN_RATIO = 2.0
 
-#: Styles of the marks where joints start to slide or open. The keys are columns of the table of the curve. A
-#: style is a verb, a colour, a marker, the marker's size in points, and the height at which the number of
-#: joints is written, relative to the height of the axes.
+#: Styles of the marks at states in which joints start to slide or open. The keys are columns of the table
+#: ``result.curve``. Each tuple contains a verb for labels, a colour, a marker, and its size in points. The
+#: last entry is the height at which numbers of joints are written, relative to the height of the axes.
 _MOTION_START_STYLES = {
     "starts_sliding": ("slide", SLIDING_COLOUR, "s", 10.0, 0.085),
     "starts_opening": ("open", HINGING_COLOUR, "o", 6.0, 0.025),
 }
-#: Width that is reserved for a number of joints below a curve, relative to the width of the axes. States
-#: whose numbers would overlap share one number.
+#: Width that is reserved for each number of joints above the horizontal axis, relative to the width of the
+#: axes. If the numbers of several states would overlap, the sum of the numbers is written instead.
 _NUMBER_WIDTH = 0.03
 
 _TEXT_GAP = 4.0  #: Smallest distance between the texts of two marks, in pixels.
@@ -307,7 +307,7 @@ def _handle(label: str, alike: list[Marks]) -> Line2D:
 
 
 def refuse_kind(kind: object, names: bool = False) -> None:
-    """Raise OptionError if a kind of picture is unknown, or if a picture without blocks should show names."""
+    """Raise OptionError if a kind of picture is unknown, or if names of blocks are requested for a curve."""
     known = (*PICTURE_KINDS, CURVE)
     if kind not in known:
         raise OptionError(f"kind of picture '{kind}' is unknown{instead_of(kind, known)}")
@@ -379,8 +379,8 @@ def curve_picture(result: Outcome) -> Picture:
     if curve is None or curve.empty:
         raise OptionError("there is no curve to draw: solve with method 'incremental' and option curve=True")
     along = (
-        "displacement of the live load, in multiples of\n"
-        "the elastic closing of a joint under the mean dead-load force"
+        "displacement of the live load (unit: distance by which an elastic joint\n"
+        "of mean length closes under the mean contact force of the dead load)"
     )
     with style():
         made, axes = curve_axes(result.assembly.scene, heading(result), along)

@@ -10,7 +10,8 @@ from matplotlib.patches import Patch
 from masonry_opt.drawing.colours import FILL
 from masonry_opt.problem.assembly import Assembly
 
-#: Opacity of each layer. Fill is one layer. Backing is a second layer over the fill, so it looks darker.
+#: Opacity of one layer of colour. Fill is drawn with one layer. Backing is drawn with a second layer over the
+#: fill, and therefore looks darker.
 _FILL_OPACITY = 0.22
 
 

@@ -15,9 +15,9 @@ from masonry_opt.scene.rows import linked
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.thresholds import NEGLIGIBLE_SHARE
 
-#: Largest numbers of arrows for parallel forces of one kind of load, by dimension of the scene: for weights,
-#: then for each other kind of load. If there are more forces, a single arrow shows their direction. In space
-#: the numbers are smaller, because arrows overlap.
+#: Largest number of parallel forces that are drawn as separate arrows, for each dimension of the scene. The
+#: first limit applies to weights, the second to every other kind of load. If there are more parallel forces,
+#: a single arrow shows their direction. In space the limits are lower, because arrows would overlap.
 _MOST_ARROWS = {2: (30, 200), 3: (1, 8)}
 
 _LONGEST = 0.09  #: Length of the longest arrow of each kind of load, relative to the size of the scene.
@@ -43,15 +43,17 @@ _SINGLE_ARROW_DISTANCE = 0.04
 #: is twice as long.
 _SINGLE_ARROW_LENGTH = 0.07
 
-#: In space, the horizontal direction of the live load determines above which corner of the blocks a single
-#: arrow is drawn. Components of the live load below this fraction of the largest component are ignored.
+#: In space, a single arrow that represents many forces is drawn above a corner of the blocks. The signs of
+#: the horizontal components of the live load select the corner. A component counts as zero if its magnitude
+#: is at most this fraction of the largest magnitude of a component.
 _NEGLIGIBLE_PUSH = 1e-6
 #: Style of each kind of load: colour, line width in points, legend entry, and the legend entry of a single
 #: arrow that represents all forces.
 _LOAD_STYLES = {
     "weight": (colours.DEAD, 0.8, "weight", "direction of all weights"),
     "dead": (colours.FURTHER_DEAD, 2.4, "further dead load", "direction of further dead loads"),
-    # The live load is drawn last and with thinner lines, because it may cover an opposite dead load.
+    # The live load is drawn last, over the dead load. Its lines are thinner than those of further dead loads,
+    # so that a dead load in the opposite direction stays visible.
     "live": (colours.LIVE, 1.4, "live load, times λ", "direction of live loads, times λ"),
 }
 
@@ -182,7 +184,8 @@ def _rows(assembly: Assembly, pieces: list[LoadedPiece]) -> tuple[np.ndarray, np
         share = np.linspace(0, 1, count)[:, None]
         arrow = longest / most * ((1 - share) * piece.intensity[0] + share * piece.intensity[1])
         on_edge = (1 - share) * piece.ends[0] + share * piece.ends[1]
-        # If the load pushes on the edge, arrows end at the edge; if it pulls, arrows start at the edge.
+        # If the load pushes on the edge, arrows end at the edge; if it pulls, arrows start at the edge. The
+        # load pulls if the middle of the edge, shifted slightly against the load, lies inside the block.
         behind = piece.ends.mean(axis=0) - 1e-3 * arrow.sum(axis=0)
         pulled = assembly.geometry.away(piece.block, behind) <= 0
         tail = on_edge if pulled else on_edge - arrow
@@ -240,7 +243,7 @@ def pressure_marks(result: Outcome) -> Iterable[Marks]:
         tip = np.array([action.point for action in actions])
         direction = np.array([action.force for action in actions])
         tail = tip - _PRESSURE * size_of(assembly) / most * force[:, None] * direction
-        label = f"pressure of fill on a face, at most {most:.3g}"
+        label = f"horizontal force of fill; longest arrow: {most:.3g}, in the case's unit of force"
         yield Marks("earth", label, "arrow", colours.FILL, 1.0, np.stack([tail, tip], axis=1))
 
 
@@ -264,8 +267,8 @@ def strut_marks(assembly: Assembly, motion: np.ndarray, yields: np.ndarray) -> I
     moved_ends = moved(ends, of_ends)
     along, apart = np.diff(ends, axis=1)[:, 0], np.diff(moved_ends - ends, axis=1)[:, 0]
     turning = np.repeat(moment_of(along, apart) / (along**2).sum(axis=1)[:, None], 2, axis=0)
-    # Draw each tie or prop as two halves. Each half moves with its end and rotates with the whole line. A gap
-    # opens between the halves if the line becomes longer.
+    # Draw each tie or prop as two halves. Each half moves with one end of the tie or prop, and rotates like
+    # the line between both ends. A gap opens between the halves if the distance between the ends increases.
     at, middle = ends.reshape(len(turning), -1), np.repeat(ends.mean(axis=1), 2, axis=0)
     goes = moved_ends.reshape(at.shape) - moved(at, np.column_stack([np.zeros_like(at), turning]))
     halves, motions = np.stack([at, middle], axis=1), np.column_stack([goes, turning])
@@ -357,7 +360,7 @@ def thrust_marks(result: Outcome) -> Iterable[Marks]:
         carries = np.linalg.norm(contact_force, axis=1) > NEGLIGIBLE_SHARE * largest
         at = contacts[["x", "y", "z"]].to_numpy()[carries] - assembly.geometry.origin
         lines, width = _through(at, unit * contact_force[carries], 0.4, 1.0)
-        entry = "force at a contact point (one of many possible states)"
+        entry = "force at a contact point (in general not unique)"
         yield Marks("contacts", entry, "line", colours.AT_POINT, width, lines)
     lines, width = _through(point[is_shown], unit * force[is_shown], 0.8, 1.6)
     yield Marks("resultants", label, "line", colours.THRUST, width, lines)

@@ -15,8 +15,9 @@ COLLAPSE_FRAMES = 15
 #: Largest displacement at the end of the animated collapse, relative to the largest displacement before the
 #: collapse. With a larger value, displacements before the collapse are drawn smaller.
 COLLAPSE_LENGTH = 3.0
-#: The animated collapse is scaled by the largest displacement before the collapse, but at least by this
-#: value. Otherwise the collapse would be invisible if no block moves before it.
+#: The animated collapse is scaled by the largest displacement before the collapse, or by this value if this
+#: value is larger. Without the lower limit, the collapse would be invisible if no block moves before the
+#: collapse. The unit is that of ``Keyframes.displacement``.
 _LEAST_DISPLACEMENT = 1e-2
 
 
@@ -25,8 +26,9 @@ class Keyframes:
     """Displacements of the blocks and motions of the joints at k instants of an animation, up to collapse."""
 
     load_factor: np.ndarray  #: load factor λ, shape (k,)
-    #: Displacement of the live load at each keyframe, shape (k,). The unit is the distance by which
-    #: an elastic joint of mean length closes under the mean contact force of the dead load.
+    #: Displacement of the live load at each keyframe, shape (k,): the work of the live load divided by the
+    #: sum of the magnitudes of the live forces. The unit is the distance by which an elastic joint of mean
+    #: length closes under the mean contact force of the dead load.
     displacement: np.ndarray
     #: Displacements of the blocks at each keyframe from their state under dead load, shape (k, 3b).
     d: np.ndarray

@@ -9,7 +9,8 @@ import shapely
 
 from masonry_opt.problem.assembly import Assembly
 
-#: Smallest number of joints at which marks on joints are drawn smaller, so that the marks do not overlap.
+#: In scenes with at least this number of joints, marks on joints are drawn smaller, so that they do not
+#: overlap.
 FEWEST_JOINTS_WITH_SMALL_MARKS = 1000
 
 #: Names of marks inside blocks. In space, such marks are drawn as if blocks were transparent.
@@ -46,7 +47,10 @@ class Marks:
         return self.shape == "arrow" or self.name in _MARKS_INSIDE_BLOCKS
 
     def moved(self, share: float) -> np.ndarray:
-        """Return the points after a fraction of the magnified motion, in an array of the same shape."""
+        """Return the points of the marks after the fraction ``share`` of the magnified motion.
+
+        The result has the shape of the attribute ``points``.
+        """
         return self.points if self.motion is None else moved(self.points, share * self.motion[:, None])
 
 
@@ -63,12 +67,12 @@ def movable_box(assembly: Assembly) -> tuple[np.ndarray, np.ndarray]:
 
 
 def shrink_of(assembly: Assembly) -> float:
-    """Return the factor by which marks on joints shrink: 1, or 0.6 in scenes with many joints."""
+    """Return the scale factor for the width of marks on joints: 1, or 0.6 in scenes with many joints."""
     return 1.0 if len(assembly.joints.first) < FEWEST_JOINTS_WITH_SMALL_MARKS else 0.6
 
 
 def moved(points: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Return points after rigid motions, which are linearised in the rotation.
+    """Return points that are displaced by rigid motions, linearised for small rotations.
 
     The result has the shape of ``points``. In the plane, points have shape (..., 2) and motions (vx, vy, ω)
     have shape (..., 3). A point (x, y) is displaced by (vx - ω y, vy + ω x). In space, points have shape

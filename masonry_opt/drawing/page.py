@@ -55,14 +55,14 @@ _ROTATION_FACTOR = 100_000
 #: larger value makes larger pages.
 _FIGURE_SIZE = 20_000
 
-#: Radius with which a mark of ``width`` 1 is drawn, relative to the size of the scene. This radius is for
-#: marks that stay visible behind blocks.
+#: In a figure in space, the radius of marks that stay visible behind blocks is this number × ``Marks.width``
+#: × the size of the scene.
 _RADIUS_THROUGH = 1 / 900
-#: Radius with which a mark of ``width`` 1 is drawn, relative to the size of the scene. This radius is for
-#: marks that blocks can hide.
+#: In a figure in space, the radius of marks that blocks can hide is this number × ``Marks.width`` × the size
+#: of the scene, unless ``_OF_JOINT`` limits it.
 _RADIUS = 1 / 500
-#: Largest radius of a mark of ``width`` 1 that blocks can hide, relative to the square root of the median
-#: joint area. Scenes with small joints therefore have thinner marks.
+#: The radius of marks that blocks can hide is at most this number × ``Marks.width`` × √A, in which A is the
+#: median joint area. Marks in scenes with small joints are therefore thinner.
 _OF_JOINT = 1 / 80
 
 #: Text at the end of the library three.js in the pages that trimesh writes. It separates the library from the
@@ -134,8 +134,8 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
     return fill_template("page.html")
 
 
-#: Figure of a page: the word "plane" or "space", the texts of the page, and the data for the script. The word
-#: selects the templates, and the texts fill the templates.
+#: Figure of a page, in three parts. The word "plane" or "space" selects the HTML templates. A dictionary
+#: contains texts, keyed by the placeholders of the templates. Another dictionary contains the script's data.
 _PageFigure = tuple[str, dict[str, str], dict[str, Any]]
 
 
@@ -228,12 +228,15 @@ def _foot(result: Outcome) -> str:
 
 
 def _joints(result: Outcome, names: list[str]) -> dict[str, list[float | None]]:
-    """Return data of the joints: the two blocks of each joint, and rounded columns of the table of joints."""
+    """Return data of the joints: the two blocks of each joint, and rounded columns of ``Outcome.joints``.
+
+    ``names`` are the names of the columns.
+    """
     joints, frame = result.assembly.joints, result.joints
     scales: dict[str, float] = {}
     if result.contacts is not None:
-        # Compute a scale for each column of the table. Values that are tiny relative to their scale are
-        # rounding errors, and are set to zero.
+        # Compute a typical magnitude for columns of the table ``Outcome.joints``. Values that are negligible
+        # relative to the typical magnitude of their column are rounding errors, and are set to zero.
         force, length = float(frame["n"].abs().max()), 2 * result.assembly.problem.length_unit
         speed = 1.0 if result.solution.d is None else fastest(result.assembly, result.solution.d)
         scales = {"s": force, "torsion": force * length}
@@ -268,7 +271,10 @@ def motions_of(result: Outcome, frames: Keyframes) -> np.ndarray:
 
 
 def history_marks(result: Outcome) -> list[Marks]:
-    """Return two marks without points, which define the line styles of joints that have slid or are open."""
+    """Return the line styles and legend entries of joints that have slid and of joints that are open.
+
+    The marks have no points, because the script of the page draws the lines along the joints.
+    """
     dimension, width = result.assembly.scene.dimension, 2.3 * shrink_of(result.assembly)
     dashes, no_points = (1.6, 1.1) if dimension == 2 else (), np.empty((0, 2, dimension))
     opened = Marks("open", "is open", "line", HINGING_COLOUR, 0.7 * width, no_points, dashes=dashes)
@@ -303,7 +309,7 @@ def history_data(result: Outcome, frames: Keyframes, motions: np.ndarray) -> dic
 
 
 #: Largest number of blocks for which a notebook shows a picture. Pictures of larger scenes would make the
-#: notebook's file too large. Reports draw larger scenes as PNG, not as SVG.
+#: notebook's file too large. In reports, pictures of larger scenes are PNG instead of SVG.
 MOST_BLOCKS_DRAWN = 2000
 _NOTEBOOK_WIDTH = 560  #: Maximum width of a result in a notebook, in pixels.
 

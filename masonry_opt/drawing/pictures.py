@@ -125,9 +125,10 @@ def elements_picture(
     view: ViewAngles | None = None,
     notes: tuple[str, ...] = (),
 ) -> Picture:
-    """Draw a picture of one kind: "scene" for an unsolved scene, or one of ``PICTURE_KINDS`` for a result.
+    """Draw an unsolved scene, or the mechanism, the forces or the utilisation of a result.
 
-    See :func:`draw` for the other parameters and the exceptions. ``notes`` are sentences below the picture.
+    ``kind`` is "scene" for an unsolved scene, or one of ``PICTURE_KINDS`` for a result. See :func:`draw` for
+    the other parameters and the exceptions. ``notes`` are sentences below the picture.
     """
     marks, share = elements.shown(kind), SHOWN_MOTION_SHARE if kind == "mechanism" else 0.0
     with figure.style():

@@ -37,11 +37,13 @@ _ELEVATION = 22.0  #: Elevation of the default view, in degrees.
 #: Azimuths from which the default view is chosen, in degrees. If several are equally good, the first is used.
 _AZIMUTHS = (-60.0, -120.0, -30.0, -150.0, 30.0, 60.0, 120.0, 150.0)
 
-#: Weight of the live load's direction, relative to the visible width of the scene, in the choice of the
-#: default view. With a larger value, the live load more often pushes towards the viewer.
+#: The default view has the largest sum of two terms: the projected width of the scene, and the cosine of the
+#: angle between the live load and the direction to the viewer. This value is the weight of the cosine. With a
+#: larger value, the live load more often pushes towards the viewer.
 _LIVE_DIRECTION_WEIGHT = 0.25
-#: Largest cosine of the angle between the live load and the direction to the viewer. With a larger value, the
-#: live load's arrow would look too short in the default view.
+#: The default view avoids azimuths at which the arrow of the live load would look too short. These are the
+#: azimuths at which the cosine between the live load and the horizontal line of sight exceeds this value in
+#: magnitude. With a larger value, shorter arrows are accepted.
 _MOST_TOWARDS = 0.95
 #: Smallest length in pixels of the drawn pieces of a partly hidden line. Shorter pieces are artefacts of the
 #: depth buffer.
@@ -62,8 +64,8 @@ _MARGIN_IN_SPACE = 0.03
 _LARGEST_AXIS_LENGTH = 0.1
 #: Distance of the letters x, y and z from the origin, relative to the length of the coordinate axes.
 _AXIS_LETTER_DISTANCE = 1.4
-#: Smallest distance of a block's name from the boundary of its visible face, relative to the distance of the
-#: innermost point of this face from the boundary.
+#: The name of a block is centred at a pixel far from the boundary of a visible face. The distance of the
+#: pixel from the boundary is at least this fraction of the largest distance in the face.
 _LEAST_NAME_DISTANCE = 0.8
 #: Smallest font size of block names, in points. Names that would have to be smaller are omitted.
 _SMALLEST_NAME_SIZE_IN_SPACE = 2.0
@@ -208,9 +210,11 @@ def best_view(assembly: Assembly) -> ViewAngles:
     direction = total / (np.linalg.norm(total) or 1.0)
 
     def quality(azimuth: float) -> float:
-        """Return the quality of a view: visible width, plus a term for a live load that points to the viewer.
+        """Return the quality of a horizontal view, from projected width and direction of the live load.
 
-        The term has its least value if the arrow of the live load is almost parallel to the line of sight.
+        The width is that of the movable blocks' bounding box, relative to its longer horizontal side. The
+        direction of the live load counts as the cosine of its angle to the direction to the viewer. If the
+        live load is almost parallel to the line of sight, the cosine is replaced by −1.
         """
         right, _, towards = axes_of((azimuth, 0.0))
         push = float(direction @ towards)
@@ -355,7 +359,7 @@ class Solids:
         """Return a note that states the length of the drawn coordinate axes and the angles of the view."""
         azimuth, elevation = self.view
         direction = f"seen from azimuth {azimuth:g}°, elevation {elevation:g}°"
-        return f"axes are drawn {self.unit:g} long, in the case's unit of length; {direction}"
+        return f"length of the axes: {self.unit:g}, in the case's unit of length; {direction}"
 
     def draw(self, names: bool) -> None:
         """Draw faces, edges, marks, coordinate axes and, if ``names`` is True, the names of visible blocks.

@@ -26,7 +26,9 @@ _LEAST_DRAWN_MOTION = 2.0
 _CROSS_STROKE = 1.5  #: Width of the lines of crosses, in points.
 _HATCH_STEP = 150  #: Distance between the hatching lines on supports, in units of the picture.
 _LETTER_HEIGHT = 270  #: Height of letters, in units of the picture.
-_LEGEND_DOT = "M14 6h0"  #: Path data of the legend sample of dots, points and squares: a line of zero length.
+#: Path data of the legend sample of dots, points and squares: a line of zero length. The caps of the line are
+#: drawn as a dot or a square.
+_LEGEND_DOT = "M14 6h0"
 _ARROW_HEAD = 0.24  #: Length of an arrow's head, relative to the length of the arrow.
 
 

@@ -33,8 +33,10 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.scene.mistakes import instead_of
 from masonry_opt.suitability import refuse_unsuited, refuse_without_live_load
 
-#: Bound ε of the product of a slack z and a rate p: z p ≤ ε replaces complementarity, z p = 0. It must be
-#: larger than the feasibility tolerance of solvers, and much smaller than a load factor.
+#: Upper bound ε on the product of a slack z and a rate p. The constraint z p ≤ ε replaces the
+#: complementarity condition z p = 0. ε must be larger than the feasibility tolerance of solvers. With a
+#: larger value, the least load factor of the program is lower, and further below the load factor of an exact
+#: state.
 EPSILON = 1e-6
 
 #: Exported program in Pyomo, and the comment lines at the top of the file to which it is written.
@@ -65,7 +67,7 @@ def _mpec(assembly: Assembly) -> Declared:
 def _global(assembly: Assembly) -> Declared:
     """Return the mixed-integer program of the least load factor, and comment lines for its file.
 
-    The program has a binary variable for each yield condition. The bounds of its forces and rates are
+    The program has a binary variable for each yield condition. The bounds on its forces and rates are
     computed first. Raises NoLoadFactorError if the associative load factor is negative.
     """
     problem = assembly.problem
@@ -82,10 +84,10 @@ def _global(assembly: Assembly) -> Declared:
     forces = (
         "all limits follow from statics"
         if bounds.forces_derived
-        else "each limit follows from statics, or is assumed if statics does not limit the force"
+        else "every limit that could not be derived from statics is assumed"
     )
-    # If a joint rocks with rate p, its edge opens by 2 p. The limit of the rate is therefore half the limit
-    # of edge openings.
+    # If a joint rocks with rate p, one of its edges opens by 2 p. The limit on the rate is therefore half the
+    # limit on edge openings.
     most_rates = np.full(problem.faces, bounds.rates)
     most_rates[problem.table.rocks] /= 2
     # The slack of a rocking condition is at most twice the largest normal force n.
@@ -98,7 +100,7 @@ def _global(assembly: Assembly) -> Declared:
         _objective("load_factor", problem),
         f"load_factor is between 0 and {highest:.9g}, slightly above the associative load factor",
         f"the sum of all slips and edge openings is at most {bounds.rates:.9g}; {rates}",
-        f"limits of the forces: {forces}",
+        f"limits on the forces: {forces}",
     ]
 
 
@@ -106,7 +108,7 @@ def _objective(words: str, problem: Problem) -> str:
     """Return the comment line that states the objective and the factor by which it is multiplied."""
     by_size = problem.layout.round
     terms = "the magnitudes of live forces and moments" if by_size else "all absolute live load components"
-    return f"the objective is {words} times {problem.live_norm!r}, which is the sum of {terms}"
+    return f"the objective is {words} times {problem.live_norm!r}; this number is the sum of {terms}"
 
 
 #: Map from the name of a method to the function that declares its program.
@@ -123,11 +125,12 @@ _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
     "mcp": _mcp,
 }
 
-#: Names in the file for the parts of a complementary pair, by Pyomo's name of the part: the slack variable
-#: "z", the constraint "slack" that defines it, the "product" of z and the rate, and the constraint "pair".
+#: Map from Pyomo's names of the parts of a complementarity condition to the prefixes of their names in the
+#: file. The parts are the slack variable "z", the constraint "slack" that defines z, the constraint "product"
+#: (z p ≤ ε), and the constraint "pair" (z is complementary to p).
 _PAIR_NAMES = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
-#: Prefixes of the names of variables and rows. The keys are the components of a program that have one
-#: variable or row for each yield condition.
+#: Map from the components of a program to the prefixes of their names in the file. These components have one
+#: variable or row for each yield condition. The name of the yield condition follows the prefix.
 _OF_FACES = {"p": "p", "y": "y", "within_yield": "yield", "at_rest": "at_rest", "at_yield": "at_yield"}
 #: Names of the components of a program that consist of a single variable or row.
 _SINGLE_COMPONENTS = ("load_factor", "live_work", "raising", "objective")

@@ -21,7 +21,8 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Polyhedron, Solid
 from masonry_opt.scene.tables import library
 
-SOLID_ENDS = (".json", ".obj", ".glb", ".gltf")  #: Endings of the names of files with solids.
+#: File name extensions of the formats in which blocks can be saved as solids.
+SOLID_ENDS = (".json", ".obj", ".glb", ".gltf")
 _SUPPORT = "fixed"  #: Prefix of the names of supports in mesh files.
 #: Block as a tuple: its name, True if the block is fixed, its corners, and its faces. A face is a list of
 #: corner indices whose normal points outwards.
@@ -57,7 +58,7 @@ def solid_file(solids: Scene | Result, end: str, share: float | None) -> str | b
     number = isinstance(share, int | float) and not isinstance(share, bool) and math.isfinite(share)
     if share is not None and not number:
         raise OptionError(
-            f"'moved' must be a number that states the fraction of the full motion (found {share!r})"
+            f"'moved' is the fraction of the full motion: pass a finite number (found {share!r})"
         )
     elements = result_elements(result) if result else None
     if share and not (elements and elements.movement):
@@ -133,7 +134,7 @@ def _gltf(bodies: list[_Body], end: str) -> str | bytes:
 
 
 def _compas(assembly: Assembly, result: Result | None) -> str:
-    """Return the scene in the JSON form of an assembly of compas_assembly, with joints as interfaces.
+    """Return the JSON text of an Assembly of compas_assembly, whose interfaces are the joints of the scene.
 
     With a result, the interfaces contain the forces on the first block at each contact point, and the
     velocities are written as displacements. ``c_np - c_nn`` is the force along the z axis of the interface,
@@ -163,12 +164,12 @@ def _compas(assembly: Assembly, result: Result | None) -> str:
 
 
 def _object(kind: str, data: Any) -> dict[str, Any]:
-    """Return data and the name of their COMPAS type, in the form in which COMPAS stores objects in JSON."""
+    """Return data in the JSON format of COMPAS, together with the name ``kind`` of their COMPAS type."""
     return {"dtype": kind, "data": data}
 
 
 def _mesh(block: Solid) -> dict[str, Any]:
-    """Return the mesh of a block in the JSON form of COMPAS."""
+    """Return the mesh of a block in the JSON format of COMPAS."""
     corners, faces = _joined(block.polyhedra)
     points = [dict(zip("xyz", corner, strict=True)) for corner in corners.tolist()]
     mesh: dict[str, Any] = {"attributes": {"name": block.name}}

@@ -50,8 +50,8 @@ _WEIGHT_TOLERANCE = 1e-2
 _HORIZONTAL_LOAD_TOLERANCE = 1e-6
 #: Remark on a kinematic check whose load factor is not proven to be the least.
 _LOWER_MAY_FAIL = "if a collapse state with a lower λ exists, the linear or non-linear check may fail"
-#: Map from the role of a force that prevents a capacity curve to the table of a case file that defines the
-#: force. In space, ties and props do not prevent the curve.
+#: Roles of the forces that prevent a capacity curve. Each role is mapped to the table that defines such
+#: forces in a case file. Ties and props prevent the curve only in the plane.
 _NOT_FOLLOWED = {
     Role.TIE: "[[tie]]",
     Role.PROP: "[[prop]]",
@@ -107,7 +107,7 @@ def capacity(
         If the result has no load factor.
     """
     if not isinstance(result, Result):
-        raise OptionError("the capacity curve needs a result: call mo.capacity(mo.solve(scene))")
+        raise OptionError("a capacity curve needs a result of 'solve': call mo.capacity(mo.solve(scene))")
     if result.stability:
         needed = "a capacity curve needs a live load: add a live load, such as 'live' of a block"
         raise OptionError(f"{result.case}: the scene is stable and has no live load, but {needed}")
@@ -115,14 +115,17 @@ def capacity(
     assembly, dimension = result.assembly, result.assembly.scene.dimension
     _refuse_parts_not_followed(result)
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
-        raise OptionError(f"steps must be a whole number of states, at least 2 (found {steps!r})")
+        raise OptionError(f"steps must be a whole number, at least 2 (found {steps!r})")
     dead, live = point_forces(assembly)
     control = control_force(result, live, block, point)
     path = (HingingPath if dimension == 2 else EdgePath)(result, (dead, live), steps, progress)
     curve = Capacity(result, path.end, tuple(path.steps), path.motion, dead, live, control)
     _, rates, control_rate = curve._onset
     if path.motion.any() and abs(control_rate) <= LEAST_RATE * rates.max():
-        raise OptionError(f"block '{block}' does not move along the live load: choose another block or point")
+        raise OptionError(
+            f"the control point of block '{block}' does not move in the direction of the live load: choose "
+            "another block or point"
+        )
     return curve
 
 
@@ -131,8 +134,8 @@ def _refuse_parts_not_followed(result: Result) -> None:
     assembly = result.assembly
     if any(force.role is Role.SUPPORT for force in assembly.limited):
         raise OptionError(
-            f"{result.case}: a capacity curve is not possible if a support settles: use a result of "
-            "mo.solve, whose option 'settled' moves supports before the live load acts"
+            f"{result.case}: a capacity curve is not possible while a support settles: call mo.solve with "
+            "the option 'settled', which moves the support before the live load acts"
         )
     not_followed = _not_followed(assembly)
     if not not_followed:
@@ -282,10 +285,10 @@ class Capacity:
 
     @property
     def _onset(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Magnitudes and displacement rates of the live forces, and the rate of the control point.
+        """Magnitude and rate of each live force, and rate of the control point, at the onset of collapse.
 
-        The rates are those at the onset of collapse. The rate of a force is the rate of its point of action
-        along the force. Magnitudes and rates of the forces have shape (f,).
+        The rate of a force is the velocity of its point of action in the direction of the force. Magnitudes
+        and rates of the forces have shape (f,).
         """
         motion, sizes = self.motion[self.result.assembly.movable], lengths(self.live.force)
         live = carried(self.live.point, motion[self.live.block])
@@ -353,7 +356,8 @@ class Capacity:
         quake, case = self.result.assembly.scene.shaken_by, self.result.case
         if quake is not None and (quake.coefficient != 1 or quake.vertical):
             needed = (
-                "the check needs a horizontal earthquake of 1 g: set 'coefficient' to 1 and omit 'vertical'"
+                "the kinematic check needs a horizontal earthquake of 1 g: set 'coefficient' to 1 and omit "
+                "'vertical'"
             )
             raise OptionError(f"{case}: {needed}")
         if len(self.steps) < 2:
@@ -363,7 +367,7 @@ class Capacity:
             )
         share = self._share_of_weight() if quake is None else None
         if share is not None:
-            needed = "the check needs a horizontal live load on each block, equal to the block's weight"
+            needed = "the kinematic check needs a horizontal live load on each block, equal to its weight"
             mismatch = (
                 "the live load is not horizontal, or differs from the weight of the loaded blocks "
                 f"(live load / weight = {rounded(share)})"

@@ -7,25 +7,26 @@ from masonry_opt.problem.displaced import placed, turned
 from masonry_opt.problem.loads import moment_of
 from masonry_opt.scene.rows import dots
 
-#: Singular values of a chain's equations count as zero below this fraction of the largest singular value. If
-#: joints share a hinge, the equations are linearly dependent.
+#: Singular values of the Jacobian of a chain's equations count as zero below this fraction of the largest
+#: singular value. Some singular values are zero if joints share a hinge, because the equations are then
+#: linearly dependent.
 _RANK_TOLERANCE = 1e-8
 #: Largest number of Newton iterations in one corrector step along the path. A step that needs more iterations
 #: fails.
 _NEWTON_ITERATIONS = 12
-#: Scaled residual of the equations of a chain below which Newton's method has converged.
+#: Newton's method has converged if the scaled residual, see :meth:`Chain.corrected`, is at most this value.
 _CONVERGED = 1e-13
-#: Scaled residual of the equations of a chain below which Newton's method may also stop, if rounding errors
-#: prevent a smaller residual.
+#: Newton's method also counts as converged if the scaled residual is at most this value and decreases by less
+#: than half in an iteration. Rounding errors then prevent a much smaller residual.
 _STALLED = 1e-10
-#: Scaled residual of the equations of a chain above which Newton's method stops, because it diverges.
+#: Newton's method fails if the scaled residual exceeds this value, because the iterations diverge.
 _DIVERGED = 1e3
 
 
 class Chain:
     """Chain of rigid bodies with hinges, and its equations of equilibrium at finite rotations.
 
-    A body consists of blocks that are connected by closed joints. A hinge is a joint that touches only in one
+    A body consists of blocks that are connected by closed joints. A hinge is a joint that touches only at one
     corner. The unknowns are the poses (x, y, θ) of the bodies, the force f in each hinge, and λ:
 
         Q(θ, λ) + G(θ)ᵀ f = 0        (a) equilibrium, with the generalised loads Q
@@ -87,7 +88,11 @@ class Chain:
     def corrected(self, start: np.ndarray, row: np.ndarray, value: float) -> np.ndarray | None:
         """Find a point of the equilibrium curve that satisfies ``row @ point == value``, by Newton's method.
 
-        The result is None if Newton's method does not converge.
+        The result is None if Newton's method does not converge. Convergence is judged by the scaled residual:
+        the largest residual of all equations, after two divisions.
+
+        - Residuals of equilibrium are divided by 1 + F, where F is the largest component of a hinge force.
+        - The residual of ``row @ point == value`` is divided by 1 + |value|.
         """
         point, coordinates, previous_norm = start, 3 * self.count, np.inf
         for _ in range(_NEWTON_ITERATIONS):
@@ -140,10 +145,11 @@ class Chain:
 
     @staticmethod
     def _resultants(poses: np.ndarray, body: np.ndarray, at: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """Return the sums of fx, fy, x × f and x · f over all forces f on each body, shape (bodies + 1, 4).
+        """Return sums over the forces f with arms a on a body, shape (bodies + 1, 4): fx, fy, a × f, a · f.
 
-        Forces have constant directions. Their points of action move with the bodies; ``at`` are the points at
-        rest. The last sum is the negative derivative of the moment with respect to the rotation of the body.
+        The arm a is the position ``at`` of the force's point of action at rest, rotated with the body. Forces
+        have constant directions. The sum of a × f is the moment on the body. The sum of a · f is the negative
+        derivative of this moment with respect to the rotation of the body.
         """
         total, arm = np.zeros((len(poses), 4)), turned(at, poses[body])
         np.add.at(total, body, np.column_stack([force, moment_of(arm, force), dots(arm, force)]))

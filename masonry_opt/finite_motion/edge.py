@@ -22,18 +22,20 @@ from masonry_opt.scene.rows import lengths
 from masonry_opt.solution.motion import fastest, joint_motion, moving_blocks, velocities
 from masonry_opt.solution.reasons import Code, Reason, reason
 
-#: Tolerance for recognising a mechanism as a rotation about an edge, relative to the largest velocity or the
-#: scene's size. With a larger value, more mechanisms count as rotations.
+#: Tolerance for recognising a mechanism as a rotation about an edge. Velocities may differ from those of the
+#: rotation by this fraction of the largest velocity. Contact points on the edge may be off the axis of
+#: rotation by this fraction of the scene's size. With a larger value, less exact rotations are accepted.
 _ROTATION_TOLERANCE = 1e-3
-#: If λ grows without bound as the rotation approaches some angle, the path ends before this angle is reached,
-#: by this fraction of the angle.
+#: If λ grows without bound as the rotation approaches an angle φ, the path ends at the angle (1 − p) φ, where
+#: p is this value.
 _POLE_DISTANCE = 1e-3
-#: A joint is reported as opening or sliding if its rate exceeds this fraction of the largest rate.
+#: A joint is reported as opening if its opening rate exceeds this fraction of the largest opening rate of all
+#: joints. A joint is reported as sliding if its slip rate exceeds this fraction of the largest slip rate.
 _REPORTED_SHARE = 1e-3
 #: Number of angles of rotation, from 0 to 90°, at which the moments about the edge are computed. The largest
 #: angle of the path, at which the resisting or the driving moment vanishes, is between two of these angles.
 _BRACKETING_ANGLES = 2000
-#: Small angle (rad) by which the body is rotated to determine if ties and props lengthen or shorten.
+#: Small angle (rad) by which the body is rotated to determine whether ties and props lengthen or shorten.
 _DIFFERENCE_ANGLE = 1e-6
 
 

@@ -18,8 +18,8 @@ from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.scene import Scene
 from masonry_opt.stability.dead_load import carries
 
-#: While no support moves, blocks on elastic contacts count as in equilibrium if the sum of the unbalanced
-#: forces is at most this many median block weights.
+#: While no support moves, blocks on elastic contacts count as in equilibrium if the sum of their unbalanced
+#: forces is at most this value. The value is relative to the median dead load of a block.
 _LARGEST_UNBALANCED_FORCE = 1e-6
 
 
@@ -86,7 +86,7 @@ def refuse_overlapping(
         raise OptionError(
             f"{assembly.scene.origin}: supports '{pair[0]}' and '{pair[1]}' overlap where block '{block}' "
             "rests on both, so they can settle only together and without rotation: give both the same "
-            "translation, let them end where they meet, or draw them as one block"
+            "translation, draw them as one block, or remove their overlap"
         )
 
 
@@ -108,8 +108,8 @@ def reaction_at_rest(held: Problem, settling: Problem, own: int) -> tuple[float,
     reaction = float(on_blocks @ settling.live / (settling.live @ settling.live))
     unbalanced = on_blocks + settling.dead - reaction * settling.live
     q = np.append(q[:own], np.linalg.lstsq(settling.B[:, own:].toarray(), -unbalanced, rcond=None)[0])
-    # Set a reaction as small as rounding errors to zero. Otherwise solvers would scale the loads by a number
-    # that consists of rounding errors only.
+    # Return zero if the reaction consists of rounding errors only. Otherwise solvers would scale the loads by
+    # these rounding errors.
     return reaction if abs(reaction) > settling.load_factor_scale.zero else 0.0, q
 
 

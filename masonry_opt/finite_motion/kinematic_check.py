@@ -23,15 +23,16 @@ from masonry_opt.scene.typical_sizes import GRAVITY, GRAVITY_BY_UNIT, LARGEST_SC
 from masonry_opt.solution.motion import moving_blocks
 from masonry_opt.solution.reasons import Code, Reason, reason
 
-#: Confidence factor FC of the lowest level of knowledge. Both codes require this value if the strength of
-#: masonry is neglected.
+#: Confidence factor FC of the lowest level of knowledge. NTC 2008 and NTC 2018 require this value if the
+#: strength of masonry is neglected.
 CONFIDENCE_FACTOR = 1.35
 #: If a rocking block is higher than this value, in metres, a warning says that the unit of length is
 #: doubtful. The highest brick towers are about 112 m high. With a smaller value, there would be warnings
 #: about towers that rock as a whole. With a larger value, fewer of the walls that are drawn in centimetres
 #: would cause a warning.
 _HIGHEST_ROCKING_BLOCK = 120.0
-#: A unit of length is recognised if the gravity differs from its value in this unit by at most this fraction.
+#: The unit of length is recognised from the gravitational acceleration of a check: 9.81 implies metres, and
+#: 981 implies centimetres. The acceleration may differ from such a number by at most this fraction.
 _GRAVITY_TOLERANCE = 0.01
 #: A change of the length of a tie or prop is reported if it exceeds this fraction of the length at rest.
 #: Smaller changes are rounding errors.
@@ -72,12 +73,12 @@ class CheckedCurve:
     complete: bool  #: True if the curve reaches λ = 0
     extent: float  #: largest dimension of the box around all movable blocks
     struts: Sequence[StrutPath]  #: lengths of all ties and props along the curve
-    rests_on: str  #: name and certainty of the load factor at the onset of collapse
+    rests_on: str  #: text that states the load factor at the onset of collapse and its certainty
 
 
 @dataclass(frozen=True)
 class StrutChange:
-    """Extension of a tie, or shortening of a prop, that a mechanism needs to reach a displacement."""
+    """Largest extension of a tie, or shortening of a prop, up to the ultimate displacement of a mechanism."""
 
     role: str  #: "tie" or "prop"
     name: str  #: name of the tie or prop
@@ -119,7 +120,8 @@ class KinematicCheck:
     linear: True if the linear check is satisfied: ``acceleration`` is at least ``demand_acceleration``. None
         without a linear check.
     non_linear: True if the non-linear check is satisfied: ``ultimate`` is at least ``demand_displacement``.
-    rests_on: Name and certainty of the load factor λ at the onset of collapse, on which both checks depend.
+    rests_on: Text that states the load factor λ at the onset of collapse and its certainty. Both checks
+        depend on this load factor.
     gravity: Gravitational acceleration of the check, in the case's unit of length per s².
     struts: Ties that must lengthen and props that must shorten until d*_u is reached, with the largest change
         of each. The check does not verify that they can.
@@ -184,7 +186,7 @@ class KinematicCheck:
         return "\n".join([labelled(lines), *warning_lines(self.warning_sentences)])
 
     def _unit_of_length(self) -> str:
-        """Return a clause with the unit of length that the value of gravity implies, or "" if unknown.
+        """Return a clause with the unit of length that ``gravity`` implies, or "" if the unit is unknown.
 
         For example, gravity 9.81 implies metres.
         """
@@ -302,7 +304,7 @@ def kinematic_check(
 
 
 def _rocking_height(displacement: float, acceleration: float) -> float:
-    """Return the height of a slender rocking block that has the same capacity curve as the oscillator.
+    """Return the height of a slender rocking block that has the capacity curve of an equivalent oscillator.
 
     The oscillator has the displacement d*_0 at λ = 0 and the acceleration λ / e*, in g, at the onset. A block
     of width b and height H has d*_0 = b / 2 and λ / e* = b / H. The height is infinite if the acceleration is
@@ -318,7 +320,7 @@ def _gravity_warnings(gravity: float, extent: float, height: float, period: floa
     with the same capacity curve, and ``period`` is the secant period. The secant period alone is no evidence:
     it is long for every mechanism if d*_s is close to d*_0.
     """
-    metre = gravity / GRAVITY  # one metre in the unit of length for which ``gravity`` is right
+    metre = gravity / GRAVITY  # one metre, expressed in the unit of length of ``gravity``
     is_plausible = SMALLEST_SCENE <= extent / metre <= LARGEST_SCENE
     if is_plausible and min(extent, height) / metre <= _HIGHEST_ROCKING_BLOCK:
         return ()

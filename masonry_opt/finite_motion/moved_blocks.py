@@ -29,9 +29,12 @@ from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict, find_solver
 
-#: Smallest rate of the control point along the live load, relative to the largest rate of a loaded point. The
-#: number is also the smallest resultant of the live loads, relative to the sum of their magnitudes. If the
-#: rate or the resultant is smaller, an error is raised.
+#: An error is raised if one of two ratios is at most this value:
+#:
+#: - The resultant of the live loads, divided by the sum of their magnitudes. The direction of the control
+#:   displacement would be undefined.
+#: - The rate of the control point along the live load, divided by the largest rate of a loaded point. The
+#:   control point would hardly move.
 LEAST_RATE = 1e-6
 #: Points of Simpson's rule on an edge, as fractions of its length. The rule integrates cubic functions
 #: exactly.
@@ -210,10 +213,10 @@ class MovedBlocks:
     def problem(self, touch: np.ndarray, poses: np.ndarray) -> Problem:
         """Return the equilibrium problem of displaced blocks.
 
-        The problem contains the joints that touch in at least one corner.
+        The problem contains the joints that touch at one or both corners.
 
         - A closed joint has the properties that it has at rest.
-        - A joint that touches in one corner has no cohesion. Its direction is that of the touched edge.
+        - A joint that touches at one corner has no cohesion. Its direction is that of the touched edge.
         - If two corners meet, the direction of the joint is the bisector of both edges. The friction angle is
           reduced by half of the angle between the edges, so that the forces are admissible on both edges.
         """

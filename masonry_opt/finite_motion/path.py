@@ -40,8 +40,8 @@ _SHORTEST_STEP = 1e-6
 #: Bisection for an event stops when its interval of step lengths is this narrow, relative to the size of the
 #: scene.
 _EVENT_WIDTH = 1e-13
-#: Blocks count as at rest if the speed of the fastest corner is at most this value. The speed is the change
-#: of position per unit of arc length of the path, which is measured in the unknowns (poses and λ).
+#: Blocks count as at rest if the speed of the fastest corner is at most this value. The speed is computed
+#: for a unit tangent of the path, whose components are the rates of the poses and of λ.
 _LEAST_SPEED = 1e-7
 #: Length of the trial step that tests in which direction blocks can move, relative to the size of the scene.
 _PROBE_STEP = 1e-5
@@ -127,8 +127,8 @@ class HingingPath:
         self.progress = progress
         self.assembly, self.count, self.effort = result.assembly, count, Effort()
         problem = self.assembly.problem
-        # The unit of λ is its value at the onset of collapse, unless this value is zero. The unit of force is
-        # the largest load at the onset of collapse.
+        # The unit of λ is the load factor at the onset of collapse, or 1 if this load factor is zero. The
+        # unit of force is the largest dead or live load of a block at the onset of collapse.
         onset = result.required()
         self.unit = onset if onset > problem.load_factor_scale.zero else 1.0
         largest = max(problem.force_sizes(load).max() for load in (problem.dead, self.unit * problem.live))
@@ -242,8 +242,8 @@ class HingingPath:
         if opens.any():
             opening, _ = self.blocks.relative(stretch.poses, stretch.motion)
             return stretch if (opening * opens).sum() > 0 else back
-        # Try a small step in both directions, because a joint that has just closed stays closed in only one
-        # direction.
+        # Try a small step in both directions of the tangent. A joint that has just closed stays closed in one
+        # of the two directions, and opens again in the other.
         event, _ = self._try(stretch, _PROBE_STEP)
         if event is None:
             return stretch
@@ -320,7 +320,7 @@ class HingingPath:
         poses, load_factor = ahead.poses, float(ahead.point[-1])
         if load_factor < 0:
             return _PathEvent(Code.REACHES_ZERO, [])
-        # If a joint touches in only one of its two corners, the edges of its two blocks enclose an angle. If
+        # If a joint touches at only one of its two corners, the edges of its two blocks enclose an angle. If
         # the angle is negative, the blocks overlap.
         touch, angles = ahead.chain.touch, np.diff(poses[self.blocks.blocks, 2])[:, 0]
         hinged = self.blocks.at_rest.all(axis=1) & (touch.sum(axis=1) == 1)

@@ -28,14 +28,15 @@ _MOST_CORRECTIONS = 20
 #: Gauss–Newton iterations have converged if positions change by less than this fraction of the size of the
 #: scene.
 _CONVERGED_STEP = 1e-13
-#: Weight of slips at hinges in the least-squares problem, relative to gaps. Hinges on straight edges cannot
-#: rotate without a small slip. With a smaller value, gaps close more exactly.
+#: Weight of a slip at a hinge in the least-squares problem, if the weight of a gap is 1. The weight is small,
+#: because hinges on straight edges cannot rotate without a small slip. With a smaller value, gaps close more
+#: exactly.
 _SLIP_WEIGHT = 1e-3
-#: Largest gap at a closed contact, relative to the largest movement of a point. A larger gap raises an error.
-#: Small gaps are normal in surveyed scenes.
+#: Largest gap that may remain at a contact point that the mechanism keeps closed, relative to the largest
+#: displacement of a contact point. A larger gap raises an error. Small gaps are normal in surveyed scenes.
 _LARGEST_GAP = SEPARATES
-#: Largest slip at a hinge, relative to the largest movement of a point. A larger slip raises an error,
-#: because the mechanism of a small settlement is then no longer valid.
+#: Largest slip at a hinge, relative to the largest displacement of a contact point. A larger slip raises an
+#: error, because the mechanism of an infinitesimal settlement no longer approximates the finite settlement.
 _LARGEST_SLIP = 0.05
 #: A singular value counts as zero in the least-squares problem of a Gauss–Newton step if it is below this
 #: fraction of the largest singular value.
@@ -222,7 +223,7 @@ class Contacts:
         return poses
 
     def _conditions(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the gaps at closed contact points, the slips at hinges, and the derivatives of both.
+        """Return gaps at contact points that must stay closed, slips at hinges, and the derivatives of both.
 
         Gaps are measured along the normal of the edge of the point's ``face``. Changes of length of ties and
         props that neither yield nor slacken follow the gaps. The derivatives are with respect to the poses of
@@ -273,7 +274,10 @@ class Contacts:
         return change, slope.reshape(len(self.struts), poses.size)
 
     def _refuse_gaps(self, poses: np.ndarray) -> None:
-        """Raise SettlementBlockedError if the gap at a closed contact or the slip at a hinge is too large."""
+        """Raise SettlementBlockedError if closed contacts would open or hinges would slip by too much.
+
+        The limits are ``_LARGEST_GAP`` and ``_LARGEST_SLIP``. An overlap counts as a gap.
+        """
         of_body = np.zeros((self.bodies.max() + 1, 3))
         of_body[self.bodies] = poses
         normal, tangential, _ = self._conditions(of_body)

@@ -43,8 +43,9 @@ _MOST_HALVINGS_OF_MOVEMENT = 5
 def settled_scene(scene: Scene, settled: Movements | None) -> Scene:
     """Move the supports of a plane scene under its dead load, and return the displaced scene.
 
-    The blocks move in the mechanism of the least reaction of the supports, by the default method. The scene
-    contains the new positions of the blocks, the contacts that stay closed, and the joint forces.
+    The blocks move in the mechanism of the least reaction of the supports, which the default method of
+    ``solve`` computes. The returned scene contains the new positions of the blocks, the contacts that stay
+    closed, and the joint forces.
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ def settled_scene(scene: Scene, settled: Movements | None) -> Scene:
     scene.refuse_without_case()
     if scene.dimension == 3:
         raise OptionError(
-            f"{scene.origin}: 'settled' needs a scene in the plane: omit 'settled', or analyse a section"
+            f"{scene.origin}: 'settled' needs a scene in the plane: omit 'settled', or model a plane section"
         )
     if scene.settled is not None:
         raise OptionError(f"{scene.origin}: the supports have settled already: specify all movements at once")
@@ -130,8 +131,8 @@ def _movements(scene: Scene, settled: Movements) -> dict[str, tuple[float, float
 
 def _falls(problem: Problem) -> bool:
     """Return True if a scene is unstable under its dead load; False if it is stable or undecided."""
-    # The import is local: all studies import this module, but few scenes settle. Importing CVXPY takes a
-    # second.
+    # The import is local, because it loads CVXPY, which takes a second. All studies import this module, but
+    # few of them move supports.
     from masonry_opt.stability.diagnosis import DeadLoadUndecided, falling_mechanism
 
     try:
@@ -141,10 +142,10 @@ def _falls(problem: Problem) -> bool:
 
 
 def _mechanism(assembly: Assembly, free: Assembly) -> Solution:
-    """Return the solution with the least reaction of the moving supports, computed by the default method.
+    """Return the mechanism and the forces at the least reaction of the moving supports, as a solution.
 
-    If the method finds no exact state of Coulomb friction, the solution has associative flow. Raises
-    OptionError if the least reaction is not found.
+    The default method of ``solve`` computes the solution. If the method finds no exact state of Coulomb
+    friction, the solution has associative flow. Raises OptionError if the least reaction is not found.
     """
     rest = reaction_at_rest(assembly.problem, free.problem, assembly.problem.B.shape[1])
     problem = free.problem
@@ -180,7 +181,7 @@ def _scale(free: Assembly, supports: np.ndarray, motions: np.ndarray, solution: 
     if along * np.abs(motions).max() <= MOVES * np.abs(rates).max():
         raise OptionError(
             f"{free.scene.origin}: 'settled' is not possible, because blocks fall even if supports do not "
-            "move: increase the friction, or use another direction"
+            "move: increase the friction, or move the supports in another direction"
         )
     return 1.0 / along
 

@@ -61,9 +61,10 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
 
 
 def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, Answer | None, LpSize]:
-    """Return the solver's answer, the state with its certificate, and the dimensions of the program.
+    """Return the answer of the solver, the state with its certificate, and the size of the program.
 
-    The state is None if the solver returns no point.
+    The size consists of the numbers of rows, columns and nonzeros. The state is None if the solver returns no
+    point.
     """
 
     def with_certificate(state: State | None) -> Answer | None:

@@ -36,8 +36,8 @@ _EPSILON_RATIO = 0.1
 #: series.
 _SMALLER_START = 1e-3
 
-#: Smallest ε with which a series of relaxations may begin. If the series from all permitted ε fail, the
-#: method ends without an answer.
+#: Smallest ε with which a series of relaxations may begin. If a series fails and the next series would have
+#: to begin with a smaller ε, the method ends without an answer.
 _SMALLEST_START = 1e-8
 
 #: Options of IPOPT. Each solve starts from the solution of the previous solve, and the warm-start options
@@ -67,7 +67,7 @@ class MpecOptions(Options):
     start: "loop" (the answer of the loop), "cold" (no forces and no motion), or a result of the same scene.
     epsilon: first bound ε of each product z p, relative to the median dead load of a block times the live
         load's mean velocity.
-    epsilon_min: last bound ε, in the same unit.
+    epsilon_min: last bound ε, in the unit of ``epsilon``.
     """
 
     start: Literal["loop", "cold"] | InstanceOf[Solution] = "loop"
@@ -212,7 +212,8 @@ def _relaxed(task: Task, start: State | None) -> Solution:
     effort.uses(task.solver.name, "relaxation")
     series = [task.options.epsilon]
     while start and series[-1] * _SMALLER_START >= max(smallest, _SMALLEST_START):
-        # A smaller first ε makes failures rarer, but also makes a low λ at the end less likely.
+        # Try a smaller first ε only if a series fails. A series from a smaller ε fails less often, but is
+        # more likely to end in a local minimum with a high λ.
         series.append(series[-1] * _SMALLER_START)
     history: list[RelaxationStep] = []
     last: State | None = None

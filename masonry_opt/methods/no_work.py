@@ -41,9 +41,10 @@ from masonry_opt.solvers.registry import find_solver
 _NEGLIGIBLE_WORK = 1e-3
 
 #: Fractions σ of the dead load that grow in proportion to the live load, in the order in which they are
-#: tried. If the live load does negative work, the fractions are increased. With smaller fractions the loop
-#: fails more often: with 0.5 on 11 of 67 random scenes, with 0.1 on all. With 0.75 or more, it fails on a
-#: scene in space with two blocks.
+#: tried. If the live load does negative work, the fractions are increased, so that the growing loads together
+#: do positive work. With smaller fractions the loop of linear programs fails more often: with 0.5 on 11 of 67
+#: random scenes, with 0.1 on all scenes. The smaller fraction is tried too, because with 0.75 or more the
+#: loop fails on a scene in space with two blocks.
 _DEAD_LOAD_SHARES = 0.75, 0.5
 
 #: Largest number of estimates of the load factor in the search for a collapse without work of the live load.
@@ -119,9 +120,9 @@ def _growing(task: Task, run: Callable[[Task], Solution], upper: float, share: f
         if answer is None:
             return None
         size, work = _size(answer.load_factor, at, share), _live_work(problem, answer.load_factor, answer.d)
-        # Extrapolate λ linearly to size 1, at which the modified loads equal the loads of the scene. The
-        # result is the next λ₀. For a given mechanism, λ is a linear function of the size. The first
-        # extrapolation starts from λ = 0 at size 0.
+        # The size is the ratio of the modified loads to the loads of the scene; both are equal at size 1.
+        # Extrapolate λ linearly to size 1, which gives the next estimate λ₀. For a given mechanism, λ is a
+        # linear function of the size. The first extrapolation starts from λ = 0 at size 0.
         slope = (answer.load_factor - last[1]) / (size - last[0] or _LEAST_SIZE)
         load_factor, last = answer.load_factor + (1 - size) * slope, (size, answer.load_factor)
         if size <= _LEAST_SIZE or load_factor <= problem.load_factor_scale.zero or work > _NEGLIGIBLE_WORK:
@@ -167,9 +168,9 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
 
 
 def _size(load_factor: float, at: float, share: float) -> float:
-    """Return the factor s by which the modified loads differ from the loads of the scene.
+    """Return the ratio s of the modified loads to the loads of the scene.
 
-    The modified loads at λ are s times the loads of the scene at λ / s. The factor s is 1 at λ = ``at``.
+    The modified loads at λ are s times the loads of the scene at λ / s. The ratio s is 1 at λ = ``at``.
     ``share`` is the fraction of the dead load that grows with the live load.
     """
     return 1 + share * (load_factor / at - 1)

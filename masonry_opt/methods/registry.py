@@ -125,7 +125,8 @@ class HowToSolve:
         for name, value in self.options.items():
             if callable(value):
                 raise OptionError(
-                    f"option '{name}' is a function, which studies of many scenes do not allow: omit it"
+                    f"option '{name}' is a function, and studies of many scenes cannot use functions: "
+                    "omit the option"
                 )
 
     @cached_property

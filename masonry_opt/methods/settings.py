@@ -16,7 +16,7 @@ _CHECK = "check"
 
 @dataclass(frozen=True)
 class _Check:
-    """Check of a number, with the words that an error message uses for the permitted numbers."""
+    """Condition on the numbers in a field, and the words that describe it in error messages."""
 
     passes: Callable[[float], bool]
     words: str
@@ -28,12 +28,12 @@ _ZERO_OR_MORE = _Check(lambda number: number >= 0, "of 0 or more")
 
 
 def zero_or_more(default: Any) -> Any:
-    """Return a field of a settings class that may be zero or, for tuples, empty."""
+    """Return a field of a settings class whose numbers must be at least zero. A tuple may be empty."""
     return field(default=default, metadata={_CHECK: _ZERO_OR_MORE})
 
 
 def above_one(default: float) -> Any:
-    """Return a field of a settings class that must be larger than one."""
+    """Return a field of a settings class whose numbers must be larger than one."""
     return field(default=default, metadata={_CHECK: _ABOVE_ONE})
 
 

@@ -50,7 +50,7 @@ class Task:
 
 
 def of_same_scene(solution: Solution, problem: Problem) -> Solution:
-    """Check that a solution can start an analysis of a scene, and return it without its history.
+    """Check that an analysis of a problem can start from a solution. Return the solution without ``history``.
 
     Raises OptionError if the solution has no forces, or if it belongs to another scene.
     """
@@ -70,12 +70,14 @@ class Method:
     name: str  #: name of the method, as users write it
     runs: str  #: function that runs the method, as "module:name" in package ``methods``
     takes: str = ""  #: class of the options, as "module:name" in package ``methods``; "" if there are none
-    #: Names of the solvers that the method can use, by model (one of ``MODELS``). The first model and its
-    #: first solver are the defaults. An empty tuple means all solvers of linear programs.
+    #: Names of the solvers that the method can use, for each value of the option ``model`` (see ``MODELS``).
+    #: The first model and its first solver are the defaults. An empty tuple means all solvers of linear
+    #: programs.
     solvers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"cvxpy": (), "pyomo": ()})
     associative: bool = False  #: True if the method assumes associative flow
-    #: True if the method looks for the exact Coulomb state with the lowest load factor. If another method
-    #: finds a state with a lower load factor, this state may replace the answer.
+    #: True if the method looks for the exact Coulomb state with the lowest load factor. The runs of a study
+    #: share the exact states of such a method. A valid state of another run replaces the answer of a run if
+    #: its load factor is lower.
     seeks_lowest: bool = False
     begins_with_load_history: bool = False  #: True if the load history is the first step of the method
     own_tolerances: bool = False  #: True if the method chooses the tolerances of its solvers

@@ -27,7 +27,7 @@ from masonry_opt.scene.scene import Scene
 #: assembled again.
 _MATRIX_KEYS = ("gravity", "tolerance", "contact_tolerance", "thickness", "blocks", "fills", "ties", "props")
 #: Attributes of a scene that determine the loads, but not the matrices. Attributes that are neither in this
-#: list nor in ``_MATRIX_KEYS`` are joint properties or text.
+#: list nor in ``_MATRIX_KEYS`` are joint properties, or do not affect the problem, such as the title.
 _LOAD_KEYS = ("tilt", "edge_loads", "loads", "earthquake", "load_case")
 
 #: Largest permitted limit of the force of a tie, a prop or earth pressure, relative to the unit of force. A
@@ -87,10 +87,10 @@ class Assembly:
 
     @property
     def joint(self) -> np.ndarray:
-        """Return the index of the scene's joint for each joint of the problem.
+        """Return the index of the scene's joint to which each joint of the problem belongs, shape (c,).
 
         The indices are in ascending order. In space the problem's joints are contact points, and a joint of
-        the scene has several.
+        the scene has several contact points.
         """
         return self.joints.parts[0]
 
@@ -104,7 +104,7 @@ class Assembly:
 
     @property
     def of_point(self) -> np.ndarray:
-        """Return the index of the problem's joint for each contact point."""
+        """Return the index of the problem's joint to which each contact point belongs."""
         of_point = np.empty(len(self.joints.joint), dtype=int)
         of_point[self.pressed] = np.arange(self.problem.joints)
         return of_point
@@ -142,7 +142,7 @@ class Assembly:
 
 
 def assemble(scene: Scene | str | Path, *, floating: bool = False) -> Assembly:
-    """Find the joints of a scene, and assemble its limit analysis problem, eqs (1) to (6).
+    """Find the joints of a scene, and assemble its limit analysis problem, eqs (1) to (6) of the paper.
 
     Parameters
     ----------
@@ -235,8 +235,9 @@ def _settled(at_rest: Assembly, state: SettledState) -> Assembly:
     problem = Problem(matrices, law, dead, live, force_unit)
     if np.array_equal(before.dead, state.dead) and not problem.statics_fix_forces:
         of_limited = state.limited
-        # If the settlement inclines a level edge, a fill above the edge exerts earth pressure that
-        # ``state.limited`` does not contain. All limited forces then start at their lower limits.
+        # Fill exerts no earth pressure on a level edge. If the settlement inclines the edge, there is a new
+        # earth pressure, which ``state.limited`` does not contain. Load histories then start with all limited
+        # forces at their lower limits.
         if len(of_limited) != len(limited):
             of_limited = problem.lowest_forces[len(state.forces) :]
         problem = replace(problem, settled=np.concatenate([state.forces, of_limited]))

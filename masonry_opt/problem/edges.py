@@ -131,10 +131,10 @@ class EdgeFactors:
                 yield form
 
     def openings(self) -> Iterator[tuple[Form, int]]:
-        """Generate the edge openings that cannot be negative, each with the index of the edge's rocking rate.
+        """Generate the opening of each joint edge, with the index of the edge's rocking rate u₂ or u₃.
 
-        An opening is a row of Aᵀd, a linear form of the velocities d. The rocking rate is u₂ or u₃ of the
-        joint. Edges of joints with negative dilatancy, which can also close, are left out.
+        An opening is a row of Aᵀd, a linear form of the velocities d, and cannot be negative. Joints with
+        negative dilatancy are left out, because their edges can close.
         """
         for j in range(self.problem.joints):
             if self._dilatancy[j] >= 0:
@@ -157,9 +157,10 @@ class EdgeFactors:
         return {self.velocities.start + int(row): float(column[row]) for row in rows}
 
     def joint_forces(self, y: np.ndarray) -> np.ndarray:
-        """Convert the force unknowns of the relaxation to joint forces q, shape (3c,).
+        """Convert the force unknowns x₂, x₃ and z₀ of all joints to joint forces q, shape (3c,).
 
-        The unknowns are x₂, x₃ and z₀ of each joint, or x₂, x₃ and s of a joint that cannot slide.
+        ``y`` has the three unknowns of the first joint, then of the second, and so on, shape (3c,). For a
+        joint that cannot slide, the third unknown is the shear s instead of z₀.
         """
         problem = self.problem
         x2, x3, last = y.reshape(-1, 3).T.copy()
@@ -169,10 +170,10 @@ class EdgeFactors:
         return np.concatenate([x2, x3, last])
 
     def in_edges(self, p: np.ndarray) -> np.ndarray:
-        """Convert the rates p of all yield conditions to four rates for each joint, shape (4c,).
+        """Convert the rates p of all yield conditions to u₂, u₃, p₀ and p₁ of each joint, shape (4c,).
 
-        The rates of a joint are the edge openings u₂ and u₃ and the slips p₀ and p₁ in both directions. The
-        rates p have shape (faces,). The sliding rates p₀ and p₁ are 0 if the joint cannot slide.
+        u₂ and u₃ are the openings of a joint's edges by rocking. p₀ and p₁ are its sliding rates in both
+        directions, which are 0 if the joint cannot slide. The argument p has shape (faces,).
         """
         problem = self.problem
         table = problem.table

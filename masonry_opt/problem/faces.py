@@ -357,7 +357,7 @@ class Faces:
 
     @cached_property
     def bent(self) -> np.ndarray:
-        """Return the indices of the crushing conditions, shape (2, l, chords).
+        """Return the indices of the crushing conditions by point, joint and chord, shape (2, l, chords).
 
         The axes are the two contact points, the l joints with limited strength, and the chords of each moment
         limit. The crushing conditions bend the straight limits of the rocking conditions.
@@ -366,7 +366,7 @@ class Faces:
 
     @cached_property
     def turning(self) -> np.ndarray:
-        """Return the indices of the rocking conditions of joints with limited strength, shape (2, l)."""
+        """Return the indices of the rocking conditions of the l joints of limited strength, shape (2, l)."""
         return np.arange(self.count)[self.rocks].reshape(self.layout.points, -1)[:, self.crushing]
 
 

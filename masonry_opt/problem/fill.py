@@ -125,8 +125,8 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
     depth = whole.depth
     across, up = ends[1] - ends[0]
     start = ends[0, 0]
-    # A backing may end at an upright face from either side. It touches the face only if it is on the right of
-    # the directed face, where the fill is. Therefore test a point slightly to the right.
+    # A backing may end at the abscissa of an upright face. It touches the face only if it lies on the side of
+    # the fill, to the right of the directed face. Therefore test a point slightly to the right.
     offset = np.sign(up) * shapes.tolerance if abs(across) <= shapes.tolerance else 0.0
     bends = (line[:, 0] - start) / across if across else np.empty(0)
     cuts = np.unique([0.0, 1.0, *bends[(bends > 0) & (bends < 1)]])
@@ -163,8 +163,8 @@ def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, n
     """
     tail, tip, _ = shapes.edges
     up = tip[:, 1] > tail[:, 1]
-    # Height of the profile just to the left and to the right of each end of its edges. Beyond the ends of the
-    # road the height is infinite, because there is no fill.
+    # Heights of the profile just to the left and to the right of each end of its pieces. There is no fill
+    # beyond the ends of the road: an infinite height bounds the fill there, as a wall would.
     left = np.append(np.inf, profile.y[:, 1])
     right = np.append(profile.y[:, 0], np.inf)
     x = np.append(profile.x[:, 0], profile.x[-1, 1])
@@ -183,10 +183,10 @@ def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, n
 
 
 def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> dict[str, np.ndarray]:
-    """Return the forces and moments on each block from the weight of fills, by kind of load.
+    """Return the dead and the live forces and moments on each block from the weight of fills.
 
-    The arrays of the kinds "dead" and "live" have shape (blocks, 3), in the scene's units. In an earthquake
-    the mass of the fill pushes the blocks too.
+    The result has the arrays "dead" and "live", shape (blocks, 3) each, in the scene's units. In an
+    earthquake the mass of the fill pushes the blocks too.
     """
     factor = {kind: scene.factor(kind, "fill") for kind in LOAD_KINDS}
     per_weight = {kind: times * scene.down for kind, times in factor.items() if times}
@@ -405,8 +405,8 @@ def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.
     from the load, shape (loads, pieces, 2).
     """
     (u0, u1), (h0, h1) = np.moveaxis(u, 2, 0), np.moveaxis(h, 2, 0)
-    # A piece that extends to both sides of the load is cut at the load. The remaining part is computed in the
-    # call for the opposite side.
+    # Use only the part of each piece to the right of the load. ``spread`` computes the loads on the left
+    # parts by a second call, with the mirrored profile.
     near = np.maximum(u0, 0.0)
     h0 = h0 + (near - u0) / (u1 - u0) * (h1 - h0)
     u0 = near
@@ -417,8 +417,8 @@ def _half(u: np.ndarray, h: np.ndarray, tangent: float) -> tuple[np.ndarray, np.
     # the vertical. The angle of spread limits the slope.
     within = np.divide(u, h, out=np.full_like(u, tangent), where=u < tangent * h)
     t0, t1 = np.where(u > 0, within, 0.0)
-    # Rays with a slope of at most `before` end on earlier pieces. Rays with a slope between `before` and
-    # `after` can end on this piece.
+    # Rays with a slope of at most `before` end on pieces nearer to the load. Rays with a slope between
+    # `before` and `after` can end on this piece.
     after = np.maximum.accumulate(np.maximum(t0, t1), axis=1)
     before = np.pad(after, ((0, 0), (1, 0)))[:, :-1]
     first = np.maximum(before, t0)

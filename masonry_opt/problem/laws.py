@@ -1,7 +1,8 @@
 """Define the laws of joints: friction by a polygon or a cone, strength by chords or a parabola.
 
 A problem with a cone or a parabola has the same unknowns as with a polygon or chords (see
-:class:`~.faces.Faces`). Only its slacks and energies are computed from the cone or the parabola itself.
+:class:`~.faces.Faces`). Only its slacks and complementarity errors are computed from the cone or the
+parabola itself.
 """
 
 from dataclasses import dataclass, field
@@ -14,9 +15,9 @@ from masonry_opt.problem.faces import CHORDS, Layout, crushing_energy
 
 
 class _Limited:
-    """Base class of the friction laws and the strength laws, which evaluate slacks and energies."""
+    """Base class of the friction laws and the strength laws, which compute complementarity errors."""
 
-    conic = False  #: True if the limit is a cone or a parabola, which needs a conic solver
+    conic = False  #: True if the law is a cone or a parabola, which needs a conic solver
 
     def __init__(self, layout: Layout, law: "Law") -> None:
         self.layout, self.law = layout, law
@@ -38,7 +39,7 @@ class Sides(_Limited):
         return self.layout.word
 
     def energies(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> np.ndarray:
-        """Return the complementarity error of sliding at each joint, which is an energy.
+        """Return the complementarity errors of sliding, one energy for each sense of sliding of each joint.
 
         The error is the rate of sliding times the slack of the shear limit. It is zero if a joint slides only
         at its shear limit. The shape is (senses, k) for linear conditions and (k,) for a cone.
@@ -102,7 +103,7 @@ class Chords(_Limited):
     word = "chords"
 
     def energies(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> np.ndarray:
-        """Return the complementarity error of crushing at each joint, which is an energy.
+        """Return the complementarity errors of crushing, one energy for each chord at each contact point.
 
         The error is the rate of crushing times the slack of the strength limit. It is zero if a joint crushes
         only at its strength limit. The shape is (2, l, chords) for chords and (l,) for the parabola.
@@ -174,8 +175,9 @@ class Law:
     #: Cohesion of the joints that can slide, as a force (cohesive stress × joint area), shape (k,).
     cohesion: np.ndarray
     dilatancy: np.ndarray  #: dilatancy tan φ₀ of the joints that can slide, shape (k,)
-    #: Two normal forces of each sliding joint, shape (k, 2). The dilatancy is full up to the first force, and
-    #: zero from the second force on. Both are ``inf`` if the dilatancy does not depend on the normal force.
+    #: Two normal forces for each joint that can slide, shape (k, 2). The dilatancy is full up to the first
+    #: force, falls linearly up to the second force, and is zero above the second force. Both forces are
+    #: ``inf`` if the dilatancy does not depend on the normal force.
     dilatancy_force: np.ndarray
     crushing: np.ndarray  #: indices of the joints of limited strength, shape (l,)
     crushing_force: np.ndarray  #: normal force f_c L at which the whole joint crushes, shape (l,)

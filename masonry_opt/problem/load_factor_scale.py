@@ -7,31 +7,32 @@ from dataclasses import dataclass
 EQUALITY_TOLERANCE = 1e-6
 
 #: Relative size of rounding errors in load factors, resultants and margins. A load factor counts as lower
-#: than another only if the relative difference is larger. The value is the residual limit of exact states.
+#: than another only if the relative difference is larger. The value is the limit on the residuals of exact
+#: states (``LIMITS`` in ``solution/acceptance.py``).
 RELATIVE_ROUNDING = 1e-8
 
-#: A load factor counts as zero if its magnitude is below this many units of the scale.
+#: A load factor counts as zero if its magnitude is below this multiple of ``LoadFactorScale.unit``.
 ZERO = 1e-6
 
-#: Lower limit of the divisor of relative differences and residuals, in units of the scale. Differences and
-#: residuals are divided by |λ|, or by this limit if |λ| is smaller.
+#: Relative differences and residuals are divided by |λ|, or by this multiple of ``LoadFactorScale.unit`` if
+#: |λ| is smaller.
 SMALLEST = 1e-2
 
 
 @dataclass(frozen=True)
 class LoadFactorScale:
-    """Typical size of a problem's load factors, by which small differences are judged.
+    """Typical size of a problem's load factors, by which absolute tolerances are multiplied.
 
     Load factors are about one if the live load is as large as the dead load, and smaller if the live load is
-    larger. Absolute limits such as ``ZERO`` are therefore multiplied by the unit of the scale. The default
-    unit is that of load factors of several problems, such as the runs of a sweep.
+    larger. Tolerances such as ``ZERO`` are therefore multiplied by ``unit``. The default unit 1 is used to
+    compare load factors of several problems, such as the runs of a sweep.
     """
 
     unit: float = 1.0  #: unit of λ: sum of the dead loads divided by the sum of the live loads, but at most 1
 
     @classmethod
     def of_loads(cls, dead: float, live: float) -> "LoadFactorScale":
-        """Return the scale for two sums: of the magnitudes of all dead loads, and of all live loads.
+        """Return the scale, given the sums of the magnitudes of all dead loads and of all live loads.
 
         The unit is one if one of the sums is zero.
         """
@@ -52,5 +53,5 @@ class LoadFactorScale:
         return abs(first - second) <= EQUALITY_TOLERANCE * self.divisor(larger)
 
     def is_lower(self, load_factor: float, than: float) -> bool:
-        """Return True if a load factor is lower than another by more than ``RELATIVE_ROUNDING``."""
+        """Return True if λ is lower than another λ by a relative difference above ``RELATIVE_ROUNDING``."""
         return load_factor < than - RELATIVE_ROUNDING * self.divisor(than)

@@ -149,7 +149,7 @@ def _given_forces(
             entries = groups.setdefault((kind, load.group), [])
             entries.append(_GivenForce(row_of[load.block], np.array(force), load.at, mass))
             if mass is not None:
-                mass = 0.0  # count the mass of a load only once, with the first of its forces
+                mass = 0.0  # count the mass only once if the load has a dead and a live force
     per_weight = [block.live_per_weight for block in blocks]
     groups["live", None] += _weight_forces(blocks, weight, per_weight, default_mass)
     return groups
@@ -244,9 +244,10 @@ class LoadedPiece:
 
 
 def resultants(shapes: Extents, pieces: Iterable[LoadedPiece]) -> dict[str, np.ndarray]:
-    """Return the resultant of edge loads on each block about its centroid, by kind of load.
+    """Return the dead and the live resultants of edge loads on each block, about its centroid.
 
-    The shape is (blocks, 3) in the scene's units. In space, where edges carry no loads, it is (blocks, 6).
+    The result has the arrays "dead" and "live", shape (blocks, 3) each, in the scene's units. In space, where
+    edges carry no loads, the shape is (blocks, 6).
     """
     blocks, dimension = shapes.centroid.shape
     columns = dimension + moments_in(dimension)
@@ -276,14 +277,14 @@ def along(
     start, end : ndarray, shape (2,)
         Ends of the line.
     tolerance : float
-        Largest distance between segment and line; shared parts that are no longer are left out.
+        Largest distance between segment and line. Covered parts of at most this length are left out.
 
     Returns
     -------
     segments : ndarray, shape (found,)
         Indices of the segments.
     spans : ndarray, shape (found, 2)
-        Start and end of each shared part, as distances from the start of the line.
+        Start and end of each covered part, as distances from the start of the line.
     """
     line = end - start
     length = np.hypot(*line)
@@ -296,7 +297,7 @@ def along(
     slope = np.divide(y1 - y0, x1 - x0, out=np.full_like(y0, np.inf), where=x1 != x0)
     overlapping = np.flatnonzero(high - low > tolerance)
     ends = np.column_stack([low, high])[overlapping]
-    # Compute the distances of each segment from the line, at both ends of their common part.
+    # Compute each segment's distances from the line, at both ends of the part of the line that it covers.
     at_ends = y0[overlapping, None] + slope[overlapping, None] * (ends - x0[overlapping, None])
     distance = np.abs(at_ends).max(axis=1, initial=0)
     near = distance <= np.minimum(tolerance, SMALL_LENGTH_RATIO * (high - low)[overlapping])
@@ -359,9 +360,10 @@ def loaded_pieces(
 
 
 def _edges_over_gaps(shapes: Geometry) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the ends and blocks of all edges, extended over mortar that is not drawn.
+    """Return the ends of all edges, extended to the middle of gaps between blocks, and each edge's block.
 
-    Each edge is extended in its own direction to the middle of the gap. A load then also acts on the mortar.
+    Gaps up to the contact tolerance represent mortar that is not drawn. Each edge is extended in its own
+    direction, so that a load on the edge also acts on the mortar.
     """
     tail, tip, owner = shapes.edges
     if shapes.contact_tolerance <= shapes.tolerance:

@@ -165,7 +165,8 @@ class Matrices:
             return np.ones(self.blocks)
         largest = self.by_block(abs(self.of_joints).max(axis=1).toarray())
         arms = largest[:, self.layout.dimension :].max(axis=1)
-        # Blocks without joints, which only ties support, get the unit of length as their longest arm.
+        # Blocks without joints, which only limited forces such as ties support, get the unit of length as
+        # their longest arm.
         return np.where(arms > 0, arms, 1.0)
 
     @cached_property

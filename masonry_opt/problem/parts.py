@@ -26,7 +26,7 @@ class ProblemParts:
 
     @cached_property
     def table(self) -> Faces:
-        """Return the table of the yield conditions: their matrices, and the order of the conditions.
+        """Return the ``Faces`` of this problem: its yield conditions, their order and their matrices.
 
         Problems in which the same joints and forces are limited share this object.
         """
@@ -144,9 +144,9 @@ class ProblemParts:
 
     @property
     def bent(self) -> np.ndarray:
-        """Return the indices of the yield conditions for crushing, of all joints with limited strength.
+        """Return the indices of the crushing conditions by point, joint and chord, shape (2, l, chords).
 
-        The shape (2, l, chords) is for both contact points, the l joints, and the chords.
+        The axes are the two contact points, the l joints with limited strength, and the chords.
         """
         return self.table.bent
 

@@ -1,4 +1,4 @@
-"""Define the limit analysis problem of a scene: eqs (1) to (6), in dimensionless units."""
+"""Define the limit analysis problem of a scene: eqs (1) to (6) of the paper, in dimensionless units."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -23,7 +23,7 @@ class State:
     """Load factor, joint forces and mechanism, in the problem's dimensionless units."""
 
     load_factor: float  #: load factor λ
-    #: Joint forces, shape (3c,): n₁ of all joints, then n₂, then s; in space n, then s, then t.
+    #: Forces, shape (3c + t,): all n₁, all n₂, all s (in space all n, s and t), then the limited forces.
     q: np.ndarray
     d: np.ndarray  #: velocities vx, vy, ω of each block, shape (3b,), scaled so that f_L·d = Σ|f_L|
     p: np.ndarray  #: rates p ≥ 0 of the yield conditions, shape (faces,)
@@ -148,7 +148,7 @@ class Problem(ProblemParts):
 
     @cached_property
     def load_factor_scale(self) -> LoadFactorScale:
-        """Return the scale that decides whether load factors of this problem are equal, lower or zero."""
+        """Return the scale for comparing load factors of this problem with each other and with zero."""
         return LoadFactorScale.of_loads(float(self.force_sizes(self.dead).sum()), self.live_norm)
 
     @property
@@ -185,12 +185,12 @@ class Problem(ProblemParts):
 
     @cached_property
     def by_friction(self) -> Sides:
-        """Return the friction law of this problem, which evaluates the slacks and energies of sliding."""
+        """Return the friction law of this problem, an instance of ``Sides`` or ``Cone``."""
         return self.forms.friction(self.layout, self.law)
 
     @cached_property
     def by_strength(self) -> Chords:
-        """Return the strength law of this problem, which evaluates the slacks and energies of crushing."""
+        """Return the strength law of this problem, an instance of ``Chords`` or ``Parabola``."""
         return self.forms.strength(self.layout, self.law)
 
     def by(self, forms: Forms) -> "Problem":
@@ -214,9 +214,9 @@ class Problem(ProblemParts):
         return self.by(self.forms._replace(strength=Parabola)) if len(self.crushing) else self
 
     def _by_sense(self, values: np.ndarray) -> np.ndarray:
-        """Return a view of the values of the sliding conditions, shape (senses, k).
+        """Select the entries of the sliding conditions, shape (senses, k), from an array over all conditions.
 
-        The argument has one value for each yield condition.
+        The result is a view of the array ``values``, shape (faces,).
         """
         return values[self.table.slides].reshape(len(self.layout.senses), -1)
 
@@ -232,7 +232,7 @@ class Problem(ProblemParts):
         return np.hypot.reduce(np.abs(self.shears(self.motion(d))), axis=0)
 
     def motion(self, d: np.ndarray) -> np.ndarray:
-        """Return the relative motion Bᵀd of the two blocks at each joint, shape (3c,)."""
+        """Return the relative motions Bᵀd of blocks at joints and at limited forces, shape (3c + t,)."""
         moved: np.ndarray = self.B.T @ d
         return moved
 
@@ -243,11 +243,11 @@ class Problem(ProblemParts):
 
     @cached_property
     def true_yield(self) -> sp.csr_array:
-        """Return the yield matrix C(μ) for the joints' own friction coefficients, shape (faces, 3c)."""
+        """Return the yield matrix C(μ) for the joints' own friction coefficients, shape (faces, 3c + t)."""
         return self.C(self.friction)
 
     def D(self, slope: np.ndarray | float) -> sp.csr_array:
-        """Return the flow matrix D, shape (3c, faces), for a given ratio of opening to slip.
+        """Return the flow matrix D, shape (3c + t, faces), for a given ratio of opening to slip.
 
         The slope is a number for all joints that can slide, or an array of shape (k,). Raises OptionError if
         it is neither.
@@ -277,15 +277,15 @@ class Problem(ProblemParts):
 
     @cached_property
     def steep(self) -> np.ndarray:
-        """Return, for each yield condition, a divisor that makes slacks comparable, shape (faces,).
+        """Return the scale of each slack: max(1, μ) for sliding, 1 for other conditions, shape (faces,).
 
-        The divisor is max(1, μ) for sliding and 1 for all other conditions. With a large friction
-        coefficient, the slack of sliding is about μ times the normal force.
+        Slacks are divided by this scale, because with a large friction coefficient the slack of sliding is
+        about μ times the normal force.
         """
         return np.maximum(self.limit_factors @ self.friction, 1.0)
 
     def slacks(self, q: np.ndarray) -> np.ndarray:
-        """Return the slack z of each yield condition under the forces q, shape (faces,), by eq. (4).
+        """Return the slack z = C(μ) q + c of each yield condition under the forces q, shape (faces,).
 
         A negative slack is a violation. If the law is a friction cone or a strength parabola, the slacks are
         computed from the curve instead of the polygon's sides or the chords. Raises OptionError if ``q`` is
@@ -337,11 +337,12 @@ class Problem(ProblemParts):
         return sliding, crushing, others
 
     def energy_costs(self, p: np.ndarray, weight: float) -> tuple[float, np.ndarray]:
-        """Return the cost coefficients of λ and of q in the objective λ Σ|f_L| + weight z·p.
+        """Return the cost coefficients of λ and of q in the objective λ Σ|f_L| + w Σ z p / steep.
 
-        The rates p have shape (faces,), the coefficients of q have shape (3c + t,). Each slack of sliding is
-        divided by max(1, μ). The constant weight c·p is left out. The objective is bounded below if the live
-        load drives the mechanism and the weight is above one.
+        Here w is ``weight``, z are the slacks C(μ) q + c, and ``steep`` scales the slacks. The rates p have
+        shape (faces,), the coefficients of q have shape (3c + t,). The constant part of the objective, which
+        contains c, is left out. The objective is bounded below if the live load drives the mechanism and the
+        weight is above one.
         """
         return self.live_norm, weight * (self.true_yield.T @ (p / self.steep))
 
@@ -384,16 +385,16 @@ class Problem(ProblemParts):
         return np.maximum(np.concatenate([slides.ravel(), rock.ravel(), crush, limits]), 0.0)
 
     def unbalanced(self, load_factor: float, q: np.ndarray) -> np.ndarray:
-        """Return the unbalanced forces on the blocks: the residual of equilibrium, eq. (1), shape (3b,)."""
+        """Return the unbalanced forces on the blocks: the residual B q + λ f_L + f_D, shape (3b,)."""
         return self.B @ q + load_factor * self.live + self.dead
 
     def departure(self, d: np.ndarray, p: np.ndarray, slope: np.ndarray) -> np.ndarray:
-        """Return the departure of a motion from the flow rule: the residual Bᵀd − D(slope) p, shape (3c,)."""
+        """Return the residual Bᵀd − D(slope) p of the flow rule in a motion d, shape (3c + t,)."""
         flow = self.true_yield if slope is self.friction else self.C(slope)
         residual = self.motion(d) - flow.T @ p
         if self.by_friction.conic:
-            # For a cone, the joint opens by ``slope`` times its slip rate. The flow matrix uses the sum of
-            # the rates of all polygon sides instead: correct the difference.
+            # For a cone, the joint opens by ``slope`` times its slip rate. In ``flow``, the joint opens by
+            # ``slope`` times ``slip_of_sides``. Correct the residual of the opening by the difference.
             slip_of_sides = self.limit_factors.T @ p
             residual[self.sliding] += slope * (slip_of_sides - self.slip(p))
         return residual
@@ -406,7 +407,7 @@ class Problem(ProblemParts):
         return self.by_friction.speed(self._by_sense(p))
 
     def normal_forces(self, q: np.ndarray) -> np.ndarray:
-        """Return the normal force of each joint, shape (c,), from forces q of shape (3c,)."""
+        """Return the normal force of each joint, shape (c,), from forces q of shape (3c + t,)."""
         return np.asarray(self.at_points(q).sum(axis=0))
 
     def at_points(self, q: np.ndarray) -> np.ndarray:
@@ -423,7 +424,7 @@ class Problem(ProblemParts):
 
 @dataclass(frozen=True)
 class ShearLimits:
-    """Shear limits |s| ≤ cohesion + slope · n of the joints that can slide (eq. (4), Fig. 4)."""
+    """Shear limits |s| ≤ cohesion + slope · n of the joints that can slide (eq. (4), Fig. 4 of the paper)."""
 
     slope: np.ndarray  #: shape (k,)
     cohesion: np.ndarray  #: as a force, shape (k,)
@@ -477,10 +478,10 @@ def in_units_of_live_load(problem: Problem) -> Scaled:
 
 
 def in_units_of_load(problem: Problem) -> Scaled:
-    """Scale the live load to norm one, and divide forces by the dead load of the loaded blocks.
+    """Return the problem with its live load divided by Σ|f_L|, and all other forces by a typical dead load.
 
-    The force unit is the dead load of the blocks on which the live load acts. If these blocks have no weight,
-    it is the dead load of all blocks, and without any dead load the norm of the live load.
+    The typical dead load is Σ|f_D| over the blocks on which the live load acts. If these blocks have no dead
+    load, the sum is over all blocks. Without any dead load, forces are divided by Σ|f_L|.
 
     Tolerances of solvers are relative to the largest forces, which are a thousand block weights in large
     scenes. In the scaled units, solvers reach a hundred times smaller errors in a third more iterations: 4e-8

@@ -10,13 +10,13 @@ import scipy.linalg as la
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components, structural_rank
 
-#: Columns of a scaled matrix count as independent if the ratio of its smallest to its largest singular value
-#: exceeds this value. The ratio is 4e-6 for a stack of 600 blocks, and 1e-16 with a redundant joint. With a
-#: larger value, fewer scenes count as statically determinate.
+#: The columns of a scaled matrix count as independent if the smallest singular value of the matrix exceeds
+#: this fraction of the largest. The ratio of the two is 4e-6 for a stack of 600 blocks, and 1e-16 for a scene
+#: with a redundant joint. If the value is larger, fewer scenes count as statically determinate.
 _LEAST_SINGULAR_VALUE = 1e-9
 
-#: Largest number of columns of a connected component whose singular values are computed, which takes up to a
-#: second. The columns of larger components count as dependent.
+#: Largest number of columns of a connected component for which singular values are computed. The computation
+#: takes up to a second. The columns of larger components count as dependent.
 _MOST_COLUMNS_OF_COMPONENT = 1500
 
 #: Number of rounds of Ruiz scaling. Each round brings the lengths of rows and columns closer to one. With
@@ -27,7 +27,7 @@ _SCALING_ROUNDS = 5
 def has_independent_columns(matrix: sp.csr_array) -> bool:
     """Return True if the columns of a matrix are provably linearly independent.
 
-    Most matrices with dependent columns already have a deficient structural rank, an upper bound of the rank
+    Most matrices with dependent columns already have a deficient structural rank, an upper bound on the rank
     for any values of the nonzero entries. A full structural rank is not sufficient: two contact points on one
     edge transmit two shears along one line, which the positions of the nonzero entries do not reveal. The
     function then computes the singular values of each connected component, after scaling rows and columns.

@@ -22,9 +22,9 @@ from masonry_opt.scene.scene import Scene
 #: Movement of each support by name, such as ``{"pier": (0, -0.02)}``, or pairs of names and movements.
 Movements = Mapping[str, Sequence[float]] | Iterable[tuple[str, Sequence[float]]]
 
-#: Clearance in multiples of the scene's tolerance. To find the displaced blocks below a road, the road is
-#: raised by their largest rise plus this clearance. The clearance exceeds the depth to which a road may cut
-#: into a block.
+#: To find the displaced blocks below a road, the road is raised by their largest rise plus this clearance, in
+#: multiples of the scene's tolerance. A road may cut into a block to a depth of two tolerances. If the
+#: clearance is smaller than this depth, the raised road may still cut into a displaced block.
 _CLEARANCE = 4.0
 
 #: Attributes of joints that do not depend on the positions of the blocks.
@@ -82,8 +82,8 @@ class SettledState:
         """
         if len(at_rest.first) != self.count or len(scene.blocks) != len(self.poses):
             raise CaseError(
-                f"{scene.origin}: the blocks of a scene with settled supports cannot change: change the "
-                "blocks of the original scene, and then settle the supports of the new scene"
+                f"{scene.origin}: after supports have settled, the blocks of a scene cannot change: first "
+                "change the blocks of the original scene, and then settle its supports"
             )
         properties = {name: getattr(at_rest, name)[self.remaining] for name in _JOINT_PROPERTIES}
         return replace(self.joints, **properties)

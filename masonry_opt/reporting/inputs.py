@@ -14,8 +14,8 @@ from masonry_opt.scene.typical_sizes import GRAVITY_BY_UNIT
 from masonry_opt.solution.reasons import Code
 from masonry_opt.solution.typical_units import typical_unit, units_in_words
 
-#: A warning attributes the angles between nearly parallel joints to survey errors only from this number of
-#: joints. With a smaller number, the warning would also blame intended wedges, such as a keystone.
+#: Smallest number of nearly parallel joints for which a warning names survey errors as the cause of the
+#: angles. If the value is smaller, the warning also attributes a few intended wedges to survey errors.
 _MANY_PAIRS = 10
 
 #: Smallest spread of the wedge angles (upper divided by lower quartile) at which a warning names survey
@@ -29,7 +29,7 @@ def _place_of_property(v: dict[str, Any]) -> str:
 
 
 def weights_differ(v: dict[str, Any]) -> str:
-    """Return a warning that the unit weight of blocks differs much from the median, with both values."""
+    """Return a warning that the unit weight of blocks differs much from the median of all blocks."""
     own, median = rounded(v["ratio"] * v["median"]), rounded(v["median"])
     quantity = "weight per area" if v["per_area"] else "unit weight"
     units = units_in_words(v["ratio"] * v["median"], v["median"])
@@ -54,7 +54,10 @@ def fill_weight_differs(v: dict[str, Any]) -> str:
 
 
 def strength_differs(v: dict[str, Any]) -> str:
-    """Return a warning that a strength is very large or small compared with the weights."""
+    """Return a warning that the strength or prestress of a tie or prop probably has a wrong unit.
+
+    The warning compares the force with the sum of all dead loads, or with the median weight of a block.
+    """
     own, weight = rounded(v["value"]), rounded(v["weight"])
     compared = "the sum of all dead loads" if v["value"] > v["weight"] else "the median weight of a block"
     return (
@@ -64,14 +67,18 @@ def strength_differs(v: dict[str, Any]) -> str:
 
 
 def stress_differs(v: dict[str, Any]) -> str:
-    """Return a warning that a strength or cohesion is implausible compared with the weights."""
+    """Return a warning that the strength or cohesion of joints probably has a wrong unit.
+
+    The warning compares the value with the stress below a column of blocks, which is as high as the largest
+    dimension of the scene.
+    """
     own, weight = rounded(v["value"]), rounded(v["weight"])
     column = f"a column as high as the largest dimension of the scene presses with {weight} on its foot"
     return f"the {v['key']} of joints is {own}, but {column}: use the same units for stresses and weights"
 
 
 def lengths_differ(v: dict[str, Any]) -> str:
-    """Return a warning that the lengths of a scene do not fit its unit weight, with both values."""
+    """Return a warning that the lengths of a scene do not fit the unit weight of its blocks."""
     own, unit = rounded(v["unit_weight"]), typical_unit(v["unit_weight"])
     return (
         f"the blocks extend over {rounded(v['extent'])}, but their median unit weight, {own}, looks like "
@@ -118,8 +125,8 @@ def fill_angle_low(v: dict[str, Any]) -> str:
 def dilatancy_low(v: dict[str, Any]) -> str:
     """Return a warning that the dilatancy of a joint is less than minus its friction coefficient."""
     return (
-        f"the dilatancy {v['dilatancy']:g} of {_place_of_property(v)} is below the negative friction "
-        f"−{v['friction']:g}, so sliding would release energy: check the sign of 'dilatancy'"
+        f"the dilatancy {v['dilatancy']:g} of {_place_of_property(v)} is less than minus the friction "
+        f"coefficient, −{v['friction']:g}, so sliding would release energy: check the sign of 'dilatancy'"
     )
 
 
@@ -141,14 +148,14 @@ def _joint_at_corners(v: dict[str, Any]) -> str:
     if v["wedge"] > 0:
         mortar = f"; if mortar fills the wedges between these blocks, {set_contact_tolerance(v['wedge'])}"
     return (
-        f"{pairs(v)} meet corner on corner (in space, edge along edge). The joint is on the bisector of the "
-        "facing sides; a corner in a notch has a joint on each side of the notch: check the direction of the "
-        f"joints{mortar}"
+        f"{pairs(v)} meet corner on corner (in space, edge along edge): check the direction of the joints. A "
+        "joint is on the bisector of the sides that face each other, but a corner that rests in a notch has "
+        f"two joints, one on each side of the notch{mortar}"
     )
 
 
 def small_gaps(v: dict[str, Any]) -> str:
-    """Return a warning that small gaps separate blocks, with the tolerance that closes the gaps."""
+    """Return a warning that small gaps separate blocks, and name a tolerance that closes the gaps."""
     wide = [f"up to {_wide(width)} wide" for width in v["widths"]]
     if v["option"] == "tolerance":
         set_option = set_tolerance(v["tolerance"])
@@ -162,7 +169,7 @@ def small_gaps(v: dict[str, Any]) -> str:
 
 
 def lost_joints(v: dict[str, Any]) -> str:
-    """Return a warning that a large tolerance removes joints, with a remedy."""
+    """Return a warning that a large tolerance removes joints, and name a remedy."""
     wide = [f"{_wide(width)} apart" if width > 0 else "touching" for width in v["widths"]]
     remedy = "lower 'tolerance'"
     if max(v["widths"]) > 0:
@@ -174,14 +181,14 @@ def lost_joints(v: dict[str, Any]) -> str:
 
 
 def bridged_by_tolerance(v: dict[str, Any]) -> str:
-    """Return a warning that the tolerance closes gaps as wide as mortar joints, with a remedy."""
+    """Return a warning that the tolerance closes gaps as wide as mortar joints, and name a remedy."""
     wide = [f"up to {_wide(width)} wide" for width in v["widths"]]
     remedy = f"{set_contact_tolerance(max(v['widths']))} and remove 'tolerance'"
     if v["aligning"]:
         remedy = set_both(max(v["widths"]), v["aligning"])
     return (
-        "'tolerance' closes gaps as wide as mortar joints and also moves corners by similar distances, so λ "
-        f"changes: {pairs(v, wide)}; if the drawing omits the mortar, {remedy}"
+        "'tolerance' closes gaps as wide as mortar joints, but it also moves corners by similar distances, "
+        f"which changes λ: {pairs(v, wide)}; if the gaps are mortar that is not drawn, {remedy}"
     )
 
 
@@ -192,13 +199,14 @@ def _gravity_differs(v: dict[str, Any]) -> str:
     )
     *first, last = (f"{value:g} for {unit}" for unit, value in GRAVITY_BY_UNIT.items())
     return (
-        f"gravity {v['gravity']:g} seems to have another unit of length than the case ({evidence}), so the "
-        f"non-linear check may be wrong: set 'gravity' (--gravity) to {', '.join(first)} or {last}"
+        f"gravity {v['gravity']:g} and the scene seem to use different units of length ({evidence}), so the "
+        "result of the non-linear kinematic check may be wrong: set 'gravity' (--gravity) to "
+        f"{', '.join(first)} or {last}"
     )
 
 
 def nearly_parallel(v: dict[str, Any]) -> str:
-    """Return a warning that blocks have nearly parallel joints, with a tolerance that aligns the joints."""
+    """Return a warning that joints are nearly parallel, and name a tolerance that makes them parallel."""
     remedy = f"if the joints should be parallel, {set_tolerance(v['tolerance'])}"
     if len(v["pairs"]) >= _MANY_PAIRS and v["scatter"] >= _SCATTER_OF_SURVEY:
         remedy = f"the angles scatter like errors of a survey: {remedy}"
@@ -209,7 +217,7 @@ def nearly_parallel(v: dict[str, Any]) -> str:
 
 
 def _uneven_sides(v: dict[str, Any]) -> str:
-    """Return a warning that blocks touch in several nearly parallel joints, with the tolerance to set."""
+    """Return a warning that blocks touch in several nearly parallel joints, and name a remedy."""
     return (
         "blocks touch in several nearly parallel joints (the angle is at most "
         f"{v['angle']:.2g} rad), so λ depends on small errors of the drawing: {pairs(v)}; if the sides of "
@@ -218,7 +226,7 @@ def _uneven_sides(v: dict[str, Any]) -> str:
 
 
 def _corners_bear(v: dict[str, Any]) -> str:
-    """Return a warning that the strength does not limit forces at corners, with the corners to check."""
+    """Return a warning that the strength does not limit forces at corners, and name the corners."""
     forces = [f"{force:.4g}" for force in v["normal_forces"]]
     where = f"crushing at {pairs(v)} may cause a collapse that this analysis does not find"
     if forces:
@@ -240,8 +248,8 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "the gap if blocks should rest on the support"
     ),
     Code.HELD_BY_CLAMPING: lambda v: (
-        f"no load presses on some joints that hold blocks between supports by friction: {pairs(v)}; add the "
-        "load that clamps these joints, or set their friction to 0"
+        "some joints at supports resist by friction although no load presses their blocks together: "
+        f"{pairs(v)}; add the load that clamps these joints, or set their friction to 0"
     ),
     Code.FAR_AWAY: lambda v: (
         f"{do(v, 'lie')} at least {rounded(v['distance'])} away from all other blocks, which extend over "
@@ -277,9 +285,10 @@ INPUT_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "free edge there: correct the ends of the load, or increase 'tolerance'"
     ),
     Code.AXLES_LEFT_OUT: lambda v: (
-        f"this analysis ignores the axles {', '.join(map(repr, v['names']))}: only 'crossing' moves axles"
+        f"this analysis ignores the axles {', '.join(map(repr, v['names']))}: only the analysis 'crossing' "
+        "moves axles"
         if v["names"]
-        else "this analysis ignores the axles of the load case: only 'crossing' moves axles"
+        else "this analysis ignores the axles of the load case: only the analysis 'crossing' moves axles"
     ),
     Code.WEIGHTS_DIFFER: weights_differ,
     Code.FILL_WEIGHT_DIFFERS: fill_weight_differs,

@@ -24,20 +24,20 @@ LEAST_SO_FAR = "the least at the positions solved so far"
 #: larger than λ at the end of the load history.
 STATE_FOUND = "found"
 INCREMENTAL = "incremental"  #: Name of the largest load factor of the load history.
-#: Name of the load factor that moving blocks carry after the collapse begins, if it is smaller than the
-#: incremental load factor.
+#: Name of the load factor that the moving blocks still carry after the collapse begins. The name is used if
+#: this load factor is smaller than the incremental load factor.
 AFTER_INCREMENTAL = "after incremental collapse"
 ASSOCIATIVE = "associative"  #: Name of the load factor of classical limit analysis.
 
 _METHOD_WITH_SEARCH = "coulomb"  #: Name of the method that has the option ``search``.
 
-#: Reason codes that compare the lowest load factor found with a lower bound of all load factors.
+#: Reason codes for sentences about a lower bound on the load factors of all states.
 _BOUND_CODES = (
     *(Code.PROVEN, Code.WITHIN_IMPOSED, Code.TOUCHES_IMPOSED),
     *(Code.OUT_OF_TIME, Code.OUT_OF_TIME_WITHIN_IMPOSED),
 )
 
-#: Reason codes of a search that began from a state given by the user and found no exact state.
+#: Reason codes of a search that began from a state specified by the user and found no exact state.
 _FAILED_SEARCH_CODES = (Code.NOT_FOUND, Code.NO_TIME)
 
 #: Remarks on the incremental load factor, by the reason for which the load history ended.
@@ -193,7 +193,7 @@ def meaning(names: Iterable[str]) -> str:
 
 
 def certainty(result: Outcome) -> str:
-    """Return a remark that says, for example, if the method's load factor is proven or an upper bound.
+    """Return the remark on the method's load factor, such as that it is an upper bound.
 
     The text is empty if there is no load factor.
     """
@@ -308,17 +308,20 @@ def _coulomb_remark(result: Outcome) -> str:
 
 
 def _missed(result: Outcome) -> list[str]:
-    """Return a list of one sentence if a search from the user's state found no exact state, otherwise []."""
+    """Return a list with the sentence that a search found no exact state, or [] if no search failed.
+
+    The search began from a state that the user specified.
+    """
     return list(sentences([reason for reason in result.reasons if reason.code in _FAILED_SEARCH_CODES]))
 
 
 def state_found(result: Outcome) -> str:
-    """Return a phrase that states whether the collapse state is exact, and the number of starts."""
+    """Return a phrase about the collapse state, such as "exact collapse state, from 3 starts"."""
     return _state(result) + _starts(result)
 
 
 def _state(result: Outcome) -> str:
-    """Return a phrase that states whether the collapse state is exact.
+    """Return a phrase about the kind of the collapse state, such as "exact collapse state".
 
     For a state that is not exact, the phrase names the residuals above their limits, or the polygons that
     limit friction.
@@ -343,9 +346,9 @@ def _certificate_residuals(result: Outcome) -> dict[str, float]:
 
 
 def _starts(result: Outcome) -> str:
-    """Return the numbers of starts and of different exact states as text, or "" if they are unknown.
+    """Return the number of starts of the analysis as text, such as ", from 3 starts"; "" if unknown.
 
-    The text continues a phrase and begins with a comma.
+    If the starts led to several different exact states, the text also contains the number of these states.
     """
     solution = result.solution
     if solution.starts is None:
@@ -357,7 +360,7 @@ def _starts(result: Outcome) -> str:
 
 
 def _lower_states(result: Outcome) -> list[str]:
-    """Return phrases that state whether states with a lower load factor exist, or were searched for."""
+    """Return phrases about states with a lower load factor, such as "not proven to be the least"."""
     phrases = list(sentences([reason for reason in result.reasons if reason.code in _BOUND_CODES]))
     if result.solution.is_only_state:
         phrases = [_ONLY_LOAD_FACTOR]
@@ -377,7 +380,7 @@ def _not_proven(result: Outcome) -> str:
 
 
 def search_remark(result: Outcome, states: str) -> str:
-    """Return the words that end a remark on a lower λ: how the search ended, or how to start a search.
+    """Return the end of a sentence: how a search for states ended, or how to start the search.
 
     ``states`` is the object of the search, such as "lower load factors".
     """
@@ -394,7 +397,7 @@ def search_remark(result: Outcome, states: str) -> str:
 
 
 def search_advice(method: str, states: str) -> str:
-    """Return the words that end a remark on a lower λ: the option that starts a search.
+    """Return the end of a sentence: the option that starts a search for states.
 
     Only the default method has the option ``search``, so the advice names this method if another method was
     used. ``states`` is the object of the search, such as "lower load factors".
@@ -408,7 +411,7 @@ def search_advice(method: str, states: str) -> str:
 
 
 def _carries_less_after_collapse(result: Outcome) -> bool:
-    """Return True if moving blocks carry a smaller load factor than the incremental load factor."""
+    """Return True if λ after the collapse begins is less than the incremental load factor."""
     at_end, largest = result.load_factor, result.incremental
     if at_end is None or largest is None:
         return False

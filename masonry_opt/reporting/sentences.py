@@ -73,9 +73,10 @@ def _sentence(reason: Reason, method: str) -> str:
 
 
 def _by_loop(v: dict[str, Any], advice: str) -> str:
-    """Return advice about options of the loop; if another method was used, first advise to use the loop.
+    """Return advice on options of method "nonassociative", which runs the loop of linear programs.
 
-    ``advice`` names the options to change.
+    If another method was used, the text first advises to use method "nonassociative". ``advice`` names the
+    options to change.
     """
     return advice if v["method"] == "nonassociative" else f"use method 'nonassociative' and {advice}"
 
@@ -142,8 +143,8 @@ def _not_hinging(v: dict[str, Any]) -> str:
     if "turning" in v:
         alone = numeral(v["turning"], ".6g")
         return (
-            f"λ differs from {alone}, the load factor at which the body would rotate about the edge if no "
-            "other joints resisted"
+            "joints away from the edge of rotation resist the mechanism: λ differs from "
+            f"{alone}, the load factor for a rotation without this resistance"
         )
     most = "unlimited" if v["associative"] is None else numeral(v["associative"], ".6g")
     return (
@@ -181,7 +182,7 @@ def _states_met(v: dict[str, Any]) -> str:
 
 
 def _wedged(v: dict[str, Any]) -> str:
-    """Return the sentence about a dead load that only wedged blocks could carry, with a remedy."""
+    """Return the sentence about a dead load that only wedged blocks could carry, and name a remedy."""
     support = f"; support {blocks(v['blocks'])}" if v["blocks"] else ""
     load_factor = v["load_factor"]
     prefix = ""
@@ -195,10 +196,10 @@ def _wedged(v: dict[str, Any]) -> str:
 
 
 def _undecided(v: dict[str, Any]) -> str:
-    """Return the sentence about a scene whose stability is undecided, with the inputs to check."""
+    """Return the sentence about a scene whose stability is undecided, and name the inputs to check."""
     check = f"{_try_another_solver(v)}, or increase friction a little"
     if v["ratio"] > _VERY_DIFFERENT:
-        check = f"check units and weights, because dead loads of blocks differ by a factor {v['ratio']:.0e}"
+        check = f"check units and weights, as dead loads of blocks differ by a factor of {v['ratio']:.0e}"
     return (
         "it is undecided whether the scene is stable under its dead load: neither forces nor a mechanism "
         f"were verified ('{v['word']}'); {check}"
@@ -216,7 +217,7 @@ def _ranged(ends: tuple[float, float] | None) -> str:
 
 
 def _not_certified(v: dict[str, Any]) -> str:
-    """Return the sentence about a load factor whose residuals exceed their limits, with a remedy."""
+    """Return the sentence about a load factor whose residuals exceed their limits, and name a remedy."""
     residuals = ", ".join(
         "the live load does no work" if value == inf else f"{_RESIDUAL_NAMES.get(name, name)} {value:.1e}"
         for name, value in v["residuals"].items()
@@ -238,21 +239,21 @@ def _repeats(v: dict[str, Any]) -> str:
     If the state is not exact, the sentence names a remedy.
     """
     period = counted(v["period"], "sub-problem")
-    repeats = f"the loop repeats itself every {period}, with load factors between {_between(v)}"
+    repeats = f"the loop of linear programs repeats a cycle of {period}, with λ between {_between(v)}"
     if v["exact"]:
-        return f"{repeats}, and this state is exact"
+        return f"{repeats}, and ends with an exact state"
     return f"{repeats}: " + _by_loop(v, "lower 'beta'")
 
 
 def _began_again(v: dict[str, Any]) -> str:
     """Return a sentence that names the options that were changed to run the loop of linear programs again."""
     remedies = ", then with ".join(map(_remedy, v["remedies"]))
-    words = f"the first run of the loop ended as '{v['first']}', so the loop was run again with {remedies}"
+    words = f"the loop of linear programs ended as '{v['first']}' and was run again with {remedies}"
     return f"{words}; no run converged" if v["in_vain"] else words
 
 
 def _remedy(changed: str) -> str:
-    """Return a description of a changed option such as "beta=0.3", followed by the option in brackets."""
+    """Describe a changed option, such as "more damping of the normal forces (beta=0.3)"."""
     option = changed.partition("=")[0]
     return f"{_REMEDIES[option]} ({changed})"
 
@@ -269,9 +270,9 @@ def _dilatancy_locks(v: dict[str, Any]) -> str:
 
 
 def _time_limit(v: dict[str, Any]) -> str:
-    """Return the sentence about an analysis that the time limit ended, with the phase at that time.
+    """Return the sentence about an analysis that the time limit ended, and name the last phase.
 
-    The sentence names the load factor that was reached by then.
+    The sentence also names λ of the last step, if it is known.
     """
     ended = f"the time limit of {v['seconds']:g} s ended the analysis (in step: {v['phase']})"
     if v["carried"] is not None:
@@ -286,7 +287,7 @@ def _time_limit(v: dict[str, Any]) -> str:
 
 
 def _undecided_history(v: dict[str, Any]) -> str:
-    """Return the sentence about a load history that led to no collapse state, with a remedy."""
+    """Return the sentence about a load history that led to no collapse state, and name a remedy."""
     steps = counted(v["steps"], "step")
     history = f"the load history from rest ({v['word']}; {steps})"
     if v["looped"]:
@@ -302,7 +303,8 @@ def _undecided_history(v: dict[str, Any]) -> str:
 
 def _bracket(v: dict[str, Any]) -> str:
     """Return the bracket of the least load factor as inequalities, such as "1.2 ≤ λ ≤ 1.3"."""
-    # Bounds below zero are zero except for rounding errors. Adding 0.0 removes the sign of a negative zero.
+    # A bound can be negative only because of rounding errors, so it is replaced by zero. Adding 0.0 removes
+    # the sign of a negative zero.
     least, most = (max(v[bound], 0.0) + 0.0 for bound in ("bound", "load_factor"))
     return f"{least:.6g} ≤ λ ≤ {most:.6g}"
 
@@ -315,7 +317,7 @@ def _imposed(v: dict[str, Any]) -> str:
 
 
 def _between(v: dict[str, Any]) -> str:
-    """Return a text with the lowest and the highest load factor between which the loop alternates."""
+    """Return the lowest and the highest load factor of the last sub-problems, such as "1.2 and 1.3"."""
     return f"{numeral(v['lowest'], '.6g')} and {numeral(v['highest'], '.6g')}"
 
 
@@ -356,8 +358,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "conditions of which at least one must yield"
     ),
     Code.CARRIES_ANY: (
-        "proven: joint forces within the friction limits can carry every multiple of the live load, but with "
-        "other joint forces the scene may collapse, because a mechanism exists"
+        "proven: for every multiple of the live load, joint forces within the friction limits exist that "
+        "carry the load; the scene may collapse with other joint forces, because a mechanism exists"
     ),
     Code.CLAMPED: lambda v: (
         "self-stress, which no load causes, lets these joints carry the live load in both directions (λ and "
@@ -373,8 +375,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.TIME_LIMIT: _time_limit,
     Code.NOT_CERTIFIED: _not_certified,
     Code.ABOVE_ASSOCIATIVE: (
-        "the load factor of the loop exceeded its upper bound, the associative load factor, by {by:.1e}; the "
-        "associative load factor is reported instead"
+        "the loop of linear programs ended {by:.1e} above the associative load factor, which is an upper "
+        "bound on λ; the associative load factor is reported instead"
     ),
     Code.FLOW_RULE_IDLE: lambda v: (
         "the associative answer also obeys the joints' own flow rule, so its load factor is valid, but a "
@@ -385,9 +387,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + _by_loop(v, "raise 'max_iterations', or lower 'beta'")
     ),
     Code.GROWS: lambda v: (
-        f"the loop found no upper limit of λ: λ is {rounded(v['load_factor'])} after "
-        f"{counted(v['count'], 'sub-problem')} and still grows, because the compression of joints grows with "
-        "the load; real joints would crush; check the direction of 'live', the supports and the friction"
+        f"λ grows without limit in the loop of linear programs (λ = {rounded(v['load_factor'])} after "
+        f"{counted(v['count'], 'sub-problem')}), because the compression of joints grows with the load; real "
+        "joints would crush: check the direction of 'live', the supports and the friction"
     ),
     Code.REPEATS: _repeats,
     Code.SUB_PROBLEM_FAILED: lambda v: (
@@ -445,16 +447,17 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.LOCAL_MINIMUM: (
         "the answer is a local minimum, in which each product of slack and rate is at most ε = {epsilon:.0e}"
     ),
-    Code.START_FAILED: "the relaxation could not start, because the loop of linear programs failed",
-    Code.RELAXATION_STOPPED: "the relaxation failed: IPOPT ended with '{word}' at ε = {epsilon:.0e}",
+    Code.START_FAILED: "the MPEC relaxation could not start, because the loop of linear programs failed",
+    Code.RELAXATION_STOPPED: "the MPEC relaxation failed: IPOPT ended with '{word}' at ε = {epsilon:.0e}",
     Code.NOTHING_SOLVED: (
-        "no relaxed program was solved: set a smaller 'epsilon', or set 'start' to the result of an earlier "
-        "analysis of the scene"
+        "IPOPT failed at the first ε of the MPEC relaxation: set a smaller first ε with 'epsilon', or set "
+        "'start' to the result of an earlier analysis of the scene"
     ),
     Code.STATES_MET: _states_met,
     Code.FEW_STARTS: lambda v: (
-        f"all load factors agree, but the analysis made only {counted(v['candidates'], 'start')}; a collapse "
-        "state with a lower load factor may exist, because equilibrium alone does not determine the forces"
+        "the lowest, incremental and associative load factors agree, but the analysis made only "
+        f"{counted(v['candidates'], 'start')}; a collapse state with a lower load factor may exist, because "
+        "equilibrium alone does not determine the forces"
     ),
     Code.SEARCHED: lambda v: (
         f"the search for states with a lower λ used {counted(v['candidates'], 'start')}"
@@ -465,7 +468,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.PROVEN: lambda v: f"the least λ is proven: {_bracket(v)}",
     Code.WITHIN_IMPOSED: lambda v: f"the least λ of all states with {_imposed(v)} is proven: {_bracket(v)}",
     Code.TOUCHES_IMPOSED: lambda v: (
-        f"nothing is proven, because the answer is not a state with {_imposed(v)}"
+        f"nothing is proven, because the lower bound is valid only for states with {_imposed(v)}, and the "
+        "collapse state exceeds the assumed limits"
     ),
     Code.OUT_OF_TIME: lambda v: (
         f"the least λ is not proven; its bounds after {v['time_limit']:g} s are {_bracket(v)}"
@@ -484,11 +488,12 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.LOCKS: "the mechanism locks: from here on no finite motion is possible",
     Code.BRANCHES: "several motions are possible from here on, because blocks have become free",
     Code.STILL_CARRIES: lambda v: (
-        f"λ has not decreased to zero after {counted(v['steps'], 'state')}: use a smaller value of 'steps'"
+        f"λ has not decreased to zero after {counted(v['steps'], 'state')}: use fewer 'steps', so that each "
+        "step is longer"
     ),
     Code.FORCES_UNDECIDED: (
-        "the linear program of forces at the next state was not solved: change 'steps' or, if the drawing is "
-        "a survey, 'tolerance'"
+        "the solver failed at the linear program for the forces in the next state: use another number of "
+        "'steps' or, if the drawing is a survey, set its 'tolerance'"
     ),
     **INPUT_SENTENCES,
 }

@@ -40,7 +40,7 @@ from masonry_opt.solution.reasons import Code, Status
 _ANALYSIS_CODES = (Code.BEGAN_AGAIN, Code.CURVE, Code.SPREAD)
 
 #: The summary explains a low λ by self-stress if λ is below this fraction of the incremental load factor.
-#: With a larger value, the summary also explains ordinary differences.
+#: With a larger value, the summary also explains a λ that is only a little below the incremental load factor.
 _FAR_BELOW = 0.5
 
 #: The summary explains a low λ by self-stress only if at most this fraction of the blocks moves. With a
@@ -102,12 +102,15 @@ def _says_why_not_incremental(result: Outcome) -> bool:
 
 
 def _sentences_of(result: Outcome, *codes: Code) -> tuple[str, ...]:
-    """Return the sentences for the reasons of a result that have one of the given codes."""
+    """Return a sentence for each reason of the result whose code is one of ``codes``."""
     return sentences([reason for reason in result.reasons if reason.code in codes], result.method)
 
 
 def _time_limits(result: Outcome) -> list[str]:
-    """Return the sentences on the time limit, each once; the limit may end several parts of an analysis."""
+    """Return the sentences about the time limit, without repetitions.
+
+    Several parts of an analysis may end at the time limit, with the same sentence as the reason.
+    """
     return [*dict.fromkeys(_sentences_of(result, Code.TIME_LIMIT))]
 
 
@@ -135,9 +138,10 @@ _MOTION_LABELS = {
 
 
 def motion(result: Outcome) -> tuple[str, str] | None:
-    """Return a label and a text, which counts the moving blocks and the joints with each kind of motion.
+    """Return a label, and a text that counts the moving blocks and the joints of each kind of motion.
 
-    The value is None if no motion is known.
+    The kinds of motion are sliding, hinging, opening and crushing. The function returns None if no motion is
+    known.
     """
     if result.solution.d is None:
         return None
@@ -188,8 +192,8 @@ def _self_stress(result: Outcome) -> str:
     if moving > _FEW_BLOCKS * result.size.blocks:
         return ""
     return (
-        f"{counted(moving, 'block')} {verb(moving, 'move')} at this λ if the joint forces are those of the "
-        "exact state; the load history from rest passes this λ without collapse, and the incremental λ is "
+        f"{counted(moving, 'block')} {verb(moving, 'move')} at this λ if the joint forces are those of this "
+        "collapse state; the load history from rest passes this λ without collapse, and the incremental λ is "
         f"{factor_text(result, result.incremental)}"
     )
 
@@ -265,7 +269,7 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
         blocks = counted(len({piece.block for piece in below}), "block")
         phrases = [f"touches {counted(len({piece.edge for piece in pieces}), 'edge')}"]
         factor = scene.factor("dead", "fill")
-        factored = "" if factor == 1 else f" (without the factor {factor:g} of the load case)"
+        factored = "" if factor == 1 else f" (the factor {factor:g} of the load case is not included)"
         phrases.append(f"weighs {weight:.4g} on {blocks}{factored}" if fill.weight else "without weight")
         spread = f"loads on the road spread within {fill.spread:g}° of the vertical"
         phrases.append("loads on the road do not spread" if fill.spread is False else spread)
@@ -309,7 +313,7 @@ def _friction(result: Outcome) -> str:
 
 
 def crushing(result: Outcome) -> str:
-    """Return a text that says if an answer uses the crushing parabola or chords inside the parabola.
+    """Return a text about the crushing law of a result: the parabola itself, or chords inside the parabola.
 
     The text is empty if no joint has a limited strength.
     """
@@ -319,8 +323,8 @@ def crushing(result: Outcome) -> str:
         return f"limited by {BY_CHORDS}; the parabola permits larger moments than its chords"
     if result.crushing == "parabola":
         return (
-            "limited by the crushing parabola itself, which only methods 'static' and 'kinematic' with "
-            f"Clarabel use; all other methods use {BY_CHORDS}"
+            "limited by the crushing parabola itself; only methods 'static' and 'kinematic' with Clarabel "
+            f"use the parabola, and all other methods use {BY_CHORDS}"
         )
     associative = "" if result.kind is Kind.ASSOCIATIVE else ", also for the associative λ"
     return f"limited by {BY_CHORDS}{associative}; {PARABOLA_REMARK}"
@@ -356,7 +360,7 @@ def _reference(result: Outcome) -> str:
 
 
 def _name_in_case(known: Mapping[str, Reference], name: str, result: Outcome) -> str:
-    """Return a note that names a reference value of the case file, or "" if no note is needed.
+    """Return a note with the name of a reference value in the case file, or "" if no note is needed.
 
     No note is needed if the reference value has the name of the method, or the name "associative". If the
     case file also has the reference value of an MPEC, the note adds this value.
@@ -412,7 +416,7 @@ def _alignment(result: Outcome) -> str:
 
 
 def _range(result: Outcome) -> str:
-    """Return the bounds of the least load factor as text, or "" if there are no bounds to print."""
+    """Return the bounds on the least load factor as text, or "" if there are no bounds to print."""
     lower, upper = result.range
     known = lower is None and result.load_factor is not None
     if result.kind is Kind.ASSOCIATIVE or known or upper is None:
@@ -421,7 +425,10 @@ def _range(result: Outcome) -> str:
 
 
 def _programs(result: Outcome) -> str:
-    """Return a text that counts programs and solver iterations or, if no program was solved, load steps."""
+    """Return a text with the numbers of solved optimisation programs and of solver iterations.
+
+    If no program was solved, the text has the number of load steps instead, or is empty without load steps.
+    """
     if not result.lp_solves and not result.nlp_solves:
         return f"none: {counted(result.iterations, 'load step')}" if result.iterations else ""
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""

@@ -41,7 +41,8 @@ SECONDS_BETWEEN_LINES = 10.0
 #: Pattern of a row of the table of load factors, which begins with exactly two spaces and a name.
 _LOAD_FACTOR_ROW = re.compile(r"  \w")
 
-#: Largest column in which continuation lines begin, if a line is wrapped to the width of a terminal.
+#: Largest indentation of continuation lines, in characters, if a line is wrapped to the width of a terminal.
+#: With a larger value, continuation lines may have only a few characters.
 _DEEPEST_COLUMN = 40
 #: A line with more gaps (of two or more spaces) than this number is a row of a table, and is not wrapped.
 _MOST_GAPS = 2
@@ -104,10 +105,10 @@ def _print_lines(lines: Sequence[str], bold_line: int | None) -> None:
 
 
 def _wrapped(line: str, width: int) -> str:
-    """Wrap a line between words, and indent continuation lines to the last column of text in the line.
+    """Wrap a line between words, and align its continuation lines with the text after its last wide space.
 
-    A column of text begins after a gap of at least two spaces. Columns far to the right have no effect. Lines
-    of tables are not wrapped.
+    A wide space (gap) has at least two characters. Gaps that end beyond ``_DEEPEST_COLUMN`` have no effect.
+    Lines of tables are not wrapped.
     """
     gaps = [gap.end() for gap in re.finditer(r" {2,}(?=\S)", line)]
     begins = len(line) - len(line.lstrip())
@@ -129,7 +130,7 @@ def print_warnings(sentences: Iterable[str]) -> None:
 
 @contextmanager
 def changing_line(console: Console, line: str) -> Iterator[Callable[[str], None]]:
-    """Context manager that shows a line with the elapsed time, and yields a function to change the text.
+    """Show a line with its text and the elapsed time, and yield a function that changes the text.
 
     On a terminal the line is removed at the end. Elsewhere, as in a file or a pipe, the present text is
     written as a line of its own every ten seconds.

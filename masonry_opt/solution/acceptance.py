@@ -11,21 +11,23 @@ class Kind(StrEnum):
 
     #: Optimum of the associative problem: the static program, eq. (9), or the kinematic program, eq. (10).
     ASSOCIATIVE = "associative"
-    #: Answer of the paper's sequence of linear programs (the loop). The answer is exact if forces with
-    #: Coulomb friction are compatible with the loop's mechanism. Otherwise it is the solution of the last
-    #: sub-problem, with errors that ``LIMITS`` explains.
+    #: Answer of the paper's sequence of linear programs (the loop). After the last sub-problem, the loop
+    #: seeks forces that obey Coulomb friction and are compatible with a mechanism. If it finds none, the
+    #: answer is the solution of the last sub-problem. Its errors are explained at ``LIMITS``.
     LOOP = "loop"
-    #: Answer of the paper's loop with the paper's own stopping rule. In joints that do not slide, forces may
-    #: violate the yield conditions by up to the reference force of ``Limits.joint``.
+    #: Answer of the loop without the final search for Coulomb forces, as in the paper (option ``finish`` set
+    #: to False). In joints that do not slide, forces may violate the yield conditions by up to the reference
+    #: force that is defined at ``Limits.joint``.
     BARE_LOOP = "bare loop"
-    #: State that is exact except for its complementarity: inactive yield conditions have small rates. The
-    #: energy of these rates is about 1e-9 of λ on small scenes, and up to 1e-5 on façades.
+    #: State that is exact except for its complementarity: inactive yield conditions have small rates instead
+    #: of zero rates. The energy Σ|z p| of these rates, relative to the work of the live load at collapse, is
+    #: about 1e-9 on small scenes and up to 1e-5 on façades.
     NEARLY_COMPLEMENTARY = "nearly complementary"
     #: Answer of the MPEC (mathematical program with equilibrium constraints), exact except for the
     #: complementarity error that the last relaxation permits (about 1e-8 by default).
     RELAXED = "relaxed"
-    #: Answer of the incremental analysis: an exact state, or the last equilibrium of the load history with
-    #: the motion of the collapse. Only the residuals of the forces have limits.
+    #: Answer of the incremental analysis: either an exact state, or the last equilibrium of the load history
+    #: together with the motion at collapse. Residuals that depend on the motion have no limits.
     INCREMENTAL = "incremental"
     #: State whose forces and mechanism satisfy every condition of the Coulomb law up to rounding errors.
     EXACT = "exact"
@@ -51,7 +53,7 @@ class Limits:
     joint: float
 
     def as_dict(self) -> dict[str, float]:
-        """Return the largest accepted residuals in a dictionary, under their names in reports."""
+        """Return the largest accepted residuals as a dictionary, keyed by the names that reports use."""
         return {field.name.rstrip("_"): getattr(self, field.name) for field in fields(self)}
 
     def failing(self, residuals: Mapping[str, float | None]) -> dict[str, float | None]:
@@ -67,9 +69,10 @@ LIMITS: dict[Kind, Limits] = {
     # The computed load factors agree with published ones to four digits, so associative answers have limits
     # of 1e-4.
     Kind.ASSOCIATIVE: Limits(1e-4, 1e-4, 1e-4, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
-    # The friction limits of a sub-problem follow from the normal forces of the previous sub-problem, so the
-    # residual of yield reaches a tenth of a block's weight on the walls of Table 1. Sliding joints contract
-    # by 10⁻³ μ times their slip, which adds to the residual of flow.
+    # The shear limits of a sub-problem are computed from the normal forces of the previous sub-problem. The
+    # forces of a sub-problem may therefore violate the true friction law, on the walls of Table 1 by up to a
+    # tenth of the median block weight. In the last sub-problems, sliding joints contract by 10⁻³ μ per unit
+    # slip. This contraction violates the flow rule.
     Kind.LOOP: Limits(1e-3, 0.1, 1e-2, 1e-2, work=5e-2, block=5e-2, joint=0.5),
     Kind.BARE_LOOP: Limits(1e-2, inf, 5e-2, 5e-2, work=5e-2, block=5e-2, joint=1.0),
     Kind.NEARLY_COMPLEMENTARY: Limits(1e-8, 1e-8, 1e-8, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
@@ -82,8 +85,8 @@ LIMITS: dict[Kind, Limits] = {
 #: difference the check fails.
 AGREEMENT = 1e-7
 
-#: Largest residual, such as that of equilibrium, at which the command ``check`` accepts a static or kinematic
-#: solution.
+#: Largest residual at which the command ``check`` accepts a static or kinematic solution. The residuals are
+#: defined at ``DualityReport.table``.
 DUALITY = 1e-6
 
 #: Largest violation of complementarity, Σ|z p| / |λ| (slacks times rates), at which the loop accepts forces
@@ -95,10 +98,11 @@ MOST_ENERGY = 1e-3
 #: verified. The answer must also satisfy ``LIMITS``.
 BORNE_OUT = 1e-3
 
-#: Largest residual in a proof that no load factor exists, or that every multiple of the live load can be
-#: carried. Residuals of forces are relative to the sum of the live loads, residuals of motions to the energy
-#: that the motion gains. A proof that no load factor exists does not exclude forces above about 1e8 times the
-#: loads, or motions above about 1e8 times the mean velocity of the live load.
+#: Largest residual of a valid proof that no load factor exists, or that every multiple of the live load can
+#: be carried. Residuals of forces are divided by the sum of the live loads Σ|f_L|. Residuals of a motion are
+#: divided by the energy f_D·d − c·p that the motion releases. A proof that no load factor exists therefore
+#: does not exclude forces above about 1e8 times the loads. Nor does it exclude velocities above about 1e8
+#: times the mean velocity of the live load, f_L·d / Σ|f_L|.
 PROOF = 1e-8
 
 #: Largest relative difference between λ and its lower bound at which λ counts as proven to be the least load
@@ -113,8 +117,9 @@ LARGEST_BOUND_EXCESS = 1e-4
 #: fraction of the limit plus this fraction of the median block weight.
 BEYOND_LIMITS = 1e-6
 
-#: Largest residual, relative to the load, at which a solution counts as feasible. The objective value of a
-#: feasible solution is a certified bound.
+#: Largest residual of the equations at which a point counts as feasible. The residual of equilibrium is in
+#: units of the load, the residual of kinematics in units of the mean velocity of the live load. The objective
+#: value of a feasible point is a certified bound on λ.
 FEASIBILITY_TOLERANCE = 1e-11
 
 #: A mechanism proves that a scene is unstable only if it almost satisfies the associative flow rule. The
@@ -122,8 +127,9 @@ FEASIBILITY_TOLERANCE = 1e-11
 #: joint forces with a sum above a million median block weights could then stop the mechanism.
 LARGEST_FLOW_VIOLATION = 1e-6
 
-#: A slip, a shear or a violation of the associative flow rule below this magnitude counts as a rounding
-#: error.
+#: Magnitude below which a slip rate, a shear force or a violation of the associative flow rule counts as a
+#: rounding error. The magnitude refers to motions with velocities from −1 to 1, and to the problem's unit of
+#: force.
 ROUNDING = 1e-11
 
 #: Largest accepted error of the margin of stability under dead load. The unit is the work of a median block

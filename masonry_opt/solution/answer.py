@@ -17,8 +17,9 @@ from masonry_opt.problem.laws import BY_FACES, Forms
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.acceptance import LIMITS, Kind
 
-#: Smallest force by which residuals of a block are divided, as a fraction of the live load at collapse.
-#: Smaller forces on a block are replaced by this value.
+#: Residuals of a block are divided by the largest force on this block, but at least by this fraction of the
+#: total live load at collapse. Residuals of a joint are divided by the smaller of these values for its two
+#: blocks. With a larger fraction, errors on blocks with small forces count less.
 _SMALLEST_FORCE = 1e-4
 
 
@@ -46,7 +47,7 @@ class Certificate:
     complementarity: float
 
     def as_dict(self) -> dict[str, float]:
-        """Return the four residuals in a dictionary, under their names in reports."""
+        """Return the residuals as a dictionary, keyed by the names that reports use."""
         return {name.rstrip("_"): value for name, value in asdict(self).items()}
 
     @property
@@ -66,9 +67,9 @@ def certify(
     """
     total_dead = problem.force_sizes(problem.dead).sum() or problem.live_norm
     z, p = problem.slacks(q), problem.rates(d, slope)
-    # The slack of a sliding condition grows with μ, so divide the slip rate by max(1, μ) / max(1, slope).
-    # Otherwise, at μ = 1e6, a rounding error of 1e-14 in a slip would add 1e-8 times the normal force to the
-    # energy.
+    # With a large μ, the slack of a sliding condition is about μ times the normal force n. At μ = 1e6, a
+    # rounding error of 1e-14 in a slip rate would add 1e-8 n to the energy. Therefore divide slip rates by
+    # max(1, μ) / max(1, slope), which is 1 for associative flow.
     steep = problem.steep / np.maximum(problem.limit_factors @ slope, 1.0)
     live_work = float(problem.live @ d) or problem.live_norm
     return Certificate(
@@ -82,7 +83,7 @@ def certify(
 def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.ndarray:
     """Return the largest force that loads and joints exert on each block, shape (b,).
 
-    The value is at least ``_SMALLEST_FORCE``, a fraction of the live load at collapse.
+    The value is at least ``_SMALLEST_FORCE`` times the total live load at collapse.
     """
     loads = np.abs(problem.dead) + abs(load_factor * problem.live)
     loads = problem.forces(loads).max(axis=1)
@@ -135,7 +136,7 @@ def violation_shares(problem: Problem, z: np.ndarray, acting: np.ndarray) -> np.
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FinalState:
-    """Joint forces and block velocities with which a method ended; each is None if unknown."""
+    """Joint forces and block velocities at the end of a method; each is None if unknown."""
 
     q: np.ndarray | None = None  #: joint forces, shape (3c + t,)
     d: np.ndarray | None = None  #: block velocities, shape (3b,)
@@ -222,7 +223,10 @@ def certified(
 
 
 class Existence(StrEnum):
-    """Statements on whether a load factor λ ≥ 0 exists under the flow rule with the joints' dilatancy."""
+    """Statements about the existence of a collapse load factor λ ≥ 0 with the joints' own flow rule.
+
+    In this flow rule, the opening rate of a sliding joint is its dilatancy times its slip rate.
+    """
 
     NO_MECHANISM = "no load factor exists: the live load does no positive work in any mechanism"
     #: The proof is that, in every mechanism, the joints that move cannot all be at yield at the same time.
@@ -279,7 +283,7 @@ class InfeasibilityCertificate:
         return self.existence.proven
 
     def as_dict(self) -> dict[str, Any]:
-        """Return all attributes and ``proven`` in a dictionary, under their names in reports."""
+        """Return all attributes and ``proven`` as a dictionary, keyed by the names that reports use."""
         own = {"clamped": list(self.clamped), "existence": str(self.existence), "proven": self.proven}
         return {name.rstrip("_"): value for name, value in asdict(self).items()} | own
 

@@ -1,8 +1,11 @@
-"""Compare the stresses of joints and the lengths of a scene with weights, to warn of different units.
+"""Warn about stresses of joints and about lengths whose units seem not to match the units of the weights.
 
-The package takes any consistent units. A stress is probably in another unit than the weights if it is far
-outside of the range that occurs in masonry. Lengths are probably not in metres, as the unit weights are, if
-the scene is far larger than masonry.
+The package takes any consistent units. Its warnings rest on two comparisons:
+
+- A strength or cohesion is compared with a stress due to weight. The units probably do not match if the ratio
+  is far outside of the range that occurs in masonry.
+- A unit weight may look like a weight per cubic metre. The lengths are then probably not in metres if the
+  scene is far larger than masonry.
 """
 
 from collections.abc import Iterator
@@ -19,21 +22,24 @@ from masonry_opt.solution.typical_units import typical_unit
 
 
 class _Range(NamedTuple):
-    """Usual range of the ratio of a stress to the stress due to weight.
+    """Usual range of a strength or cohesion, as a multiple of the stress at the foot of a column of blocks.
 
-    A wider range detects fewer strengths and cohesions in a wrong unit.
+    The column is as high as the scene's largest dimension, and has the median unit weight of the blocks. A
+    wider range detects fewer strengths and cohesions in a wrong unit.
     """
 
     least: float
     greatest: float
 
 
-#: Usual range of the ratio of a strength to the stress below a column as high as the scene's largest
-#: dimension. Rubble of 1 MPa in a scene of 50 m has a ratio of 1; stone of 50 MPa in a scene of 0.5 m has
-#: 5000. A ratio outside the range causes a warning.
+#: Usual range of a strength, as a multiple of the stress at the foot of a column of blocks. The column is as
+#: high as the scene's largest dimension. Rubble with a strength of 1 MPa in a scene of 50 m has the multiple
+#: 1. Stone with a strength of 50 MPa in a scene of 0.5 m has the multiple 5000. A strength outside the range
+#: causes a warning.
 _STRENGTH = _Range(0.3, 1e4)
-#: Usual range of the ratio of a cohesion to the stress below a column as high as the scene's largest
-#: dimension. A cohesion of 20 kPa in a wall of 120 m has a ratio of 0.008; 1 MPa in a model of 0.1 m has 450.
+#: Usual range of a cohesion, as a multiple of the stress at the foot of a column of blocks. The column is as
+#: high as the scene's largest dimension. A cohesion of 20 kPa in a wall of 120 m has the multiple 0.008. A
+#: cohesion of 1 MPa in a model of 0.1 m has the multiple 450. A cohesion outside the range causes a warning.
 _COHESION = _Range(0.003, 600.0)
 
 
@@ -62,7 +68,7 @@ def median_unit_weight(assembly: Assembly) -> float:
 
 
 def unusual_stresses(assembly: Assembly) -> Iterator[Reason]:
-    """Generate warnings about strengths and cohesions that seem to have another unit than the weights."""
+    """Generate warnings about strengths and cohesions whose units seem not to match those of the weights."""
     # Use the largest dimension instead of the height: the thrust of a flat arch grows with its span.
     extent = float(assembly.geometry.extent_of(assembly.movable).max())
     weight = median_unit_weight(assembly) * extent

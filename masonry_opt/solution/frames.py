@@ -26,7 +26,7 @@ def unsigned(frame: "pd.DataFrame") -> "pd.DataFrame":
 
 
 def framed(rows: Any) -> "pd.DataFrame":
-    """Return a table made of rows or of named columns; −0.0 is replaced by 0.0."""
+    """Return a table from a list of rows or a dictionary of columns, with −0.0 replaced by 0.0."""
     # Importing pandas takes a quarter of a second, and few analyses need a table, so the import is local.
     import pandas as pd
 
@@ -51,10 +51,11 @@ def block_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
 
 
 def joint_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
-    """Return a table with the blocks, middle, length, forces and rates of each joint.
+    """Return a table with the blocks, position, size, forces and relative velocities of each joint.
 
-    Unknown forces and rates are NaN. In space the columns also contain the area, the normal, the components
-    of the resultant, and its point of action.
+    Velocities are those of the joint's first block relative to its second block. Unknown forces and
+    velocities are NaN. In space the columns also contain the normal of the joint, the components of the
+    resultant, and its point of action.
     """
     joints = assembly.joints
     q, u, d = _known(assembly, solution)
@@ -72,9 +73,10 @@ def joint_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
 
 
 def contact_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame | None":
-    """Return a table with the forces and rates of each contact point in space, or None in the plane.
+    """Return a table with the force and the relative velocity at each contact point; None for a plane scene.
 
-    Unknown forces and rates are NaN.
+    The force acts on the first block of the joint. The velocity is that of the first block relative to the
+    second block. Unknown forces and velocities are NaN.
     """
     if assembly.scene.dimension == 2:
         return None
@@ -168,7 +170,7 @@ def _vectors(assembly: Assembly, of_kinds: np.ndarray) -> np.ndarray:
 
 
 def _forces(assembly: Assembly, q: np.ndarray, u: np.ndarray, d: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the table columns of the forces and rates of joints in a plane scene."""
+    """Return the table columns of the forces and relative velocities of joints in a plane scene."""
     problem = assembly.problem
     (first, second, s), (*openings, slip) = problem.by_kind(q), problem.by_kind(u)
     return {
@@ -182,7 +184,7 @@ def _forces(assembly: Assembly, q: np.ndarray, u: np.ndarray, d: np.ndarray) -> 
 
 
 def _resultants(assembly: Assembly, q: np.ndarray, _: np.ndarray, d: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the table columns of the normals, resultants and rates of joints in a scene in space."""
+    """Return the table columns of the normals, resultants and relative velocities of joints in space."""
     joints, problem, shapes = assembly.joints, assembly.problem, assembly.geometry
     joint, normal, middle, count = joints.joint, joints.normal, joints.middle, len(joints.first)
     of_points, n_of_points = _vectors(assembly, q), problem.normal_forces(q)
@@ -229,7 +231,8 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
     s = np.hypot.reduce(np.abs(problem.shears(q)), axis=0)
     # If a corner touches an edge, both contact points of the joint coincide, so the joint has no moment.
     m = np.where(has_length, points.max(axis=0) - points.min(axis=0), 0.0)
-    # Forces below this value count as rounding errors. Smaller limits of forces are replaced by this value.
+    # Forces and moments up to this value count as rounding errors. The limits of moment and shear, by which
+    # moment and shear are divided, are raised to at least this value. This avoids a division by zero.
     rounding = NEGLIGIBLE_SHARE * (np.abs(n).max(initial=0.0) or 1.0)
     limit = ShearLimits.true(problem).at(n[problem.sliding])
     # Compute the largest moment that each joint can carry under its normal force. It is expressed as the
@@ -245,9 +248,10 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
 
 
 def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataFrame":
-    """Return a table of the limited forces that have one of the given roles, such as tie forces.
+    """Return a table of the limited forces with one of the given roles, such as the forces of ties.
 
-    The table has one row for each force. Unknown values are NaN.
+    A limited force has a lower and an upper limit. The table has one row for each force. Unknown values are
+    NaN.
     """
     problem = assembly.problem
     has_role = [force.role in roles for force in assembly.limited]
@@ -258,7 +262,7 @@ def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataF
     names = [*(block.name for block in assembly.scene.blocks), "ground"]
     lowest, highest = np.array([[force.lowest, force.highest] for force in forces], float).reshape(-1, 2).T
     # Solvers satisfy a force limit only to a tolerance that is relative to the forces of the scene.
-    # Differences up to this value count as rounding.
+    # A force that exceeds its limit by at most this value is set to the limit.
     rounding = NEGLIGIBLE_SHARE * np.abs(problem.normal_forces(q)).max(initial=0.0) * problem.force_unit
     within = np.clip(T, lowest, highest)
     T = np.where(np.abs(T - within) <= rounding, within, T)

@@ -20,7 +20,8 @@ from masonry_opt.solution.thresholds import (
 )
 
 #: A block counts as free of load if its net load is at most this fraction of the sum of its dead load and its
-#: live load. With a larger value, the collapse of blocks with a small net load would not count.
+#: live load. At a negative λ, a mechanism that moves only blocks free of load is no collapse (see
+#: ``weightless``). With a larger value, blocks with a small net load also count as free of load.
 _BALANCED_SHARE = 1e-7
 
 

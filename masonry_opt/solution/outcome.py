@@ -41,8 +41,10 @@ class Size:
     joints: int  #: number of joints (c in the plane)
     #: Number of rows of the linear program, as passed to the solver; None if there is no linear program.
     rows: int | None
-    columns: int | None  #: number of columns of the linear program; None if there is no program
-    nonzeros: int | None  #: number of nonzero coefficients of the linear program; None if there is no program
+    #: Number of columns of the linear program; None if there is no linear program.
+    columns: int | None
+    #: Number of nonzero coefficients of the linear program; None if there is no linear program.
+    nonzeros: int | None
     left_out: tuple[str, ...] = ()  #: parts of the scene that the model leaves out, each with the reason
     contacts: int | None = None  #: number c of contact points of a scene in space; None in the plane
 
@@ -67,11 +69,11 @@ class Outcome:
     status: status in which the analysis ended.
     reasons: reasons for the status, as codes with their values.
     usable: True if there is a load factor, or if a scene without live load is stable.
-    time_limit_reached: True if the time limit ended the analysis. The load factor, if any, is the lowest that
-        was found by then.
+    time_limit_reached: True if the time limit ended the analysis. The attribute ``load_factor`` is then the
+        lowest load factor found within the time limit, or None.
     stability: safety margins of a stable scene without live load, see
         :class:`~.solution.stability.Stability`. None if a live load acts, or if the scene is unstable.
-    kind: kind of answer, which determines the limits of its residuals.
+    kind: kind of the answer, such as "associative" or "exact", which determines the limits of its residuals.
     load_factor: load factor λ; None unless ``status.usable``.
     certificate: residuals of equilibrium, yield, flow and complementarity, computed from the matrices alone;
         None if there is no load factor.
@@ -96,15 +98,15 @@ class Outcome:
     at_incremental: result of the incremental analysis, with the times and solvers of the whole analysis. None
         if the incremental load factor is switched off, for methods with associative flow, and if the scene is
         unstable under its dead load.
-    associative: load factor with associative flow, an upper bound of all Coulomb load factors; None if
+    associative: load factor with associative flow, an upper bound on all Coulomb load factors; None if
         unlimited.
     q, d: joint forces and block velocities as arrays, in the units of the problem's matrices
         (``assembly.problem``); see :func:`~masonry_opt.certify`. None if they are not known.
     exact: True if all residuals are within the limits of exact answers. The flow rule is the joints' own, and
         friction in space is the cone.
-    bound: lower bound of λ: no exact Coulomb state has a load factor from 0 to this bound. ``proof`` or
-        method "global" proves it. A bound of method "global" may assume limits of rates and forces, which
-        ``reasons`` state. None if no bound is known.
+    bound: lower bound on λ: no exact Coulomb state has a load factor from 0 to this bound. ``proof`` or
+        method "global" proves the bound. A bound from method "global" may assume limits on rates and forces,
+        which ``reasons`` state. None if no bound is known.
     proof: proof by conflicts that no state has a lower load factor, see :func:`~masonry_opt.check_proof`. It
         covers forces up to a million times the loads, and motions up to a million times the mean velocity of
         the live load. None if there is no proof.
@@ -153,12 +155,15 @@ class Outcome:
 
     @property
     def time_limit_reached(self) -> bool:
-        """True if the time limit ended the analysis. λ is then the lowest that was found, if any."""
+        """True if the time limit ended the analysis.
+
+        The attribute ``load_factor`` is then the lowest load factor found within the time limit, or None.
+        """
         return self.solution.has(Code.TIME_LIMIT)
 
     @property
     def kind(self) -> Kind:
-        """Kind of the answer; the limits of the residuals depend on the kind."""
+        """Kind of the answer, such as "exact", which determines the limits of its residuals."""
         return self.solution.kind
 
     @property
@@ -186,7 +191,7 @@ class Outcome:
 
     @property
     def stationary(self) -> bool | None:
-        """True if no mechanism that the search tried lowers λ.
+        """True if none of the mechanisms that the search (option ``search``) tried lowers λ.
 
         False if the solver could not decide for some mechanisms; None if the method did not search.
         """
@@ -194,7 +199,7 @@ class Outcome:
 
     @property
     def bound(self) -> float | None:
-        """Lower bound of λ: no exact Coulomb state has a load factor from 0 to this bound.
+        """Lower bound on λ: no exact Coulomb state has a load factor from 0 to this bound.
 
         None if no bound is known.
         """
@@ -267,7 +272,7 @@ class Outcome:
 
     @cached_property
     def contacts(self) -> "pd.DataFrame | None":
-        """Table with one row for each contact point in space, ordered by joint; None in the plane.
+        """Table with one row for each contact point in space, ordered by joint; None for a plane scene.
 
         - ``joint``: number of the joint's row in ``joints``; ``first``, ``second``: names of its blocks.
         - ``x``, ``y``, ``z``: the point.
@@ -451,17 +456,18 @@ class Outcome:
 
     @property
     def range(self) -> tuple[float | None, float | None]:
-        """Lower and upper bound of the least λ with the joints' own flow rule; None for an unknown bound.
+        """Lower and upper bound on the least λ with the joints' own flow rule.
 
-        The lower bound is that of ``proof``, or a bound for which method "global" assumed no limits. The
-        upper bound is ``lowest``, or without an exact state the associative load factor.
+        The lower bound is proven by ``proof``, or by method "global" without assumed limits on rates and
+        forces. It is None if there is no such bound. The upper bound is ``lowest``. If no exact state was
+        found, the upper bound is the associative load factor, or None if that load factor is unknown.
         """
         proven = self.bound if self.solution.bound_derived else None
         return proven, self.associative if self.lowest is None else self.lowest
 
     @property
     def crushing(self) -> str:
-        """Strength law of the answer: "parabola" or its approximation "chords"; "" without any strength.
+        """Strength law of the answer: "parabola" or its approximation "chords"; "" if strength is unlimited.
 
         The chords are inside the parabola, and permit moments that are up to 0.65 % smaller.
         """
@@ -481,7 +487,7 @@ class Outcome:
 
     @property
     def _law(self) -> Problem:
-        """Problem of the scene, with the friction and strength laws with which it was solved."""
+        """Matrices of the scene, with the friction and strength laws with which the scene was solved."""
         return self.assembly.problem.by(self.solution.state.forms)
 
     @property

@@ -1,9 +1,9 @@
 """Record of a proof that no collapse state has a lower load factor.
 
 A collapse state satisfies z_i p_i = 0 for each yield condition i: the rate is either positive (p_i > 0) at
-yield (z_i = 0), or zero. One Boolean variable for each condition states if its rate is positive. A *conflict*
-is a clause that excludes one combination of values, by the multipliers of a linear program. The proof is
-complete if no assignment satisfies all clauses.
+yield (z_i = 0), or zero. One Boolean variable for each condition states whether its rate is positive. A
+*conflict* is a clause that excludes one combination of values, by the multipliers of a linear program. The
+proof is complete if no assignment satisfies all clauses.
 
 The record holds data only. :func:`masonry_opt.check_proof` recomputes every conflict from the matrices.
 Forces, load factors and velocities are in the units of :class:`~masonry_opt.problem.problem.Problem`.
@@ -23,16 +23,19 @@ from masonry_opt.files import JSON_KEY, WRITER, refuse_unwritable, write_whole
 #: Version of the file format. A reader refuses files of other versions.
 FORMAT = 1
 
-#: Range of a proof. The proof excludes a collapse state with λ up to the bound only if the state is within
-#: this range. The sum of all forces must be at most this multiple of the sum of all loads. The sum of all
-#: motions must be at most this multiple of the mean velocity of the live load. A larger range requires
-#: multipliers with smaller rounding errors.
+#: Limit on the states that a proof excludes. A proof excludes a collapse state with λ up to its bound only if
+#: the state satisfies two conditions:
+#:
+#: - The sum of all forces is at most this multiple of the sum of all loads.
+#: - The sum of all velocities and rates is at most this multiple of the mean velocity of the live load.
+#:
+#: A larger value requires multipliers with smaller rounding errors.
 REACH = 1e6
 
 
 @dataclass(frozen=True, eq=False)
 class StaticConflict:
-    """Yield conditions that cannot all be at yield in a state whose λ is between 0 and the bound.
+    """Yield conditions that cannot all be at yield in a state with λ between 0 and the bound of the proof.
 
     The multipliers are a motion with Bᵀd = C(μ)ᵀp and p ≥ 0 on all other conditions. Every state of
     equilibrium satisfies z·p = c·p − f_D·d − λ f_L·d. The right-hand side is negative for 0 ≤ λ ≤ bound, so
@@ -53,7 +56,7 @@ class StaticConflict:
 
 @dataclass(frozen=True, eq=False)
 class KinematicConflict:
-    """Yield conditions whose rates cannot all be zero in a state whose λ is between 0 and the bound.
+    """Yield conditions whose rates cannot all be zero in a state with λ between 0 and the proof's bound.
 
     The multipliers are forces that carry ``weight`` times the dead load and ``load_factor`` times the live
     load, where ``load_factor`` exceeds ``weight`` times the bound. They satisfy C(tan ψ) q + weight · e ≥ 0
@@ -75,7 +78,7 @@ class KinematicConflict:
 
 @dataclass(frozen=True, eq=False)
 class EnergyBound:
-    """Lower bound of the energy that friction in a joint dissipates per unit slip.
+    """Lower bound on the energy that friction in a joint dissipates per unit slip.
 
     The energy is (μ − tan ψ) n, where tan ψ is the dilatancy. The lower bound is valid for λ between 0 and
     the bound of the proof. The multipliers are a motion as in :class:`StaticConflict`, with
@@ -84,7 +87,7 @@ class EnergyBound:
     """
 
     condition: int  #: index of the joint's sliding condition
-    value: float  #: lower bound of the energy per unit slip, (μ − tan ψ) n, which is a force
+    value: float  #: lower bound on the energy per unit slip, (μ − tan ψ) n, which is a force
     d: np.ndarray  #: multiplier of each equation of equilibrium, shape (3b,)
     p: np.ndarray  #: multiplier of each yield condition, shape (faces,)
 
@@ -106,7 +109,7 @@ class Proof:
     #: Conflicts with their multipliers. The clauses of the conflicts and of ``senses`` cannot all be
     #: satisfied, so no collapse state exists up to the bound.
     conflicts: tuple[Conflict, ...]
-    #: Lower bounds of the energy dissipated by friction, which the kinematic conflicts use.
+    #: Lower bounds on the energy that friction dissipates. The kinematic conflicts use these bounds.
     energy_bounds: tuple[EnergyBound, ...]
     #: Indices of the two sliding conditions of each joint, shape (pairs, 2). By the flow rule, a joint cannot
     #: slide in both directions at once, so each pair forms a clause.
@@ -124,7 +127,10 @@ class Proof:
         return f"<Proof bound={self.bound!r}, load_factor={self.load_factor!r}, {sizes}>"
 
     def clauses(self) -> list[list[int]]:
-        """Return the clauses of all conflicts and sliding joints, in DIMACS numbering."""
+        """Return the clauses of all conflicts and of ``senses`` as lists of signed variable numbers (DIMACS).
+
+        Variable i stands for yield condition i, counted from 1. A negative number negates the variable.
+        """
         own = [conflict.clause for conflict in self.conflicts]
         return own + [[-(int(first) + 1), -(int(second) + 1)] for first, second in self.senses]
 
@@ -178,7 +184,7 @@ class Proof:
         Raises
         ------
         CaseError
-            If the file cannot be read, or is no complete proof of this format.
+            If the file cannot be read, or does not contain a complete proof in this format.
         """
         try:
             table = json.loads(Path(path).read_text(encoding="utf-8"))
@@ -204,7 +210,7 @@ class Proof:
 
     @classmethod
     def _from_table(cls, table: dict[str, Any]) -> Self:
-        """Return the proof that the table of a JSON file describes."""
+        """Return the proof that was saved in a JSON file, from the parsed contents of the file."""
         static = [StaticConflict(**_as_arrays(conflict)) for conflict in table["static"]]
         kinematic = [KinematicConflict(**_as_arrays(conflict)) for conflict in table["kinematic"]]
         return cls(

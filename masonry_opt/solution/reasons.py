@@ -76,8 +76,8 @@ class Code(StrEnum):
     # The scene would be stable if no tie or prop could yield. Value: ``names``, the ties and props that
     # yield, such as "tie 'rod'".
     TIES_WOULD_HOLD = "ties would hold"
-    # Solvers could not decide if the scene is stable. The value ``word`` is the status of the last solver.
-    # The value ``ratio`` is the largest dead load of a block divided by the smallest.
+    # Solvers could not decide whether the scene is stable. The value ``word`` is the status of the last
+    # solver. The value ``ratio`` is the largest dead load of a block divided by the smallest.
     DEAD_LOAD_UNDECIDED = "dead load undecided"
     # The answer is withdrawn, because it needs forces between wedged blocks to carry the dead load, and such
     # forces do not arise under the joints' flow rule. The value ``load_factor`` is λ of the withdrawn answer,
@@ -111,9 +111,12 @@ class Code(StrEnum):
     # all forces, so that no other load factor above zero exists. The value ``against`` is True if the
     # mechanism moves against the live load.
     NO_WORK = "no work"
-    # The time limit of ``seconds`` ended the analysis in its phase ``phase``. If there is no answer, one of
-    # two values is λ of the last step: ``carried`` for a load history, and ``last`` for other methods. Values
-    # that do not apply are None.
+    # The time limit ended the analysis. Values:
+    # - ``seconds``: the time limit.
+    # - ``phase``: the phase in which the analysis was stopped.
+    # - ``carried``: λ of the last load step if the time limit ended a load history; otherwise None.
+    # - ``last``: λ of the last step if the time limit ended another method; otherwise None.
+    # Both ``carried`` and ``last`` are None if the analysis has an answer.
     TIME_LIMIT = "time limit"
     # The answer is rejected because of its residuals. The value ``load_factor`` is λ of the answer. The value
     # ``residuals`` contains the residuals that exceed their limits, by name.
@@ -137,8 +140,9 @@ class Code(StrEnum):
     # The load factors of the loop repeat in a cycle of ``period`` sub-problems, with values from ``lowest``
     # to ``highest``. The value ``exact`` is True if the loop ends with an exact state.
     REPEATS = "repeats"
-    # A linear program of the loop was not solved. The value ``number`` is the number of this sub-problem. The
-    # value ``word`` is the status of the solver.
+    # The solver failed in a linear program of the loop, or the first linear program of the loop has no
+    # optimum. The value ``number`` is the number of this sub-problem. The value ``word`` is the status of the
+    # solver.
     SUB_PROBLEM_FAILED = "sub-problem failed"
     # A linear program of the loop has no equilibrium state. The value ``number`` is the number of this
     # sub-problem.
@@ -160,9 +164,10 @@ class Code(StrEnum):
     # The contact forces grow with the live load in the load history, so the live load has no limit. Value:
     # ``steps``, the number of load steps.
     UNBOUNDED = "unbounded"
-    # The load history led to no collapse state. The value ``word`` states how the history ended. The value
-    # ``steps`` is the number of load steps. The value ``looped`` is True if the loop of linear programs also
-    # found no collapse. The value ``searched`` is True if a search found no collapse state.
+    # The load history led to no collapse state. The value ``word`` is a phrase that states how the history
+    # ended. The value ``steps`` is the number of load steps. The value ``looped`` is True if the loop of
+    # linear programs also found no collapse. The value ``searched`` is True if a later search for exact
+    # collapse states also found none.
     UNDECIDED = "undecided"
     # In the load history, the live load grows without limit, beyond λ of the answer. Value: ``carried``, the
     # largest load factor of the load history.
@@ -174,8 +179,8 @@ class Code(StrEnum):
     NOT_COMPUTED = "incremental not computed"
     # Load histories were repeated with random input: ``draws`` of them with random stiffness, and as many
     # with random self-stress. The values ``stiffness`` and ``stress`` are the ranges of the incremental load
-    # factor in the two groups, or None. The value ``without`` is the number of load histories without a
-    # collapse.
+    # factor in these two groups. A range is None if no load history of its group led to a collapse. The value
+    # ``without`` is the number of load histories without a collapse.
     SPREAD = "spread"
     # The result contains a load–displacement curve of ``states`` load steps, ``jumps`` of which are jumps.
     CURVE = "curve"
@@ -185,8 +190,8 @@ class Code(StrEnum):
     LOCAL_MINIMUM = "local minimum"
     # The loop, which provides the start of the MPEC, failed.
     START_FAILED = "start failed"
-    # IPOPT failed at one relaxation of the MPEC. The value ``word`` is the status of IPOPT. The value
-    # ``epsilon`` is the ε of the program that failed.
+    # IPOPT failed at a relaxation of the MPEC. The value ``word`` is the status of IPOPT. The value
+    # ``epsilon`` is the largest product of a slack z and its rate p that this relaxation permits.
     RELAXATION_STOPPED = "relaxation stopped"
     # IPOPT failed at the first relaxation of the MPEC.
     NOTHING_SOLVED = "nothing solved"
@@ -202,35 +207,35 @@ class Code(StrEnum):
     SEARCHED = "searched"
     # The search found no exact state near the forces from which it started.
     NOT_FOUND = "no exact state near the forces"
-    # The time of option ``search`` was over before the search found an exact state.
+    # The time allowed by option ``search`` ended before the search found an exact state.
     NO_TIME = "no time"
 
-    # The codes from here to OUT_OF_TIME_WITHIN_IMPOSED compare the answer with a lower bound of λ. PROVEN
-    # belongs to methods "global" and "coulomb", and all other codes belong to method "global". The codes have
-    # four values:
-    # - ``bound``: lower bound of λ.
+    # The codes from here to OUT_OF_TIME_WITHIN_IMPOSED compare the answer with a lower bound on λ. PROVEN
+    # belongs to methods "global" and "coulomb". All other codes in this range belong to method "global". Each
+    # code has these four values:
+    # - ``bound``: lower bound on λ.
     # - ``load_factor``: λ of the answer.
     # - ``rates``: largest sum of rates for which the bound is valid, or None if the method assumed no such
     #   limit.
-    # - ``forces``: True if the method assumed a limit of normal forces.
+    # - ``forces``: True if the method assumed a limit on normal forces.
 
-    # The lower bound agrees with the lowest load factor, and was computed without assumed limits of rates and
-    # forces. Exception: a bound by conflicts is valid only for forces and motions up to
-    # ``solution.proof.REACH``.
+    # The lower bound agrees with the lowest load factor, and was computed without assumed limits on rates and
+    # forces. If a ``Proof`` proves the bound, the bound excludes only states within ``solution.proof.REACH``.
     PROVEN = "proven"
     # The lower bound agrees with the lowest load factor, but is valid only for states within the assumed
-    # limits of rates and forces.
+    # limits on rates and forces.
     WITHIN_IMPOSED = "within imposed"
-    # The answer is not within the limits of rates or forces that the lower bound assumes, so nothing is
+    # The answer is not within the limits on rates or forces that the lower bound assumes, so nothing is
     # proven.
     TOUCHES_IMPOSED = "touches imposed"
-    # The time limit was reached before the lower bound of λ agreed with the lowest load factor. Values: those
+    # The time limit was reached before the lower bound on λ agreed with the lowest load factor. Values: those
     # of PROVEN, and ``time_limit`` in seconds.
     OUT_OF_TIME = "out of time"
-    # The time limit was reached as for OUT_OF_TIME, but the lower bound is valid only for states within the
-    # assumed limits of rates and forces. Values: those of OUT_OF_TIME.
+    # The time limit was reached before the lower bound on λ agreed with the lowest load factor. The lower
+    # bound is valid only for states within the assumed limits on rates and forces. Values: those of
+    # OUT_OF_TIME.
     OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"
-    # The time limit was reached before an exact state was found, so no upper bound of λ is known. Value:
+    # The time limit was reached before an exact state was found, so no upper bound on λ is known. Value:
     # ``time_limit``, in seconds.
     NO_EXACT_STATE = "no exact state"
 
@@ -302,26 +307,28 @@ class Code(StrEnum):
     # is True if unit weights are per area (in the plane without a thickness).
     WEIGHTS_DIFFER = "weights differ"
     # The unit weight of a fill or backing is so large or so small that its unit is probably wrong. The value
-    # ``fill`` is the number of the fill, from 1, and ``backing`` is True for its backing. The values
-    # ``unit_weight`` and ``other`` are the compared unit weights. The value ``beside`` states to what
-    # ``other`` belongs: "blocks" or "fill".
+    # ``fill`` is the number of the fill, from 1, and ``backing`` is True for its backing. The value
+    # ``unit_weight`` is the unit weight of this fill or backing. The value ``other`` is the median unit
+    # weight of the blocks, or of all fills and backings if the blocks are weightless. The value ``beside``
+    # is "blocks" or "fill", and states which of these two medians ``other`` is.
     FILL_WEIGHT_DIFFERS = "fill weight differs"
     # The friction angle of a fill or backing is so small that it may be a tangent, or an angle in radians.
     # The value ``fill`` is the number of the fill, from 1, and ``backing`` is True for its backing. The value
     # ``friction_angle`` is in degrees.
     FILL_ANGLE_LOW = "fill angle low"
-    # The backing of a fill has no effect, because it touches no block: its line is below all blocks, or
-    # blocks separate it from the road. Value: ``fill``, the number of the fill, from 1.
+    # The backing of a fill has no effect, because it touches no block. Either its upper line is below all
+    # blocks, or blocks separate the backing from the road above the fill. Value: ``fill``, the number of the
+    # fill, from 1.
     IDLE_BACKING = "idle backing"
     # The strength or prestress of a tie or prop is so small or so large that its unit is probably wrong. The
     # value ``kind`` is "tie" or "prop", ``name`` is its name, ``key`` is "strength" or "prestress", and
-    # ``value`` is this force. The value ``weight`` is a force for comparison: the weight of a median block if
-    # ``value`` is too small, and the sum of all dead loads if it is too large.
+    # ``value`` is this force. The value ``weight`` is a force for comparison. It is the median block weight
+    # if ``value`` is too small, and the sum of all dead loads if ``value`` is too large.
     STRENGTH_DIFFERS = "strength differs"
-    # The strength or the cohesion of joints seems to have another unit than the weights. The value ``key`` is
-    # "strength" or "cohesion", and ``value`` is this stress. The value ``weight`` is a stress for comparison:
-    # the stress below a column that has the median unit weight and is as high as the largest dimension of the
-    # scene.
+    # The unit of a strength or cohesion of joints seems not to match the units of the weights. The value
+    # ``key`` is "strength" or "cohesion", and ``value`` is this strength or cohesion. The value ``weight`` is
+    # a stress for comparison: the stress at the foot of a column of blocks. The column has the median unit
+    # weight, and is as high as the largest dimension of the scene.
     STRESS_DIFFERS = "stress differs"
     # The unit weight of the blocks looks like a weight per cubic metre, but the scene is too large for
     # metres. The value ``extent`` is the largest dimension of the movable blocks, and ``unit_weight`` is the
@@ -385,14 +392,14 @@ class Code(StrEnum):
     # value ``ratio`` is the force on the first of these blocks divided by its weight. A large force on a
     # light block is divided by the median weight instead.
     FORCES_DIFFER = "forces differ"
-    # The gravitational acceleration of a kinematic check seems to have another unit of length than the case.
+    # The gravitational acceleration of a kinematic check seems not to be in the case's unit of length.
     # The value ``gravity`` is the acceleration, ``extent`` is the largest dimension of the movable blocks,
     # and ``period`` is the secant period in seconds.
     GRAVITY_DIFFERS = "gravity differs"
 
 
-#: Map from a reason code to the names of its values that are load factors. If the live load is scaled, these
-#: values are converted.
+#: Map from a reason code to the names of its values that are load factors. If a method solves a problem with
+#: modified loads, it converts these values to load factors of the scene's own loads.
 LOAD_FACTORS: dict[Code, tuple[str, ...]] = {
     Code.WEDGED: ("load_factor",),
     Code.BELOW_ZERO: ("load_factor",),

@@ -89,12 +89,12 @@ def line_columns(assembly: Assembly, *roles: Role) -> Columns:
 
 
 def guide_columns(assembly: Assembly, solution: Solution) -> Columns | None:
-    """Return the guide forces of supports that settle; None if no support settles.
+    """Return the forces that guide the motion of settling supports; None if no support settles.
 
-    Guide forces prevent all motions of a support except its settlement. The columns contain one row for each
-    support that settles: its name ``block``, its guide force, and the moment of this force about the centroid
-    of the support. Several supports settle at one rate. The forces that couple them along the direction of
-    the settlement are included.
+    These guide forces prevent all motions of a support except its settlement. The columns contain one row for
+    each support that settles: its name ``block``, its guide force, and the moment of this force about the
+    centroid of the support. Several supports settle at one rate. The forces that couple them along the
+    direction of the settlement are included.
     """
     problem = assembly.problem
     guides = [force.role is Role.SUPPORT for force in assembly.limited]

@@ -37,7 +37,7 @@ _SMALL_FRICTION = 0.02
 
 
 def _is_small_angle(friction: float) -> bool:
-    """Return True if a friction angle in degrees is so small that a coefficient or radians may be meant.
+    """Return True if a friction angle in degrees is so small that it may be a tangent or in radians.
 
     Joints store the tangent only. A coefficient with at most six significant digits was given as a
     coefficient, and is intended, such as that of a bearing. Otherwise, the coefficient was given as an angle
@@ -85,14 +85,14 @@ _OTHER_THICKNESS = 50.0
 #: scene with weights in kN.
 _DEAD_LOADS_TO_STRENGTH = 20.0
 
-#: If the strength of a tie or prop is below two limits, a warning asks for the same unit of forces and
-#: weights. The limits are the sum of all dead loads divided by this value, and a fifth of the median block
-#: weight.
+#: If the strength of a tie or prop is below both of two limits, a warning asks for the same unit of forces
+#: and weights. The limits are the sum of all dead loads divided by this value, and a fifth of the median
+#: block weight. With a larger value, fewer strengths cause the warning.
 _SUM_TO_STRENGTH = 300.0
 
 #: If a block weighs more than this multiple of a dead force on it, a warning asks if forces and weights have
-#: the same unit. The median block weight is compared with prestresses in this way too. With a larger value,
-#: warnings miss forces in MN together with weights in kN.
+#: the same unit. The same warning is issued for a prestress below the median block weight divided by this
+#: value. With a larger value, warnings miss forces in MN together with weights in kN.
 _WEIGHT_TO_FORCE_RATIO = 1000.0
 
 #: A force causes a warning if its distance from its block exceeds this fraction of the block's width (square
@@ -172,7 +172,7 @@ def _idle_supports(assembly: Assembly) -> list[Reason]:
 
 
 def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
-    """Return a warning about joints at supports: their friction exists only because of self-stress."""
+    """Return a warning about joints at supports that transfer friction only because of self-stress."""
     infeasibility = solution.infeasibility if solution and solution.load_factor is None else None
     clamped = assembly.joints_of(np.array(infeasibility.clamped if infeasibility else (), dtype=int))
     joints = assembly.joints
@@ -183,7 +183,7 @@ def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
 
 
 def _small_gaps(assembly: Assembly, of_wedges: tuple[Reason, ...]) -> list[Reason]:
-    """Return a warning that names the pairs of blocks at small gaps, with the widest gap first.
+    """Return a warning that names the pairs of blocks with a small gap between them, widest gap first.
 
     The warning also names the option that closes all gaps. If the option is ``tolerance``, its value also
     aligns the joints in warnings about wedges.
@@ -202,7 +202,7 @@ def _small_gaps(assembly: Assembly, of_wedges: tuple[Reason, ...]) -> list[Reaso
 
 
 def _gaps_of(assembly: Assembly, code: Code, gaps: Gaps, **values: float) -> list[Reason]:
-    """Return a warning with a given code that names the pairs of blocks at given gaps, widest gap first.
+    """Return a warning that names the pairs of blocks that the given gaps separate, widest gap first.
 
     The list is empty if there are no gaps. ``code`` is the code of the warning, and ``values`` are further
     values of the warning.

@@ -33,7 +33,7 @@ class Solution:
     """Outcome of a method: status, answer and reasons, in the dimensionless units of the problem."""
 
     status: Status  #: status in which the analysis ended
-    kind: Kind  #: kind of the answer; the limits of the residuals depend on the kind
+    kind: Kind  #: kind of the answer, such as "exact", which determines the limits of its residuals
     reasons: tuple[Reason, ...] = ()  #: reasons for the status, as codes
     #: Answer, if the status is usable; otherwise the forces and velocities that are known.
     state: FinalState = field(default_factory=FinalState)
@@ -41,18 +41,19 @@ class Solution:
     flow_rule_matters: bool = True
     exact_end: bool = False  #: True if the loop ended with forces that satisfy the exact friction law
     history: tuple[Any, ...] = ()  #: one record for each step of the method
-    #: True if no mechanism that the search tried leads to a lower λ; None if unknown.
+    #: True if none of the mechanisms that the search (option ``search``) tried lowers λ; None if unknown.
     stationary: bool | None = None
     associative: float | None = None  #: λ with associative flow; None if unlimited or not computed
-    #: Status of the program for the associative load factor, if a separate program was solved.
+    #: Status of the program that was solved only for ``associative``; None if no such program was solved.
     associative_ended: Status | None = None
-    #: Solution of method "incremental", or a solution with the reasons why the method was not run. None if it
-    #: was not requested, or if the scene is unstable under its dead load.
+    #: Solution of method "incremental", or a solution with the reasons why the method was not run. None if
+    #: the incremental load factor was not requested, or if the scene is unstable under its dead load.
     incremental: "Solution | None" = None
-    #: Lower bound of λ from a proof or from method "global". Its assumptions are stated in ``reasons``.
+    #: Lower bound on λ from ``proof`` or from method "global". If method "global" assumed limits on rates and
+    #: forces, ``reasons`` state these limits.
     bound: float | None = None
-    #: True if a proof by conflicts shows the bound (for forces and motions up to ``proof.REACH``), or if
-    #: method "global" computed the bound without assumed limits of forces and rates.
+    #: True if ``proof`` proves the bound, or if method "global" computed the bound without assumed limits on
+    #: rates and forces.
     bound_derived: bool = False
     proof: Proof | None = None  #: proof that no collapse state has a lower λ; None if there is no proof
     #: Number of starts of the search for exact states; None if the method does not search.
@@ -60,8 +61,8 @@ class Solution:
     exact_states: int | None = None  #: number of different exact states found from all starts
     #: Load factor of an exact state with λ ≤ 0 that is not the answer; infinite if no such state was found.
     below_zero: float = inf
-    #: True if equilibrium alone determines all forces, so that no other load factor above zero can cause
-    #: collapse.
+    #: True if equilibrium alone determines all forces, and it is proven that no other load factor above zero
+    #: causes collapse.
     is_only_state: bool = False
     #: True if the user or the time limit ended the method, so that a longer run may find a lower λ.
     interrupted: bool = False
@@ -78,7 +79,8 @@ class Solution:
     size: LpSize | None = None  #: size of the linear program
     tells_curve: bool = False  #: True if the user requested the load–displacement curve
     log: tuple[LogEntry, ...] = ()  #: one entry for each step of a method with several steps
-    #: Solver of the method that computed this solution, which may differ from the method that the user chose.
+    #: Solver that computed this solution. It may differ from the solver that the user chose, because a method
+    #: can run other methods with other solvers. None if the method does not state its solver.
     solver: Solver | None = None
 
     __repr__ = brief
@@ -120,9 +122,10 @@ class Solution:
 
     @property
     def at_incremental(self) -> "Solution | None":
-        """Solution of the incremental analysis; None if there is no such solution.
+        """Solution of the incremental analysis; None if no incremental analysis was requested.
 
-        It is ``self`` if this solution is incremental, and otherwise ``self.incremental``.
+        It is ``self`` if this solution is incremental, and otherwise ``self.incremental``. It is also None
+        if the scene is unstable under its dead load.
         """
         return self if self.kind is Kind.INCREMENTAL else self.incremental
 
@@ -194,7 +197,7 @@ class Solution:
         )
 
     def telling(self, *more: Reason) -> Self:
-        """Return a copy of the solution with additional reasons at the end of its reasons."""
+        """Return a copy of the solution with the given reasons appended to its present reasons."""
         return replace(self, reasons=(*self.reasons, *more))
 
     def telling_first(self, why: Reason) -> Self:

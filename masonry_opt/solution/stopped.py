@@ -35,5 +35,5 @@ def with_answer(solution: Solution, stop: TimeLimitReached, effort: Effort) -> S
 
 
 def _time_limit(stop: TimeLimitReached, effort: Effort, **values: Any) -> Reason:
-    """Return a reason that states the time limit, and the phase in which the analysis was stopped."""
+    """Return the reason why an analysis ended early: the time limit, and the phase that was interrupted."""
     return reason(Code.TIME_LIMIT, seconds=stop.seconds, phase=effort.phase, **values)

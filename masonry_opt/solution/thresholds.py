@@ -5,13 +5,15 @@ tolerances for comparing load factors are in :mod:`~masonry_opt.problem.load_fac
 """
 
 #: A block counts as at rest if its fastest corner is slower than this fraction of the largest speed in the
-#: scene. The loop computes 1.0e-3 for a block at rest (``closed_forms/pulled_stone``). A hand calculation
-#: shows 5e-3 for the slowest moving block (``closed_forms/two_leaves``).
+#: scene. The loop of linear programs, which is inexact, computes the fraction 1.0e-3 for a block at rest
+#: (``closed_forms/pulled_stone``). With a smaller value, this block would count as moving. A hand calculation
+#: yields 5e-3 for the slowest moving block (``closed_forms/two_leaves``). With a larger value, this block
+#: would count as at rest.
 MOVES = 2e-3
 
-#: A joint counts as sliding if it slips faster than this fraction of the largest speed in the scene. In
-#: inexact answers of the loop of linear programs, the slip speed of joints between blocks at rest is up to
-#: 0.002 μ times the largest speed.
+#: A joint counts as sliding if it slips faster than this fraction of the largest speed in the scene. With a
+#: smaller value, joints between blocks at rest could count as sliding. The loop of linear programs, which is
+#: inexact, computes slip speeds of up to 0.002 μ times the largest speed for such joints.
 SLIDES = MOVES
 
 #: A joint counts as hinging if rotation opens one of its edges faster than this fraction of the speed of the
@@ -26,12 +28,13 @@ SEPARATES = MOVES
 #: speed of the fastest corner.
 CRUSHES = MOVES
 
-#: A limited force (such as a tie force) counts as yielding if it exceeds this fraction of its upper limit,
-#: and if the mechanism lengthens the tie or shortens the prop.
+#: A limited force, such as a tie force, counts as yielding under two conditions. The force is larger than
+#: this fraction of its upper limit, and the mechanism works against it: a tie lengthens, or a prop shortens.
 AT_HIGHEST = 1 - MOVES
 
-#: Power of the loads, in median block weights, below which the loads do not drive the mechanism. Solvers
-#: return up to 1e-9 for a power of zero.
+#: A load counts as driving a mechanism if its net power exceeds this value. Dead loads are measured in median
+#: block weights, and the live load is scaled to Σ|f| = 1. Velocities are between −1 and 1. Solvers return up
+#: to 1e-9 for a power of zero.
 DRIVING_POWER = 1e-7
 
 #: A force, slip or rotation counts as zero below this fraction of the largest value in the scene. For
@@ -43,8 +46,9 @@ NEGLIGIBLE_SHARE = 1e-6
 #: the largest normal force.
 LISTED_JOINT_SHARE = 1e-2
 
-#: If the lowest, the incremental and the associative load factor agree after fewer starts, a message says
-#: that a collapse state with a lower load factor may exist.
+#: A message says that a collapse state with a lower load factor may exist if the search for exact states made
+#: fewer starts than this number. The message appears only if the lowest, the incremental and the associative
+#: load factor agree.
 FEW_STARTS = 8
 
 #: A message states that the mechanism moves against the live load if the live load's work is negative and

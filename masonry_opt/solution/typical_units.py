@@ -15,7 +15,8 @@ _TYPICAL: dict[str, tuple[float, float]] = {
     "t/m³": (1.2, 3.3),
 }
 
-#: Value of 1 kN/m³, expressed in each unit. It is also the value of 1 kN in the unit of force.
+#: Value of 1 kN/m³ in each unit of unit weight. Each number is also the value of 1 kN in the corresponding
+#: unit of force: N, kg or t.
 PER_KILONEWTON: dict[str, float] = {"kN/m³": 1.0, "N/m³": 1000.0, "kg/m³": 102.0, "t/m³": 0.102}
 
 
@@ -31,7 +32,7 @@ def typical_unit(unit_weight: float) -> str:
 
 
 def in_other_unit(unit_weights: np.ndarray, other: float) -> np.ndarray:
-    """Return a mask of the unit weights that were probably given in another unit of measure than ``other``.
+    """Return a mask of the unit weights that seem to be in another unit than the unit weight ``other``.
 
     All entries are False if ``other`` is not a typical value in any unit.
     """
@@ -44,9 +45,9 @@ def in_other_unit(unit_weights: np.ndarray, other: float) -> np.ndarray:
 
 
 def units_in_words(first: float, second: float) -> str:
-    """Return a clause that names the units of two unit weights if these two units seem to differ.
+    """Return a clause that names the units of two unit weights, or "" if the units do not seem to differ.
 
-    Otherwise, the clause is empty.
+    The clause is also empty if one of the units cannot be guessed.
     """
     units = typical_unit(first), typical_unit(second)
     if "" in units or units[0] == units[1]:

@@ -37,14 +37,15 @@ _MOST_JOINTS_COMPARED = 300
 
 #: Angle, in radians, below which two joints of the same two blocks count as parts of one uneven side. If two
 #: joints differ by a larger angle, the side counts as curved on purpose or as a corner. With a larger value,
-#: warnings would name curved sides. With a smaller value, warnings would miss surveys with large errors.
+#: warnings would name curved sides. With a smaller value, warnings would miss surveyed blocks whose
+#: coordinates have large errors.
 _UNEVEN_ANGLE = 0.05
 
 #: Sides are uneven if two blocks touch in several joints that are nearly, but not exactly, parallel. A
-#: warning names uneven sides only if at least this fraction of all pairs of touching blocks has them. Some
-#: arches of several rings, which touch along curves, are named by mistake (see ``benchmarks/README.md``).
-#: With a smaller value, more of these arches would be named. With a larger value, warnings would miss
-#: surveys.
+#: warning names uneven sides only if at least this fraction of all pairs of touching blocks has them. With a
+#: larger value, some surveyed scenes with uneven sides would get no warning. With a smaller value, more
+#: correct scenes would get a warning, such as arches of several rings that touch along curves. Some of these
+#: arches get a warning even with this value (see ``benchmarks/README.md``).
 _UNEVEN_SHARE = 0.5
 
 
@@ -104,10 +105,10 @@ def uneven_sides(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _errors(assembly: Assembly, first: np.ndarray, second: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Return the error of a corner that would cause the angle between two joints, shape (pairs,).
+    """Return the position error of a corner that would explain the angle between two joints, shape (pairs,).
 
-    The joints of each pair are ``first`` and ``second``. The error is a displacement of a corner of the
-    shorter joint.
+    The joints of each pair are ``first`` and ``second``. The position error is the displacement of a corner
+    of the shorter joint.
     """
     accuracy = assembly.joints.accuracy
     return np.asarray(angle * assembly.geometry.tolerance / np.maximum(accuracy[first], accuracy[second]))
@@ -154,10 +155,11 @@ def _nearly_parallel(assembly: Assembly, able: np.ndarray) -> tuple[np.ndarray, 
 
 
 def _pairs_in_groups(group: np.ndarray, joint: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return all pairs of joints of the same group: the group and both joints, each of shape (pairs,).
+    """Pair the joints of each group; return the group, first joint and second joint of every pair.
 
-    The arguments are the groups, numbers from 0, and the joints in them, each of shape (n,). Groups of more
-    than ``_MOST_JOINTS_COMPARED`` joints have no pairs.
+    The three arrays have the shape (pairs,). Joint ``joint[i]`` belongs to group ``group[i]``; both arrays
+    have the shape (n,), and groups are numbered from 0. Groups of more than ``_MOST_JOINTS_COMPARED`` joints
+    have no pairs.
     """
     joint, count = joint[np.argsort(group, kind="stable")], np.bincount(group)
     start = np.cumsum(count) - count

@@ -45,8 +45,8 @@ _COLUMNS_TO_RECOMPILE = 3000
 #: Keys under which CVXPY stores the costs of a compiled program.
 _COSTS = ("P", "c", "q")
 
-#: Keys under which CVXPY stores the matrices, right-hand sides and bounds of a compiled program. Each solver
-#: has its own keys: "G" is a matrix or a right-hand side.
+#: Keys under which CVXPY stores the matrices, right-hand sides and bounds of a compiled program. The meaning
+#: of a key depends on the solver: "G" is a matrix for some solvers, and a right-hand side for others.
 _MATRICES_AND_BOUNDS = ("A", "b", "F", "G", "h", "lower_bounds", "upper_bounds")
 
 
@@ -68,9 +68,9 @@ class CvxpyEngine:
         self._purpose = purpose
 
     def restart(self, effort: Effort) -> None:
-        """Add the time and the iterations of all later solves to ``effort``.
+        """Prepare for solves of another problem, and record their time and iterations in ``effort``.
 
-        Each solve is independent of earlier solves.
+        Earlier solves have no effect on later solves.
         """
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
@@ -97,8 +97,8 @@ class CvxpyEngine:
         check_time()
         if engine in _TIME_LIMITS and math.isfinite(seconds_left()):
             options = {**options, _TIME_LIMITS[engine]: seconds_left()}
-        # ``chain.solve_via_data`` would keep the solver with its factors for a warm start, but no solve is
-        # warm-started. On large scenes the factors need more memory than the program.
+        # ``chain.solve_via_data`` would keep the solver and its matrix factorisation for a warm start, but no
+        # solve is warm-started. On large scenes, the factorisation needs more memory than the program.
         run_solver = partial(
             chain.solver.solve_via_data, warm_start=False, verbose=False, solver_opts=dict(options)
         )

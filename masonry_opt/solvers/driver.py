@@ -152,7 +152,7 @@ class ProgramCache:
         return entry
 
     def store(self, key: Hashable, problem: Problem, entry: Any) -> None:
-        """Store an entry, which :meth:`stored` returns for the same problem."""
+        """Store an entry under a key, for later calls of :meth:`stored` with this key and problem."""
         self._entries[key] = problem, entry
 
     def stored(self, key: Hashable, problem: Problem) -> Any:

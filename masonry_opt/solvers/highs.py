@@ -102,13 +102,13 @@ class LinearProgram:
         return LpSize(rows, columns, self.matrix.nnz)
 
     def least(self, multipliers: np.ndarray) -> tuple[float, np.ndarray]:
-        """Compute a rigorous lower bound of the cost from dual values of the rows, shape (rows,).
+        """Compute a rigorous lower bound on the cost from dual values ``multipliers``, shape (rows,).
 
         Any dual values are permitted, because the bound includes all rounding errors.
 
         The results ``value`` and ``short``, shape (columns,), satisfy ``cost·x ≥ value − short·|x|`` for
-        every feasible x. ``short`` is a bound of all rounding errors. For a column whose needed bound is
-        infinite, the reduced cost is added.
+        every feasible x. ``short`` is a bound on all rounding errors. If the needed bound of a column
+        is infinite, the magnitude of its reduced cost is added to ``short``.
         """
         y = np.where(np.isfinite(self.row_lower), np.maximum(multipliers, 0.0), 0.0)
         y += np.where(np.isfinite(self.row_upper), np.minimum(multipliers, 0.0), 0.0)
@@ -197,7 +197,7 @@ class HighsSession:
     def set_column(self, variable: Any, constraint: Any, entries: np.ndarray) -> None:
         """Set the coefficients of a scalar variable in a constraint, one for each row.
 
-        The bounds of ``least`` and ``contradiction`` do not include these entries.
+        The bounds that ``least`` and ``contradiction`` compute ignore these coefficients.
         """
         column = int(self.columns(variable)[0])
         for row, entry in zip(self.rows(constraint).tolist(), entries.tolist(), strict=True):
@@ -230,12 +230,11 @@ class HighsSession:
         return verdict
 
     def stop_if_iterations_restart(self) -> None:
-        """Let the next run stop as soon as HiGHS changes to another interior-point method.
+        """Stop the next run if the solver HiPO stalls and HiGHS starts its older interior-point method.
 
-        The change is recognised by an iteration count that falls.
-
-        If a run of HiPO stalls, HiGHS starts its older interior-point method. If this method fails too, the
-        dual values of both methods are lost. The interruption preserves the dual values of HiPO.
+        If the older method failed too, the dual values of both methods would be lost. Stopping the run
+        preserves the dual values of HiPO. The older method restarts the iteration count, so its start is
+        recognised by an iteration count that decreases.
         """
         furthest = 0
 
@@ -284,7 +283,7 @@ class HighsSession:
         return np.array(self._highs.getSolution().row_dual)
 
     def least(self) -> tuple[float, np.ndarray]:
-        """Compute a rigorous lower bound of the cost from the dual values of the most recent run.
+        """Compute a rigorous lower bound on the cost from the dual values of the most recent run.
 
         See :meth:`LinearProgram.least`.
         """
@@ -294,7 +293,7 @@ class HighsSession:
         """Compute from a dual ray an inequality that every feasible x of the present program satisfies.
 
         The results ``value`` and ``short``, shape (columns,), define the inequality ``short·|x| ≥ value``. If
-        an upper bound of each |x| is known, and the inequality is violated at these bounds, the program has
+        an upper bound on each |x| is known, and the inequality is violated at these bounds, the program has
         no feasible x within the bounds. A value of 0 proves nothing.
         """
         no_cost = np.zeros(len(self.lp.cost))
@@ -314,10 +313,10 @@ class HighsSession:
         return np.array(ray) if exists else None
 
     def accept_rays_up_to(self, residual: float) -> None:
-        """Permit residuals up to a given value in the dual ray with which HiGHS proves infeasibility.
+        """Let HiGHS accept a dual ray as a proof of infeasibility if its residuals are at most ``residual``.
 
-        HiGHS checks a ray with the option ``small_matrix_value``. With the value that the matrix needs, some
-        small infeasible programs end with the status "Unknown".
+        HiGHS compares the residuals of a ray with the option ``small_matrix_value``. With the small value
+        that the matrix needs, some small infeasible programs end with the status "Unknown".
         """
         self._highs.setOptionValue("small_matrix_value", residual)
 

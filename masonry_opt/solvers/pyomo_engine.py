@@ -44,7 +44,10 @@ class PyomoEngine:
             self._highs.set_instance(program)
 
     def restart(self, effort: Effort) -> None:
-        """Add all later solves to ``effort``, and discard the basis of earlier solves."""
+        """Prepare for solves of another problem, and record their time and iterations in ``effort``.
+
+        The basis of earlier solves is discarded.
+        """
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
         highs = self._highs._solver_model

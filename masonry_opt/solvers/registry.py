@@ -110,7 +110,7 @@ def _highs_interior(tolerance: float, solver: str = "ipx") -> dict[str, Any]:
     # Crossover is switched off, because it ends in a vertex, but the fixed-point iteration needs the centre
     # of the set of optimal states.
     interior = {"run_crossover": "off", "ipm_optimality_tolerance": max(tolerance, 1e-12)}
-    # The default name is "ipx", because "ipm" selects HiPO if HiPO is installed.
+    # The default solver is "ipx", because the option value "ipm" selects HiPO if HiPO is installed.
     return {"solver": solver, **_feasibility(tolerance), **interior}
 
 
@@ -202,12 +202,15 @@ def rougher(solver: Solver, tolerance: float) -> Solver:
 
 
 def in_cvxpy(solver: Solver, cones: bool = False) -> Solver:
-    """Return a suitable solver for a program that is declared only in CVXPY.
+    """Return the solver of the same name in CVXPY, or CVXPY's default solver if this solver is unsuitable.
 
-    Its tolerance is the default tolerance.
+    The result is used for programs that are declared only in CVXPY. Its tolerance is the default tolerance.
 
-    CVXPY's default solver replaces the given solver in three cases: if CVXPY does not support it, if its
-    verdicts cannot be trusted, and if it does not solve the cones of the program.
+    A solver is unsuitable in three cases:
+
+    - it is not registered for CVXPY;
+    - its verdicts "infeasible" and "unbounded" cannot be trusted;
+    - the program has cones (``cones`` is True), and the solver does not support them.
     """
     entry = SOLVERS.get(("cvxpy", solver.name))
     is_suitable = entry is not None and entry.decides and (entry.conic or not cones)

@@ -33,12 +33,13 @@ from masonry_opt.stability.dead_load import DEAD_LOAD, carries
 DIAGNOSIS = "diagnosis"
 
 #: Largest number of programs that are solved to decide if a load drives a mechanism. After this number, the
-#: question remains undecided. Small random scenes need at most 5 programs, or 14 without cone programs.
+#: question remains undecided. Small random scenes need at most 5 programs, or 14 if the solver fails to solve
+#: the cone programs.
 _MOST_PROGRAMS = 40
 
 #: Largest number of joints for which more than one program is solved to decide if a load drives a mechanism.
-#: The simplex method, which solves all programs but the first, takes half a minute at this size. For larger
-#: scenes, the question remains undecided if the first program does not decide it.
+#: The simplex method solves all programs but the first. On a scene of this size it takes about half a minute.
+#: For larger scenes, the question remains undecided if the first program does not decide it.
 _SIMPLEX_UP_TO = 2000
 
 #: The smallest multiplier of all friction coefficients with which a scene is stable is computed up to this
@@ -50,12 +51,12 @@ FACTOR_UP_TO = 2000
 _LEAST_LISTED_FORCE = 1e-7
 
 #: The search for the smallest friction multiplier with which a scene is stable ends after this number of
-#: trials. Its result is the smallest multiplier with which the scene was found stable by then.
+#: trials. Its result is the smallest multiplier, of those tried, with which the scene is stable.
 _MOST_FACTORS = 12
 
-#: The search for the smallest friction multiplier with which a scene is stable ends at this accuracy. The
-#: smallest multiplier found stable and the largest found unstable then differ by at most this fraction. A
-#: smaller value needs more programs.
+#: Relative accuracy of the search for the smallest friction multiplier with which a scene is stable. The
+#: search ends if the smallest stable multiplier exceeds the largest unstable multiplier by at most this
+#: fraction. A smaller value needs more programs.
 _MULTIPLIER_ACCURACY = 1e-3
 
 #: Largest friction coefficient in the search for the smallest friction multiplier with which a scene is
@@ -76,8 +77,8 @@ class DeadLoadUndecided(Exception):
     def __init__(self, problem: Problem, word: str) -> None:
         super().__init__(word)
         size = problem.force_sizes(problem.dead)
-        #: Values of the reason: the status of the last solver, and the ratio of the largest to the smallest
-        #: dead load of a block.
+        #: Values for the message that stability is undecided: the status of the last solver, and the ratio of
+        #: the largest to the smallest nonzero dead load of a block.
         self.values = {"word": word, "ratio": float(size.max() / size[size > 0].min(initial=np.inf))}
 
 
@@ -278,7 +279,7 @@ def _of_live_load(problem: Problem, slope: np.ndarray) -> Problem:
 
 
 def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> np.ndarray | None:
-    """Return a motion, shape (3b,), that the dead load drives, or None if joint forces carry the dead load.
+    """Return a mechanism, shape (3b,), that the dead load drives; None if joint forces carry the dead load.
 
     See :func:`_decide`.
     """
@@ -288,9 +289,9 @@ def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> n
 def _decide(
     problem: Problem, solver: Solver, effort: Effort, purpose: str
 ) -> tuple[np.ndarray, None] | tuple[None, np.ndarray]:
-    """Return a motion that the dead load drives; if there is none, joint forces that carry the dead load.
+    """Return a mechanism that the dead load drives; if there is none, joint forces that carry the dead load.
 
-    The motion has shape (3b,), the forces have shape (3c + t,).
+    The mechanism has shape (3b,), the forces have shape (3c + t,).
 
     The first program is solved by ``solver``, further programs by the simplex method. In space, the further
     programs replace the friction circles alternately by two kinds of polygons:
@@ -299,7 +300,7 @@ def _decide(
     - polygons around the circles, whose mechanisms follow the cones.
 
     Each polygon gets additional corners or sides in the directions of the last slips and shears, so the two
-    kinds approach each other. Raises DeadLoadUndecided if neither forces nor a motion are verified.
+    kinds approach each other. Raises DeadLoadUndecided if neither forces nor a mechanism are verified.
     """
     problem, senses = problem.by_cone, None
     solver = in_cvxpy(solver, problem.by_friction.conic)
@@ -326,8 +327,8 @@ def _finer(
     """Return the slip directions of finer polygons, which replace the friction circles in the next program.
 
     Polygons inside the circles alternate with polygons around the circles. The first directions are evenly
-    spaced. The directions of slip in a motion, shape (3b,), and the directions opposite to the shears in
-    forces, shape (3c + t,), are added.
+    spaced. If ``motion_and_forces`` is not None, directions from the last program are added: the slips of its
+    velocities, shape (3b,), and the opposites of the shears in its forces, shape (3c + t,).
     """
     if senses is None:
         every, points = problem.layout.senses, np.arange(len(problem.sliding))
@@ -345,7 +346,9 @@ def _finer(
 
 
 def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, effort: Effort) -> list[Reason]:
-    """Return the reasons that state whether more friction or strength would make an unstable scene stable.
+    """Check if more friction or strength would make an unstable scene stable, and return the conclusions.
+
+    The conclusions are reasons with these codes:
 
     - HANGS, if a falling block is not supported from below.
     - TIES_WOULD_HOLD, if the scene is stable with ties and props of unlimited strength.
@@ -353,8 +356,8 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
     - NO_FRICTION_HOLDS, if the scene is unstable with any friction and with unlimited strength.
     - FRICTION_WOULD_HOLD, if the scene is stable with larger friction.
 
-    The last four are omitted if the solver cannot decide. A scene counts as stable if eq. (9) without live
-    load is feasible, even if only wedging carries the dead load. ``falling`` are block velocities, shape
+    The last four reasons are omitted if the solver cannot decide. A scene counts as stable if eq. (9) without
+    live load is feasible, even if only wedging carries the dead load. ``falling`` are block velocities, shape
     (3b,).
     """
     problem = assembly.problem
@@ -388,9 +391,11 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
 def _ties_that_would_hold(
     assembly: Assembly, falling: np.ndarray, solver: Solver, effort: Effort
 ) -> list[Reason]:
-    """Return the reason TIES_WOULD_HOLD with the ties and props that yield, or an empty list.
+    """Check if a scene is stable with ties and props of unlimited strength, and return the reason in a list.
 
-    ``falling`` are block velocities, shape (3b,).
+    The reason TIES_WOULD_HOLD names the ties and props that yield in the fall. The list is empty if no tie or
+    prop yields, if the scene remains unstable, or if the solver cannot decide. ``falling`` are block
+    velocities, shape (3b,).
     """
     problem = assembly.problem
     is_strut = np.array([force.role in (Role.TIE, Role.PROP) for force in assembly.limited], dtype=bool)

@@ -62,8 +62,8 @@ _MOVING_RATE = 1e-9
 #: too large for a proof.
 _TO_BLAME = 1e-9
 
-#: The search branches on the face (yield condition) that occurs most often in the latest cuts. This is the
-#: number of these cuts.
+#: Number of the latest cuts that determine on which face (yield condition) the search branches: the search
+#: selects the face that occurs in most of the latest cuts.
 _OF_LATE = 200
 
 #: Value of a face (yield condition) in branch and cut: it is not yet decided if its rate is zero.
@@ -169,9 +169,9 @@ class Cuts:
         return None
 
     def _follows(self, choice: np.ndarray) -> bool:
-        """Set the open entries of a choice that follow from the cuts. Return False if a cut excludes it.
+        """Set ``_OPEN`` entries of a choice to values that cuts imply; return False if a cut excludes it.
 
-        An entry follows from the cuts if they require that the rate of its face is zero, or is nonzero.
+        The cuts imply an entry if they require that the rate of its face is zero, or is nonzero.
         """
         changed = True
         while changed:

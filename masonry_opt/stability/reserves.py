@@ -19,7 +19,7 @@ from masonry_opt.stability.diagnosis import FACTOR_UP_TO, DeadLoadUndecided, fal
 
 #: The bisection for a safety margin varies a multiplier, from 0 to 1, of the friction or of the size of the
 #: joints. It ends if the largest unstable and the smallest stable multiplier differ by at most this fraction
-#: of the latter. A smaller tolerance requires more linear programs.
+#: of the stable multiplier. A smaller tolerance requires more linear programs.
 _BISECTION_TOLERANCE = 2e-4
 
 #: The bisection for a safety margin ends early if the scene is stable with a multiplier up to this limit,

@@ -41,7 +41,7 @@ PLACE = ("axles", "position", "direction", "load_case")
 #: Explanation of λ that is printed if axles cross the scene in each run.
 CROSSED_RUNS = "axles cross the scene in each run: λ is the least load factor of the solved positions"
 
-#: Types of the additional columns of a run with moving axles: the worst position, the proven lower bound of
+#: Types of the additional columns of a run with moving axles: the worst position, the proven lower bound on
 #: λ, and the numbers of solved and undecided positions.
 CROSSING_COLUMNS = {
     **dict.fromkeys(("load_case", "axles", "direction"), "object"),
@@ -101,10 +101,9 @@ def columns(result: Result) -> dict[str, Any]:
 
 
 def _spread_values(solution: Solution) -> list[float]:
-    """Return the lower and upper ends of the two ranges that the option ``spread`` computed.
+    """Return the limits of the incremental load factor for random stiffness, then for random self-stress.
 
-    Both are ranges of the incremental load factor, one with random stiffness and one with random self-stress.
-    The list is empty without the option.
+    Option ``spread`` requests these limits. The list is empty without the option.
     """
     values: list[float] = []
     for reason in solution.reasons:

@@ -83,7 +83,7 @@ Task = Callable[[], Any]  #: Picklable function without arguments, such as a fun
 
 
 class Workers(contextlib.AbstractContextManager["Workers"]):
-    """Context manager that runs tasks in worker processes, and ends these processes at exit.
+    """Context manager that runs tasks in worker processes, which end when the ``with`` block ends.
 
     Raises OptionError if ``count`` is wrong, if both parameters are given, or if the Dask scheduler cannot be
     reached.
@@ -91,7 +91,8 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
     Parameters
     ----------
     count: Number of processes; by default the number of cores that this process may use.
-    dask: Address of a Dask scheduler, whose workers run the tasks instead.
+    dask: Address of a Dask scheduler. Its workers run the tasks instead of new processes on this machine, and
+        continue to run after the ``with`` block.
     """
 
     def __init__(self, count: int | None = None, dask: str | None = None) -> None:
@@ -137,7 +138,7 @@ class Workers(contextlib.AbstractContextManager["Workers"]):
 
 
 def whole(name: str, value: Any, least: int) -> int:
-    """Return a value as an int. Raises OptionError unless it is a whole number of at least ``least``."""
+    """Return a value as an int, or raise OptionError if it is not a whole number ≥ ``least``."""
     if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
         raise OptionError(f"{name} must be a whole number, {least} or more (found {value!r})")
     return int(value)
@@ -233,7 +234,8 @@ def _prepare_process() -> None:
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     if _START_METHOD == "forkserver":
         # Set the default start method to "fork", because Pyomo creates a lock when it is imported. With
-        # another method, the lock of a terminated process would remain and cause a warning of Python.
+        # another start method, this lock would remain when the process is terminated, and Python would print
+        # a warning.
         multiprocessing.set_start_method("fork", force=True)
     _silence(1, 2)
 
@@ -260,7 +262,7 @@ class Processes:
     ----------
     count: Number of processes.
     modules: Modules of the package that the fork server imports when it starts. A server that already runs
-        is used as it is: its processes import what else they need.
+        imports no further modules, so its processes import the missing modules themselves.
     """
 
     def __init__(self, count: int, modules: Sequence[str] = ()) -> None:
@@ -322,7 +324,7 @@ class _Cluster:
 
 
 def _end_of(future: Future[TaskEnd]) -> TaskEnd:
-    """Return the outcome that a worker sent. Without one, return an outcome that states the reason."""
+    """Return the outcome that a worker sent, or an outcome with the reason why the worker sent nothing."""
     if future.cancelled():
         return TaskEnd(DIED, "its workers are gone")
     error = future.exception()
@@ -353,7 +355,8 @@ def _run(task: Task) -> TaskEnd:
 
 def _peak() -> float:
     """Return the largest resident memory of this process in MB, or 0 if the system does not report it."""
-    # Read the peak from /proc, because a forked process inherits the value ru_maxrss of its parent.
+    # Read the largest memory from /proc. The value ru_maxrss is not used, because a forked process inherits
+    # it from its parent.
     with contextlib.suppress(OSError):
         status = Path("/proc/self/status").read_text().splitlines()
         return next((float(line.split()[1]) for line in status if "VmHWM" in line), 0.0) * 1.024e-3

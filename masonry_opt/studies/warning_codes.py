@@ -22,8 +22,8 @@ class StudyCode(StrEnum):
     #: the record has the ``values`` and ``load_factors`` at the largest decrease, and the ``fixed`` values of
     #: the other parameters. For a sample, the record has the ``rank_correlation``.
     FALLS_WITH_STRENGTH = "falls with strength"
-    #: The scene meets the requirement at some parameter values beyond the threshold, where it should fail.
-    #: The record lists these ``values``.
+    #: The scene fails directly beyond the threshold, but meets the requirement again at some parameter values
+    #: farther away. The record lists these ``values``.
     SEVERAL_THRESHOLDS = "several thresholds"
     #: The ``load_factor`` of a crossing is less than its lower ``bound``, which is a contradiction.
     BELOW_BOUND = "below bound"
@@ -33,10 +33,13 @@ class StudyCode(StrEnum):
     #: The time limit ended a crossing in a sweep, sample or threshold. The record has the time limit in
     #: ``seconds``.
     CROSSING_STOPPED = "crossing stopped"
-    #: The loads of axles and the weights seem to be in different units. The record has the ``name`` of the
-    #: axles, the largest axle load (``load``), and the median unit weight of the blocks (``unit_weight``). A
-    #: predefined set of axles has no ``load``. If a scene with such a set is too large for metres, the record
-    #: has ``extent``, the largest dimension of the movable blocks, instead of ``unit_weight``.
+    #: The axle loads and the scene seem to be in different units. The record has the ``name`` of the axles,
+    #: and the values that do not fit together:
+    #:
+    #: - for axles with loads of their own, the largest axle load (``load``) and the median unit weight of the
+    #:   blocks (``unit_weight``);
+    #: - for a predefined set of axles, which is in kN and m, either ``unit_weight``, or the largest dimension
+    #:   of the movable blocks (``extent``), if it is implausibly large for a length in metres.
     AXLES_DIFFER = "axles differ"
     #: Some load cases have no axles, so the crossing skipped them. The record has ``cases``, the names of
     #: these load cases.

@@ -37,7 +37,7 @@ MISSING_LIBRARY_MESSAGE = (
 
 JOURNAL = "journal.jsonl"  #: Name of the journal in the folder of a study.
 _SHOWN_ROWS = 30  #: Largest number of table rows that a notebook shows; the number of omitted rows is stated.
-#: Packages whose versions influence answers and times.
+#: Packages whose versions influence answers and computing times.
 _PACKAGES = "masonry_opt cvxpy pyomo clarabel highspy osqp scs casadi scipy numpy"
 
 
@@ -153,7 +153,7 @@ def versions() -> dict[str, str]:
 
 
 def machine() -> dict[str, str]:
-    """Return facts on this computer, such as processor and memory, and the command line of this process."""
+    """Return facts about this computer, such as its processor, and the command line of this process."""
     lines: list[str] = []
     with suppress(OSError):
         lines = Path("/proc/cpuinfo").read_text().splitlines()
@@ -232,13 +232,13 @@ class StudyAnswer(ABC):
 
 
 def records(frame: pd.DataFrame) -> list[dict[Any, Any]]:
-    """Return the rows of a frame as dictionaries for JSON, with None for missing and infinite values."""
+    """Return the rows of a DataFrame as dictionaries for JSON, with None for missing and infinite values."""
     known = frame.replace([math.inf, -math.inf], math.nan).astype(object)
     return known.where(known.notna(), None).to_dict("records")
 
 
 def csv_text(frame: pd.DataFrame) -> str:
-    """Return a frame as the text of a CSV file."""
+    """Return a DataFrame as the text of a CSV file."""
     return unsigned(frame).to_csv(index=False, lineterminator="\n")
 
 
@@ -250,12 +250,13 @@ def chart_files(names: Iterable[str]) -> list[str]:
 def in_words(
     frame: pd.DataFrame, formats: Mapping[str, str] | None = None, columns: Iterable[str] | None = None
 ) -> pd.DataFrame:
-    """Convert columns of a frame to text, with a dash for missing values.
+    """Convert columns of a DataFrame to text, with a dash for missing values.
 
     Parameters
     ----------
     frame: Table of values.
-    formats: Format strings by column. Other numbers are integers, or have six significant digits.
+    formats: Format strings by column. In other columns, whole numbers have no decimals, and all other numbers
+        have six significant digits.
     columns: Columns of the result, by default all.
     """
     formats, shown = formats or {}, map(str, frame) if columns is None else columns
@@ -290,7 +291,7 @@ def frame_table(
     columns: Iterable[str] | None = None,
     **headings: str,
 ) -> dict[str, Any]:
-    """Convert columns of a frame to a table for the template of a page.
+    """Convert columns of a DataFrame to a table for the template of a page.
 
     Keyword arguments set the headings of columns. By default the headings are the names of the columns, and
     λ for "load_factor".

@@ -1,10 +1,10 @@
 """The two linear programs of a proof, and conflicts from their Farkas multipliers.
 
 Statics and kinematics share only the conditions z_i p_i = 0. The program of statics is infeasible if no
-forces with λ up to the bound bring a set of conditions to yield together. The program of kinematics is
+forces with 0 ≤ λ ≤ ``highest`` bring a set of conditions to yield together. The program of kinematics is
 infeasible if in no mechanism the rates of a set of conditions are all zero. The multipliers of an infeasible
-program name the few conditions that cause the contradiction. A conflict is used only if the matrices confirm
-it by weak duality.
+program identify the few conditions that cause the contradiction. A conflict is used only if it is confirmed
+by weak duality, with residuals computed from the matrices of the problem.
 """
 
 from abc import ABC, abstractmethod
@@ -29,17 +29,21 @@ _CONFLICTS_PURPOSE = "conflicts"
 #: harm, because every conflict is verified. A smaller value leaves more programs undecided.
 _RAY_RESIDUAL = 1e-7
 
-#: Largest residual of a conflict, relative to the residual that the proof check allows. With a larger value,
-#: the check might reject conflicts, because it uses exact arithmetic.
+#: Largest residual of a conflict, relative to the residual that the proof check allows. The check computes
+#: residuals in exact arithmetic, without the rounding errors of the residual computed here. With a larger
+#: value, the check might therefore reject conflicts.
 _SAFETY = 0.5
 
 
 class Undecided(Exception):
-    """Error: it cannot be decided whether a collapse state with a lower load factor exists."""
+    """Error that is raised if it remains undecided whether a collapse state with a lower λ exists."""
 
 
 def total_load(problem: Problem, highest: float) -> float:
-    """Return the sum of the magnitudes of all loads at a load factor. The sum scales residuals."""
+    """Return the sum of the magnitudes of all loads at the load factor ``highest``.
+
+    Safety margins and the largest forces within the range of a proof are multiples of this sum.
+    """
     return float(np.abs(problem.dead).sum() + highest * np.abs(problem.live).sum())
 
 
@@ -78,7 +82,7 @@ class Refutation:
 
 
 class Theory(ABC):
-    """Base class of the two linear programs of a proof, which set chosen slacks or rates to zero."""
+    """Base class of the two linear programs of a proof, in which chosen slacks or rates can be set to 0."""
 
     def __init__(self, scaled: Scaled, lp: LinearProgram, effort: Effort, settings: ProofSettings) -> None:
         self._problem, self._scaled, self._settings = scaled.problem, scaled, settings
@@ -117,7 +121,11 @@ class Theory(ABC):
     def _confirmed(
         self, ray: np.ndarray, blamed: np.ndarray, problem: Problem, highest: float
     ) -> Conflict | None:
-        """Return the conflict that the multipliers prove, or None if a check with the matrices fails."""
+        """Return the conflict that the multipliers prove by weak duality, or None if they prove no conflict.
+
+        The proof is verified with the matrices of ``problem``, which is in the units of the scene. All
+        residuals must be small enough for the proof.
+        """
 
     def conflict(self, refutation: Refutation, problem: Problem, highest: float) -> Conflict | None:
         """Return the conflict that a refutation proves: a set of contradicting yield conditions.
@@ -162,7 +170,7 @@ class Statics(Theory):
         self._height = scaled.problem.B.shape[0]
 
     def set_highest(self, highest: float) -> None:
-        """Set the upper limit of the load factor in the program, in units of the scaled problem."""
+        """Set the upper limit on the load factor in the program, in units of the scaled problem."""
         self._session.set_bounds("load_factor", 0.0, highest)
 
     def slacks(self) -> np.ndarray:
@@ -175,9 +183,10 @@ class Statics(Theory):
         return float(self._session.values("load_factor")[0]), self._session.values("q")
 
     def least(self, moving: np.ndarray) -> tuple[float, np.ndarray] | None:
-        """Return the least λ at which all conditions of a mask can be at yield, and the forces at this λ.
+        """Return the least λ at which a set of conditions can be at yield together, and the forces at this λ.
 
-        Load factor and forces are in scaled units. Return None if HiGHS finds no optimum.
+        The mask of these conditions is ``moving``, shape (faces,). Load factor and forces are in scaled
+        units. Return None if HiGHS finds no optimum.
         """
         self._restrict(moving)
         self._restricted = moving.copy()
@@ -206,7 +215,7 @@ class Statics(Theory):
     def least_friction(
         self, problem: Problem, condition: int, highest: float
     ) -> EnergyBound | StaticConflict | None:
-        """Return a lower bound of the friction energy per unit slip of a sliding condition.
+        """Return a lower bound on the friction energy per unit slip of a sliding condition.
 
         This energy is (μ − tan ψ) n. The bound is for forces at which the condition is at yield. If the
         condition cannot be at yield, a conflict is returned instead. None is returned if HiGHS has no answer,
@@ -235,7 +244,7 @@ class Statics(Theory):
     def _verified(
         self, ray: np.ndarray, problem: Problem, highest: float, cost: np.ndarray, held: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, float] | None:
-        """Convert row multipliers to velocities d and rates p that prove a lower bound of the product cost·q.
+        """Convert row multipliers to velocities d and rates p that prove a lower bound on the product cost·q.
 
         Return d, p and the bound. If these d and p prove no bound, rates of the size of rounding errors are
         set to zero, and all other values are corrected. None is returned if the residuals are still too
@@ -259,7 +268,7 @@ class Statics(Theory):
         cost: np.ndarray,
         held: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray, float] | None:
-        """Return d, p and the lower bound of cost·q that they prove, or None if they prove no lower bound.
+        """Return d, p and the lower bound on cost·q that they prove, or None if they prove no lower bound.
 
         The velocities d have shape (3b,), the rates p have shape (faces,). Negative rates are set to zero,
         except for the conditions ``held``, which are at yield. The residuals of d and p must be small,
@@ -315,8 +324,8 @@ class Kinematics(Theory):
         self._session.set_most("p", np.where(conditions, 0.0, np.full(len(conditions), inf)))
 
     def _needed(self, ray: np.ndarray, rounding: float) -> np.ndarray:
-        # The multipliers are joint forces q, a load factor and a weight of the energies e. The proof needs
-        # the zero rate of a yield condition only if its resistance C(tan ψ) q + weight · e is negative.
+        # The multipliers are joint forces q, a load factor, and the weight w of the energies e. The proof
+        # needs a zero rate only for yield conditions whose resistance C(tan ψ) q + w e is negative.
         resistance = self._flow @ ray[: self._flow.shape[1]] - min(ray[-1], 0.0) * self.energy
         return np.asarray(resistance < -rounding * np.abs(resistance).max(initial=0.0))
 
@@ -364,11 +373,12 @@ class Kinematics(Theory):
 def _balancing(
     problem: Problem, flow: sp.csr_array, unbalanced: np.ndarray, resistance: np.ndarray
 ) -> np.ndarray:
-    """Return the least change of forces that restores equilibrium and makes small resistances zero.
+    """Return the least change of forces that restores equilibrium and makes chosen resistances zero.
 
     The change has shape (3c + t,). The resistance of a yield condition is its entry of C(tan ψ) q + weight ·
     e, see :meth:`Kinematics._needed`. The argument ``resistance``, shape (faces,), contains the resistances
-    that are of the size of rounding errors, and zero for all other yield conditions.
+    that are of the size of rounding errors. They become zero. For all other yield conditions, the argument
+    is zero.
     """
     support = np.flatnonzero(resistance)
     rows = np.vstack([problem.B.toarray(), flow[support].toarray()])

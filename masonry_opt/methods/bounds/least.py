@@ -17,7 +17,7 @@ from masonry_opt.solution.proof import Proof
 def refusal(problem: Problem) -> str:
     """Return the reason why no proof is possible for a problem, or "" if a proof is possible."""
     if problem.layout.round:
-        return "proofs exist only for scenes in the plane, because in space friction is a cone"
+        return "proofs exist only for scenes in the plane, because in space friction is limited by a cone"
     if problem.dilatancy_depends_on_stress:
         return "proofs need constant dilatancy, but here dilatancy depends on stress: omit 'dilatancy_stress'"
     if (problem.dilatancy > problem.friction).any():
@@ -100,7 +100,7 @@ class LeastProof:
 def _start(
     known: Answer | None, upper: float | None, settings: ProofSettings, scale: LoadFactorScale
 ) -> float | None:
-    """Return the upper end of the range of load factors to search, or None if no bound is known."""
+    """Return the upper end of the range of load factors to search, or None if no upper end is known."""
     if known is not None:
         return known.load_factor
     if upper is None:
@@ -112,7 +112,7 @@ def _start(
 def _without_range(problem: Problem, start: float | None) -> str:
     """Return the reason why the range of load factors cannot be searched, or "" if it can be searched."""
     if start is None:
-        return "the search has no upper limit: neither an exact state nor an upper bound of λ is known"
+        return "the search has no upper limit: neither an exact state nor an upper bound on λ is known"
     if start <= problem.load_factor_scale.zero:
         return (
             "the upper limit of the search is zero or less, and a proof cannot cover load factors below zero"

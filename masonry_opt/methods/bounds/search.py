@@ -244,12 +244,13 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
                 return
 
     def _refuted(self, theory: Theory, conditions: np.ndarray) -> bool:
-        """Return True if a program is infeasible with zero slacks or rates, and store a minimal conflict.
+        """Set chosen slacks or rates to zero. Return False if the program is then feasible, otherwise True.
 
-        The program of statics has zero slacks for the conditions of the mask ``conditions``, and the program
-        of kinematics has zero rates. True is also returned, without a conflict, if HiGHS does not decide or
-        if the matrices do not confirm the conflict. The assignment then remains, and a conflict may be
-        confirmed after more values are assigned.
+        The mask ``conditions`` selects the yield conditions whose slacks (in statics) or rates (in
+        kinematics) are set to zero. If the program is infeasible, the search learns a minimal conflict of
+        these conditions. No conflict is learned if HiGHS does not decide whether the program is feasible, or
+        if no conflict is confirmed. The assignment then remains, and a conflict may be confirmed after more
+        values are assigned.
         """
         try:
             refutation = theory.refutes(conditions)
@@ -271,10 +272,10 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return True
 
     def _learn(self, theory: Theory, refutations: list[Refutation]) -> None:
-        """Store the conflict proven by the last refutation that can be confirmed, and the conflict's clause.
+        """Store the conflict of the last confirmed refutation, and the clause that excludes this conflict.
 
-        A refutation is confirmed if a check with the matrices shows that it proves a conflict. Nothing is
-        stored if no refutation is confirmed.
+        A refutation is confirmed if its multipliers prove a conflict with the matrices of the problem.
+        Nothing is stored if no refutation is confirmed.
         """
         for refutation in reversed(refutations):
             conflict = theory.conflict(refutation, self._problem, self.highest)
@@ -330,7 +331,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         return self._scale.is_lower(answer.load_factor, self.known) and answer.exact
 
     def _energy(self) -> np.ndarray:
-        """Return a lower bound of the energy that each yield condition dissipates per unit rate.
+        """Return a lower bound on the energy that each yield condition dissipates per unit rate.
 
         The bounds have shape (faces,) and are in scaled units. If a sliding condition cannot be at yield, a
         conflict that consists of this condition alone is stored. If no further linear program is permitted,
@@ -352,11 +353,11 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
 
 
 def _refutes(theory: Theory, conditions: np.ndarray) -> Refutation | None:
-    """Return multipliers that prove a linear program infeasible if chosen slacks or rates are zero.
+    """Set chosen slacks or rates to zero. If the program is then infeasible, return a refutation.
 
-    The mask of the chosen conditions has shape (faces,). Their slacks are zero in the program of forces, and
-    their rates are zero in the program of mechanisms. None is returned if the program is feasible, if HiGHS
-    does not decide, or if no further linear program is permitted.
+    The mask ``conditions``, shape (faces,), selects the yield conditions whose slacks (in statics) or rates
+    (in kinematics) are set to zero. None is returned if the program is feasible, if HiGHS does not decide, or
+    if no further linear program is permitted.
     """
     try:
         return theory.refutes(conditions)

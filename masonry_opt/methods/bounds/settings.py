@@ -15,21 +15,22 @@ class ProofSettings(Settings):
     #: rounding errors make more conflicts of a proof invalid.
     gap: float = 5e-7
 
-    #: Slacks and rates up to this value count as zero. With a larger value, the search solves fewer linear
-    #: programs, but discovers later that a combination of yield conditions is impossible. It then has to
-    #: examine more combinations.
+    #: Slacks and rates up to this value count as zero. Slacks are relative to the dead load of the blocks on
+    #: which the live load acts. Rates are relative to the mean velocity of the points at which the live load
+    #: acts. With a larger value, the search solves fewer linear programs, but discovers later that a
+    #: combination of yield conditions is impossible. It then has to examine more combinations.
     zero: float = 1e-9
 
-    #: If all products z_i p_i of slack and rate are at most this value, in units of the load, the search
-    #: tries to find a collapse state near the present forces and mechanism. With a larger value, more of
-    #: these trials fail. After all conditions are assigned, the search always makes a trial.
+    #: The search looks for a collapse state near its present forces and mechanism if no product z_i p_i of
+    #: slack and rate exceeds this value. The units of z_i and p_i are those of ``zero``. With a larger value,
+    #: more of these attempts fail. If all conditions are assigned, the search makes an attempt in any case.
     energy: float = 1e-7
 
     #: Multipliers below this fraction of the largest multiplier count as rounding errors. With a larger
     #: fraction, conflicts have fewer conditions, but more conflicts are invalid.
     rounding: float = 1e-9
 
-    #: Safety margin, relative to the loads, that a proof subtracts from its lower bounds of friction energy.
+    #: Safety margin, relative to the loads, that a proof subtracts from its lower bounds on friction energy.
     #: With a smaller margin, rounding errors make more bounds invalid.
     margin: float = 1e-6
 
@@ -41,10 +42,10 @@ class ProofSettings(Settings):
     #: shorter limit, more combinations of yield conditions remain undecided.
     longest_program: float = 5.0
 
-    #: Every n-th decision is made by the search instead of the SAT solver: the search assumes that the yield
-    #: condition with the largest energy z_i p_i yields. A larger value leaves more decisions to the SAT
-    #: solver, and a smaller value leaves fewer. The effect is small: solution times for n = 1, 2 and 3
-    #: differed by less than 20 %.
+    #: If this number is n, the search makes every n-th decision, and the SAT solver makes all others. A
+    #: decision of the search assumes that the yield condition with the largest energy z_i p_i is at yield.
+    #: With a larger number, the SAT solver makes more decisions. The effect is small: solution times for
+    #: n = 1, 2 and 3 differed by less than 20 %.
     decide_every: int = 2
 
 

@@ -26,9 +26,9 @@ from masonry_opt.solution.solution import Solution
 from masonry_opt.solution.stopped import without_answer
 from masonry_opt.solvers.registry import MATRICES, find_solver
 
-#: On scenes with more joints than this number, the bounds of the least λ seldom become equal. On such scenes,
+#: On scenes with more joints than this number, the bounds on the least λ seldom become equal. On such scenes,
 #: method "global" first searches for states with a λ below the lowest known λ. These states reduce the upper
-#: bound of λ and the limits of the forces.
+#: bound on λ and the limits on the forces.
 _MANY_JOINTS = 60
 
 #: On scenes with more than ``_MANY_JOINTS`` joints, method "global" spends at most this fraction of its time
@@ -42,9 +42,9 @@ class GlobalOptions(Options):
 
     Attributes
     ----------
-    time_limit: time for both ends of the bracket, in seconds. Each program has at least one second.
+    time_limit: time for both bounds together, in seconds. The limit of a single program is at least 1 s.
     rate_bound: largest sum of slips and edge openings that is assumed if kinematics imposes no limit,
-        relative to the mean velocity of the live load. The lower bound of λ is then valid for states below
+        relative to the mean velocity of the live load. The lower bound on λ is then valid for states below
         this sum. The default is ten times the sum in the lowest known state, and at least 100.
     """
 
@@ -53,7 +53,7 @@ class GlobalOptions(Options):
 
 
 def global_search(task: Task) -> Solution:
-    """Return the lowest Coulomb state found with λ ≥ 0, and a lower bound of the least load factor.
+    """Return the lowest Coulomb state found with λ ≥ 0, and a lower bound on the least load factor.
 
     Raises KeyboardInterrupt if the search for a lower state is interrupted. Raises TimeLimitReached if the
     time limit is over before an upper bound is known.
@@ -64,7 +64,7 @@ def global_search(task: Task) -> Solution:
         upper = associative(task.with_options(None, find_solver("cvxpy", None)))
     if upper.load_factor is None:
         # An unlimited load with associative flow does not prove that the load is unlimited with Coulomb
-        # friction. Mark the solution as an answer for Coulomb friction, so that it is not read as a proof.
+        # friction. ``Solution.carries_any_load`` would count it as a proof, so the kind is changed.
         upper = replace(upper, kind=Kind.EXACT)
     if upper.load_factor is None and upper.status is not Status.LOCKED:
         return upper
@@ -77,7 +77,7 @@ def global_search(task: Task) -> Solution:
         # needed.
         return replace(start, status=Status.OPTIMAL, associative=upper.load_factor)
     exact = start.is_exact(problem)
-    # If associative flow sets no limit to λ, only an exact state yields an upper bound of the least λ.
+    # If associative flow sets no limit to λ, only an exact state yields an upper bound on the least λ.
     upper_bounds = [upper.load_factor, start.load_factor if exact else None]
     if upper_bounds == [None, None]:
         return upper
@@ -110,15 +110,15 @@ def _lowest_state(task: Task, search: float | None, began: float) -> Solution:
         with limited(remaining_time):
             own = task.with_options(CoulombOptions(search=search), find_solver(MATRICES, None))
             start = coulomb(own)
-            # If no search was made, look for an exact state near the forces of the solution, even if the
-            # scene is unstable under its dead load.
+            # Without a search, still look for an exact state near the forces of the solution. The default
+            # method skips this step if the scene is unstable under its dead load.
             return start if search is not None else search_lower(task, start, SearchLimits())
     except TimeLimitReached as stop:
         return without_answer(Kind.EXACT, stop, task.effort)
 
 
 def _raised(task: Task, solution: Solution, rising: Rising, began: float, ends: float) -> Solution:
-    """Raise the lower bound of λ by relaxations of increasing size, and return the solution.
+    """Raise the lower bound on λ by relaxations of increasing size, and return the solution.
 
     The relaxations end when the bracket is closed, after the largest relaxation, or at the time ``ends``.
     Both ``began`` and ``ends`` are values of ``time.perf_counter``.
@@ -153,7 +153,8 @@ def _concluded(problem: Problem, solution: Solution, of: StateBounds, options: G
     values: dict[str, Any] = {"bound": bound, "load_factor": answer.load_factor}
     values |= {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
     if not of.allow(problem, answer.q, answer.d):
-        # The known state is outside the assumed limits, so the lower bound is not valid for all states.
+        # The known state exceeds an assumed limit on forces or rates. The lower bound is therefore not valid
+        # for all states.
         return replace(solution, bound=0.0).ended(Status.CONVERGED, Code.TOUCHES_IMPOSED, **values)
     if not closed(problem, bound, answer.load_factor):
         code = Code.OUT_OF_TIME if derived else Code.OUT_OF_TIME_WITHIN_IMPOSED

@@ -1,4 +1,4 @@
-"""Compute lower bounds of λ from products of statics and kinematics.
+"""Compute lower bounds on λ from products of statics and kinematics.
 
 A sequence of programs raises the bound. Each program has more products than the last one, and products of
 forces and rates that are close to each other are added first. The largest forces and rates of all states with
@@ -29,8 +29,8 @@ from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
 #: loads. A smaller value may exclude states with large forces.
 _TIMES_LOADS = 10.0
 
-#: Largest rate or velocity of the mechanisms that an infeasibility proof must exclude. Faster mechanisms are
-#: not considered.
+#: Largest rate or velocity of the mechanisms that an infeasibility proof must exclude, relative to the mean
+#: velocity of the points at which the live load acts. Faster mechanisms are not considered.
 _LARGEST_MOTION = 1e9
 
 #: Tolerance of the interior-point methods that solve the programs of method "global".
@@ -40,13 +40,13 @@ _TOLERANCE = 1e-7
 #: is two to three times as fast on small programs, but mostly ends without multipliers on larger programs.
 _FEW_ROWS = 20_000
 
-#: Tolerance of HiPO, as a fraction of the relative gap between the bounds of λ. With a smaller tolerance,
-#: twice as many iterations would improve the bound by only 1 %.
+#: Tolerance of HiPO, an interior-point solver of HiGHS, as a fraction of the relative gap between the bounds
+#: on λ. With a smaller tolerance, twice as many iterations would improve the bound by only 1 %.
 _TOLERANCE_OVER_GAP = 0.05
 
-#: Largest rate or velocity from which limits of variables without bounds are computed, relative to the mean
-#: velocity of the points at which the live load acts. Without bounds, solvers may stall or fail. The proof of
-#: the lower bound does not use this number.
+#: Assumed limit on each rate and velocity, relative to the mean velocity of the points at which the live load
+#: acts. It provides bounds for variables that otherwise have none, because solvers may stall or fail without
+#: bounds. The proof of the lower bound does not use this number.
 _LARGEST_RATE = 20.0
 
 #: Motions below this value, relative to the mean velocity of the points at which the live load acts, count as
@@ -60,16 +60,18 @@ _MOST_PROGRAM_ITERATIONS = 500
 #: Smallest time limit of one program of method "global", in seconds.
 LEAST_TIME = 1.0
 
-#: Largest distances, in blocks, between the two factors of a product, see :func:`distances`. Each pair is for
-#: one of the successive programs of method "global". The first number is for a force times a rate, the second
-#: for a force times a velocity. The next pair is used if the bounds of λ still differ and time remains.
+#: Each pair of numbers selects the products in one of the successive programs of method "global". The first
+#: number is the largest distance between two joints at which a force of one joint is multiplied by a rate of
+#: the other joint. The second is the largest distance between joint and block at which a force of the joint
+#: is multiplied by a velocity of the block. Distances are in blocks, see :func:`distances`. The next pair is
+#: used if the bounds on λ still differ and time remains.
 RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
 #: Relative margin by which the largest λ of the programs exceeds the lowest known λ. Without a margin, the
 #: feasible set would have no interior, which interior-point methods need.
 _LOAD_FACTOR_MARGIN = 1e-4
 
-#: If a program closes more than this fraction of the gap between the bounds of λ, the program is solved again
+#: If a program closes more than this fraction of the gap between the bounds on λ, the program is solved again
 #: with tighter force limits. Otherwise a larger program follows, which takes three to ten times as long.
 _WORTH_REPEATING = 0.5
 
@@ -90,18 +92,18 @@ _OVER_KNOWN = 10.0
 
 @dataclass(frozen=True)
 class StateBounds:
-    """Upper bounds of the forces and the rates of all collapse states whose λ is in a given interval."""
+    """Upper bounds on the forces and the rates of all collapse states whose λ is in a given interval."""
 
     lowest: float  #: lower end of the interval of λ
-    normal: np.ndarray  #: upper bound of the normal force of each joint, shape (c,)
-    #: Upper bounds of the edge forces x₂ and x₃ and the sliding slack z₀ of each joint, shape (3c,), see
-    #: :class:`.EdgeFactors`. In joints that cannot slide, the bound of the shear s replaces the bound of z₀.
+    normal: np.ndarray  #: upper bound on the normal force of each joint, shape (c,)
+    #: Upper bounds on the edge forces x₂ and x₃ and the sliding slack z₀ of each joint, shape (3c,), see
+    #: :class:`.EdgeFactors`. In joints that cannot slide, the bound on the shear s replaces the bound on z₀.
     forces: np.ndarray
-    rates: float  #: upper bound of the sum of all slips and edge openings
-    #: True if statics implies the limits of the forces. If False, some limits are assumed, and bounds of λ
+    rates: float  #: upper bound on the sum of all slips and edge openings
+    #: True if statics implies the limits on the forces. If False, some limits are assumed, and bounds on λ
     #: are valid only for states within these limits.
     forces_derived: bool
-    #: True if kinematics implies the limit of the rates. If False, the limit is assumed.
+    #: True if kinematics implies the limit on the sum of the rates. If False, the limit is assumed.
     rates_derived: bool
 
     def allow(self, problem: Problem, q: np.ndarray, d: np.ndarray) -> bool:
@@ -117,7 +119,7 @@ class StateBounds:
 
 
 def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Effort) -> StateBounds:
-    """Return upper bounds of the forces and rates of all states with 0 ≤ λ ≤ ``highest``.
+    """Return upper bounds on the forces and rates of all states with 0 ≤ λ ≤ ``highest``.
 
     The forces are the largest that statics allow. The rates are the largest that kinematics allow for each
     face, if raising the blocks takes at most the work of the live load. When the rate of sliding in one sense
@@ -139,10 +141,11 @@ def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Ef
 def tightened(
     of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
 ) -> StateBounds:
-    """Return the bounds ``of`` with force limits tightened to the states with ``lowest`` ≤ λ ≤ ``highest``.
+    """Return bounds with tighter force limits, which are valid for states with ``lowest`` ≤ λ ≤ ``highest``.
 
-    The force limits are smaller for a narrower interval of λ, because less self-stress is possible at a
-    higher λ. The limit of the rates stays the same.
+    The argument ``of`` contains the bounds for a wider interval of λ. The force limits are smaller for a
+    narrower interval, because less self-stress is possible at a higher λ. The limit on the sum of the rates
+    stays the same.
     """
     normal, forces, derived = _force_limits(problem, (lowest, highest), effort)
     if not derived:
@@ -155,7 +158,7 @@ def tightened(
 def _force_limits(
     problem: Problem, within: tuple[float, float], effort: Effort
 ) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Return upper bounds of the joint forces, and True if statics proves all of them.
+    """Return upper bounds on the joint forces, and True if statics proves all of them.
 
     The first array has the largest normal forces, shape (c,), the second the largest edge forces, shape
     (3c,). The flag is False if a limit is assumed. Linear programs maximise the forces that limit all others:
@@ -168,8 +171,8 @@ def _force_limits(
     of_shears = selection(2 * c + cannot_slide, problem.table.width)
     targets = sp.vstack([problem.table.normal_sums, of_shears]).toarray()
     steep = max(1.0, float(problem.friction.max(initial=0.0)))
-    # Let S be the sum of those forces of a state that the linear programs maximise one by one. No force of
-    # this state exceeds ``share`` · (1 + S).
+    # Let S be the sum of all n of a state, plus the sum of |s| over the joints that cannot slide. No joint
+    # force of this state exceeds ``share`` · (1 + S).
     share = steep + float(problem.cohesion.max(initial=0.0))
     values, short = np.zeros((2, len(targets)))
     columns = session.columns(q)
@@ -195,7 +198,7 @@ def _force_limits(
 
 
 def _with_shortfall(values: np.ndarray, short: np.ndarray) -> np.ndarray:
-    """Return upper bounds of numbers xⱼ ≥ 0 that satisfy xⱼ ≤ valuesⱼ + shortⱼ (1 + Σ x) for all j.
+    """Return upper bounds on numbers xⱼ ≥ 0 that satisfy xⱼ ≤ valuesⱼ + shortⱼ (1 + Σ x) for all j.
 
     If the sum of ``short`` is too large to bound Σ x, the bound is infinite for each j with shortⱼ > 0.
     """
@@ -206,7 +209,7 @@ def _with_shortfall(values: np.ndarray, short: np.ndarray) -> np.ndarray:
 
 
 def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
-    """Return an upper bound of the sum of slips and edge openings in collapse states with λ ≤ ``highest``.
+    """Return an upper bound on the sum of slips and edge openings in collapse states with λ ≤ ``highest``.
 
     In the mechanisms of these states, raising the blocks takes at most ``highest`` times the work of the live
     load. A linear program computes the largest rate of each face, which is zero if the face cannot move. The
@@ -246,10 +249,10 @@ def velocities_by_rates(problem: Problem) -> np.ndarray:
 class BoundStep:
     """Record of one linear relaxation, whose variables are products of forces and rates."""
 
-    #: Lower bound of λ that the multipliers prove. It is valid for all states whose forces and rates are
+    #: Lower bound on λ that the multipliers prove. It is valid for all states whose forces and rates are
     #: within the limits that the relaxation assumes.
     bound: float
-    #: Lower bound of λ from earlier programs, which is also the smallest λ that this program admits.
+    #: Lower bound on λ from earlier programs, which is also the smallest λ that this program admits.
     lowest: float
     load_factor: float  #: load factor λ of the best known state
     #: The relaxation has a variable for the product of a force and a rate only if their joints are at most
@@ -263,10 +266,10 @@ class BoundStep:
 
 
 def distances(problem: Problem) -> Pairs:
-    """Return distances, counted in blocks, from joint to joint, shape (c, c), and joint to block, (c, b).
+    """Return the distances between joints, shape (c, c), and from joints to blocks, shape (c, b).
 
-    A distance is the number of steps from block to block through joints. Two joints of one block have the
-    distance 0.
+    A distance is a number of steps, each from one block to an adjacent block. Two joints of one block have
+    the distance 0.
     """
     touches = problem.matrices.ends.toarray()
     between = shortest_path(touches @ touches.T, directed=False, unweighted=True)
@@ -279,7 +282,7 @@ def distances(problem: Problem) -> Pairs:
 def relaxed(
     problem: Problem, highest: float, of: StateBounds, selected: Pairs, seconds: float, effort: Effort
 ) -> tuple[float, list[np.ndarray], LpSize]:
-    """Solve one relaxation. Return a lower bound of λ, joint forces and the size of the linear program.
+    """Solve one relaxation. Return a lower bound on λ, joint forces and the size of the linear program.
 
     The bound is valid for all states with λ from ``of.lowest`` to ``highest`` whose forces and rates are
     within the bounds ``of``. It follows from the multipliers that the solver reaches within ``seconds``. A
@@ -295,8 +298,8 @@ def relaxed(
     of_statics, velocities = np.append(of.forces, [highest, 1.0])[i], model.factors.velocities
     fastest = np.full(model.factors.kinematic_unit + 1, _LARGEST_RATE)
     fastest[-1] = 1.0
-    # The limit of angular velocities is half the limit of velocities, because joints are about 2 units of
-    # length long.
+    # Halve the limit for angular velocities. The unit of length is half the median joint length, so that an
+    # angular velocity ω moves the two ends of a typical joint by 2 ω relative to each other.
     problem.moments(fastest[velocities.start : -1])[:] /= 2
     reach = np.empty(len(column))
     reach[column] = of_statics * fastest[k]
@@ -310,8 +313,9 @@ def relaxed(
 
 
 def _largest_per_rate(model: PyomoProducts, shortfall: np.ndarray) -> float:
-    """Return the reduction of the lower bound by infeasible multipliers, per unit of the sum of all rates.
+    """Return the reduction of the lower bound on λ per unit of the sum of all rates.
 
+    The bound is reduced because the multipliers of the relaxation are not exactly feasible. The argument
     ``shortfall`` has the infeasibility of the reduced costs per unit of each rate and of each velocity, shape
     (rates + velocities,). The velocities follow from the rates.
     """
@@ -327,8 +331,9 @@ def _forces(model: PyomoProducts, of_products: np.ndarray) -> list[np.ndarray]:
     """Return candidate vectors of joint forces, shape (3c,) each, from a solution of the relaxation.
 
     The first array has the forces that are not multiplied by a rate or velocity. For each rate or velocity
-    that is not zero, a further array has the products of the forces with it, divided by it. The further
-    arrays may belong to different states, and the first array is between them.
+    that is not zero, a further array has the products of the forces with this rate or velocity, divided by
+    this rate or velocity. The further arrays may belong to different states, and the first array is between
+    them.
     """
     factors, (i, k) = model.factors, np.array(list(model.product)).T
     static_unit, kinematic_unit = factors.static_unit, factors.kinematic_unit
@@ -382,14 +387,14 @@ def _solved(
 
 
 class Rising:
-    """Lower bound of λ, which is raised by relaxations of increasing size."""
+    """Lower bound on λ, which is raised by relaxations of increasing size."""
 
     def __init__(self, problem: Problem, best: float, rates: float, effort: Effort) -> None:
         self._problem, self._effort = problem, effort
         self.best = best  #: lowest known load factor, λ > 0; callers may set a lower value
-        self.bound = 0.0  #: lower bound of λ from all programs solved so far
+        self.bound = 0.0  #: lower bound on λ from all programs solved so far
         self.history: list[BoundStep] = []  #: records of all programs solved so far
-        #: Upper bounds, derived or assumed, of the forces and rates of all states up to the lowest known load
+        #: Upper bounds, derived or assumed, on the forces and rates of all states up to the lowest known load
         #: factor.
         self.of = bounds_of(problem, a_little_above(best), rates, effort)
 
@@ -439,7 +444,7 @@ def a_little_above(best: float) -> float:
 
 
 def assumed_rates(problem: Problem, d: np.ndarray | None) -> float:
-    """Return the limit of the sum of slips and edge openings that is assumed if kinematics imposes no limit.
+    """Return the limit on the sum of slips and edge openings that is assumed if kinematics imposes no limit.
 
     The limit is a multiple of the sum in the state with the lowest λ, whose velocities d have shape (3b,),
     and has a minimum. ``d`` is None if no state is known.

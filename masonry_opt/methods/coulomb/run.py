@@ -236,9 +236,9 @@ class LowestState:
             self._report()
 
     def _exact_or_lower(self, other: Answer | None) -> Answer | None:
-        """Return the exact one of two answers or, if both or neither are exact, the answer with the lower λ.
+        """Return the exact answer if only one of two answers is exact, otherwise the answer with the lower λ.
 
-        The first answer is the present answer without the simplex method.
+        The first answer is the present answer without the simplex method, the second answer is ``other``.
         """
         present = self._lowest_without_simplex
         exact = [answer for answer in (present, other) if answer and answer.exact]
@@ -250,9 +250,11 @@ class LowestState:
             self._effort.lowers(self.answer.load_factor)
 
     def _counts(self, state: Answer | ExactState, below: float = inf) -> bool:
-        """Record the λ of a state that counts as a collapse. Return True if the state may be the answer.
+        """Record the load factor of a state. Return True if the state may be the answer.
 
-        If the forces at rest are prescribed, a state with a negative load factor is not an answer.
+        If the state does not count as a collapse (see :func:`.is_meaningful`), its load factor is not
+        recorded, and False is returned. If the forces at rest are prescribed, False is also returned for a
+        negative load factor.
         """
         if not is_meaningful(self._analysis, state.load_factor, state.d):
             return False

@@ -194,7 +194,11 @@ class _Lowest:
             self._keep("proof", state)
 
     def _is_lowest(self, state: ExactState) -> bool:
-        """Record the λ of a state that counts as a collapse. Return True if this λ is the lowest so far."""
+        """Record the load factor of a state. Return True if this load factor is the lowest so far.
+
+        If the state does not count as a collapse (see :func:`.is_meaningful`), its load factor is not
+        recorded, and False is returned.
+        """
         if not is_meaningful(analysis_of(self._task), state.load_factor, state.d):
             return False
         self.met.lowest = min(self.met.lowest, state.load_factor, state.below)

@@ -87,10 +87,10 @@ class ExactFrom:
         return f"exact state from the {self.start} forces"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if the incremental analysis was run, and this start is possible and useful.
+        """Return True if the incremental analysis was run, and forces to start from are available and needed.
 
-        A start from incremental forces needs these forces. A start from associative forces is useful only if
-        no state is known yet.
+        Incremental forces are available if the incremental analysis ended in a state. Forces of associative
+        flow are needed only if no state is known yet.
         """
         if run.incremental is None:
             return False
@@ -99,7 +99,7 @@ class ExactFrom:
         return run.answer is None
 
     def run(self, run: CoulombRun) -> None:
-        """Look for an exact state. End the run if a proof shows that no load factor exists."""
+        """Look for an exact state. End the run if a proof shows that no collapse state with λ ≥ 0 exists."""
         if self.start == "associative":
             self._run_from_associative(run)
             return
@@ -197,17 +197,20 @@ class LeastProven:
 
 @dataclass(frozen=True)
 class Loop:
-    """Step that runs the loop of linear programs if no earlier step found an exact state."""
+    """Step that runs the paper's loop of linear programs, if no earlier step found a collapse state.
+
+    The loop is method "nonassociative", see :mod:`~masonry_opt.methods.loop.nonassociative`.
+    """
 
     options: LoopOptions = field(default_factory=LoopOptions)
     name: str = "loop of linear programs"
 
     def applies(self, run: CoulombRun) -> bool:
-        """Return True if no exact state was found."""
+        """Return True if no earlier step found a collapse state."""
         return run.answer is None
 
     def run(self, run: CoulombRun) -> None:
-        """End the run with a solution. The first case in this list that applies determines the solution.
+        """End the run. The first of the following cases that applies determines the solution.
 
         1. If there is no load history, the solution is the solution of the loop.
         2. If joint forces within their limits carry any load, and the compression of joints grows with the

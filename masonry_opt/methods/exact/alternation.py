@@ -1,8 +1,8 @@
 """Find exact states of scenes of any size by two alternating programs and interior-point methods.
 
-The first program finds the mechanism that leaves least energy z·p for forces near a state. The second
-program finds forces of low λ that leave little energy for the rates of this mechanism. Interior-point methods
-reduce the energy to about 1e-8 of λ, also on façades for which the simplex method takes minutes.
+The first program finds the mechanism with the least energy z·p for forces near a state. The second program
+finds forces with a low λ and little energy z·p for the rates of this mechanism. Interior-point methods reduce
+the energy to about 1e-8 of λ, also on façades for which the simplex method takes minutes.
 """
 
 from collections.abc import Callable, Iterable
@@ -177,10 +177,10 @@ class Alternation:
     ) -> Answer | None:
         """Return a state near given forces q. The state is exact, except for a small energy z·p.
 
-        By default, the energy is at most 1e-5 λ. The forces have shape (3c + t,). The velocities d, shape
-        (3b,), are a mechanism for these forces; None if no mechanism is known. ``before_each`` is called
-        before each solve, and at the end. If ``weights`` are passed, they replace the series of weights of
-        the settings. Return None if the forces lead to no state.
+        By default, the energy is at most 1e-5 λ f_L·d. The forces have shape (3c + t,). The velocities d,
+        shape (3b,), are a mechanism for these forces; None if no mechanism is known. The function
+        ``before_each`` is called before each solve, and at the end. If ``weights`` are passed, they replace
+        the series of weights of the settings. Return None if the forces lead to no state.
         """
         self._effort.begins("exact state")
         settings = self._settings
@@ -194,7 +194,11 @@ class Alternation:
     def _in_turn(
         self, q: np.ndarray, d: np.ndarray | None, weights: Iterable[float], before_each: Callable[[], None]
     ) -> Answer | None:
-        """Solve both programs alternately. Return the last exact state, or else the last acceptable state."""
+        """Solve both programs alternately. Return the last exact state, or else the last nearly exact state.
+
+        A state is nearly exact if its energy z·p is at most the setting ``largest_energy``, and its residuals
+        are within the limits for ``Kind.NEARLY_COMPLEMENTARY``. Return None if no state is nearly exact.
+        """
         problem, scaled = self._problem, self._scaled
         # Start with the load factor at which the unbalanced forces are smallest. The given forces, such as
         # forces of elastic contacts, may not balance the loads.

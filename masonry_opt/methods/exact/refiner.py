@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 _REFINEMENT_PURPOSE = "refinement"
 
 #: Largest residual of a dual ray with which HiGHS may report the program of forces as infeasible (the default
-#: of HiGHS). With a smaller value, many infeasible programs remain undecided. With a larger value, states of
-#: nearly parallel joints may be missed.
+#: of HiGHS). With a smaller value, many infeasible programs remain undecided. With a larger value, collapse
+#: states may be missed in scenes with nearly parallel joints.
 _RAY_TOLERANCE = 1e-9
 
 
@@ -286,7 +286,7 @@ class Refiner(StateFinder):
         return other_state if other_state and self._is_lower(other_state, state) else None
 
     def _is_lower(self, first: ExactState, second: ExactState) -> bool:
-        """Return True if the load factor of the first state is lower by more than rounding."""
+        """Return True if the first state has a lower λ than the second, by more than rounding errors."""
         return self._scale.is_lower(first.load_factor, second.load_factor)
 
     def _weightless(self, state: ExactState) -> bool:
@@ -305,7 +305,10 @@ class Refiner(StateFinder):
         return self.statics.values("q"), np.abs(self.statics.duals("yield")) / problem.steep
 
     def _forces_at(self, load_cost: float, force_cost: np.ndarray, held: np.ndarray | bool = False) -> bool:
-        """Minimise the cost of forces, with the faces ``held`` at yield. Return True if this succeeds."""
+        """Minimise a linear cost of λ and joint forces. Return True if the program has an optimum.
+
+        The faces of the mask ``held``, shape (faces,), are at yield; by default no face has to be at yield.
+        """
         self.statics.set_costs("load_factor", np.array([load_cost]))
         self.statics.set_costs("q", force_cost)
         self.statics.set_room("yield", np.where(held, 0.0, np.full(self.problem.faces, inf)))

@@ -29,7 +29,7 @@ class StateRecord:
     """Record of a search: the number of its starts, and the load factors of the exact states found."""
 
     def __init__(self, scale: LoadFactorScale) -> None:
-        self.scale = scale  #: scale on which load factors are compared
+        self.scale = scale  #: decides which load factors are equal, and which are zero
         self.load_factors: list[float] = []  #: distinct load factors of exact states, in order of discovery
         self.candidates = 0  #: number of starts, including those without an exact state
         #: Lowest load factor of all states whose mechanism counts as a collapse. The answer of the search may
@@ -110,10 +110,10 @@ class Search:
         return self._random.largest_load_factor(self._finder.seconds_left)
 
     def start(self, q: np.ndarray | None) -> ExactState | None:
-        """Count one more start, and return the exact state that the search finds near the joint forces.
+        """Count one more start, and return the exact state that the search finds near the joint forces ``q``.
 
-        None is returned if the search finds no exact state, or if ``q`` is None because the start has no
-        joint forces. The joint forces ``q`` have shape (3c,).
+        The joint forces have shape (3c,). None is returned if the search finds no exact state, or if ``q`` is
+        None because no joint forces were found for the start.
         """
         self._finder.effort.begins(f"lower states, start {self.met.candidates + 1}")
         state = None if q is None else self._finder.state_near(q)

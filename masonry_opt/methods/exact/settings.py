@@ -66,13 +66,14 @@ class SearchSettings(Settings):
     #: ``simplex_up_to`` also applies.
     small: int = 60
 
-    #: Largest rate of a yield condition in a mechanism that counts as zero. With a smaller value rounding
-    #: errors count as motion. With a larger value slow parts of a mechanism are ignored.
+    #: Rates of yield conditions up to this value count as zero. They are relative to the mean velocity of the
+    #: points at which the live load acts. With a smaller value, rounding errors count as motion. With a
+    #: larger value, slow parts of a mechanism are ignored.
     at_rest: float = 1e-9
 
-    #: Slack below which a yield condition counts as at yield in the search for exact states. With a smaller
-    #: value rounding errors may hide conditions at yield. With a larger value conditions that are not at
-    #: yield may have nonzero rates.
+    #: In the search for exact states, a condition counts as at yield if its slack is at most this value, in
+    #: median block weights. With a smaller value, rounding errors may hide conditions at yield. With a larger
+    #: value, conditions that are not at yield may have nonzero rates.
     at_yield: float = 1e-7
 
     #: If a start leads to no exact state, the search is repeated from forces nearer to a collapse state, at
@@ -83,9 +84,9 @@ class SearchSettings(Settings):
     #: end. A program that reaches the limit counts as undecided.
     seconds_per_joint: float = 0.2
 
-    #: Weight of the energy z·p (slacks times rates), relative to λ Σ|f_L|, when forces are computed for a
-    #: rough mechanism. With a smaller weight, the final energy z·p is larger. With a larger weight, λ is
-    #: higher.
+    #: Weight of the energy z·p (slacks times rates), relative to λ Σ|f_L|, when forces are computed for an
+    #: approximate collapse mechanism. With a smaller weight, the final energy z·p is larger. With a larger
+    #: weight, λ is higher.
     weight: float = 30.0
 
     #: Weights of the energy z·p (slacks times rates) for scenes in the plane, relative to λ Σ|f_L|. The
@@ -102,14 +103,14 @@ class SearchSettings(Settings):
         (*5 * [1e4], *2 * [1e5, 1e6]),
     )
 
-    #: Tolerances of the interior-point solver. In space, the next tolerance is tried if the solver does not
-    #: reach a tolerance. In the plane only the first is used: on façades, 1e-10 already permits violations of
-    #: yield conditions by 3e-8.
+    #: Tolerances of the interior-point solver. In space, they are tried in this order until the solver
+    #: reaches one of them. In the plane, only the first tolerance is used, because on façades a tolerance of
+    #: 1e-10 already permits violations of yield conditions by 3e-8.
     tolerances: tuple[float, ...] = (1e-11, 1e-10, 1e-9)
 
-    #: Largest energy z·p, relative to λ, of a state that the alternation between mechanisms and forces may
-    #: return. Other states are discarded. With a larger limit states are less exact. With a smaller limit
-    #: more starts lead to no state.
+    #: Largest energy z·p, relative to the work λ f_L·d of the live load, of a state that the alternation
+    #: between mechanisms and forces may return. Other states are discarded. With a larger limit, states are
+    #: less exact. With a smaller limit, more starts lead to no state.
     largest_energy: float = 1e-5
 
 

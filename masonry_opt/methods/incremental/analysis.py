@@ -4,9 +4,10 @@
 2. The live load is raised by increments, and the blocks find equilibrium after each increment. The response
    is linear until a contact opens, closes, slips or sticks, and the increment grows until this happens. After
    a damped motion the next increment is small.
-3. After a collapse the program solves for the exact state of the motion. If its load factor is between a load
-   with equilibrium and a load without, the search continues with loads just below and above this state. It
-   ends when the state is the limit. The state is then solved for again from the last equilibrium.
+3. After a collapse the program computes the exact state of the motion. If its load factor is between a load
+   with equilibrium and a load without, the search tests loads just below and just above the state's load. The
+   search ends if the blocks find equilibrium only under the smaller load. The exact state is then computed
+   again, starting from the last equilibrium.
 4. Without an exact state the load is bisected, with Newton's method, until the loads with and without success
    differ by less than 1e-6. A damped motion then shows that there is no equilibrium if the load is larger by
    ``tolerance``. The load factor is known to be in the range between both loads.
@@ -46,7 +47,9 @@ class End(StrEnum):
     """Ways in which a load history can end."""
 
     COLLAPSE = "equilibrium is lost"
-    UNBOUNDED = "the compression of joints grows with the live load, so joints carry any multiple of it"
+    UNBOUNDED = (
+        "the compression of joints grows with the live load, so joints carry any multiple of the live load"
+    )
     UNSTABLE = "the scene does not come to equilibrium when its dead load is applied to the blocks at rest"
     #: If a load history ends in one of the three ways below, the load factor remains undecided. Each text
     #: names the setting that ended the analysis.
@@ -78,8 +81,8 @@ class IncrementalResult:
     #: shape (3b,). None if the scene is unstable.
     unbalanced: np.ndarray | None = None
     #: Largest amount by which ``carried`` may exceed the load factor of the exact state because of unbalanced
-    #: forces. An exact state with a still lower load factor is not the state of the collapse. The amount is a
-    #: quarter of the setting ``tolerance`` times the load factor.
+    #: forces: the load factor times a quarter of the setting ``tolerance``. If ``carried`` exceeds the load
+    #: factor of an exact state by more, the state is not the state of the collapse.
     most_excess: float = 0.0
 
     @property
@@ -93,7 +96,7 @@ class IncrementalResult:
         return self.carried if self.state is None else self.state.load_factor
 
     def with_state(self, state: Answer | None) -> "IncrementalResult":
-        """Return a copy that contains an exact state, or the unchanged result if the state does not fit.
+        """Return a copy with an exact state added, or the unchanged result if the state is ignored.
 
         A state with a load factor between ``carried`` and ``not_carried`` is stored as the state of the
         collapse. A state with a lower load factor is stored as the state in which the blocks continue to move
@@ -117,11 +120,12 @@ def _is_between(state: Answer, carried: float, not_carried: float, size: float) 
 
 
 def _excess(state: Answer, unbalanced: np.ndarray | None, most: float) -> float:
-    """Return the largest amount by which unbalanced forces can raise ``carried`` above λ of an exact state.
+    """Return the largest amount by which ``carried`` can exceed the λ of an exact state.
 
-    If no joint slips, virtual work limits this amount to the work of the unbalanced forces in the motion of
-    the state, in which the live load does unit work: ``unbalanced`` is divided by the norm of the live load.
-    The returned amount is not larger than ``most``.
+    Unbalanced forces at ``carried`` cause the excess. If no joint slips, virtual work limits the excess to
+    the work of the unbalanced forces in the motion of the state, divided by the work of the live load. The
+    work of the live load equals the norm of the live load, by which ``unbalanced`` is already divided. The
+    returned value is at most ``most``.
     """
     return 0.0 if unbalanced is None else min(max(0.0, float(unbalanced @ state.d)), most)
 
@@ -142,7 +146,10 @@ class IncrementalAnalysis:
 
     @cached_property
     def preload(self) -> Equilibrium | Collapse | SlowMotion:
-        """Equilibrium that the blocks at rest reach under the dead load, or their motion if none is found."""
+        """Equilibrium of the blocks under the dead load, or their motion if no equilibrium is found.
+
+        The blocks start from rest.
+        """
         return self.solver.equilibrate(self.solver.at_rest(self.problem.settled), self.problem.dead)
 
     def run(self, progress: Callable[[LoadStep], None] = lambda _: None) -> IncrementalResult:
@@ -161,9 +168,10 @@ class IncrementalAnalysis:
         return self.solver.law.of_problem(self.preload.response.forces)
 
     def again_for(self, problem: Problem, effort: Effort | None = None) -> "IncrementalAnalysis":
-        """Return an analysis of another problem with the same joints and the same settings.
+        """Return an analysis of another problem with the settings of this analysis.
 
-        The stiffness matrix is reused if the elastic stiffness is equal.
+        The stiffness matrix of this analysis is reused if both problems have the same joints and the same
+        elastic stiffness.
         """
         if problem is self.problem:
             return self
@@ -249,7 +257,10 @@ class _LoadRaising:
         return self._result(End.TOO_MANY_INCREMENTS)
 
     def _raise_to(self, load_factor: float) -> None:
-        """Apply a larger load factor, and record the equilibrium, collapse or slow motion that follows."""
+        """Raise the load to a given load factor, and record the outcome.
+
+        The blocks reach equilibrium, or collapse, or still move when the analysis of their motion stops.
+        """
         if load_factor < self.unreached and self._reach(load_factor):
             return
         outcome = self.solver.move(self.reached.state, self._load(load_factor))
@@ -269,7 +280,7 @@ class _LoadRaising:
         self.state_in_motion = state if is_lower else None
 
     def _pass_slow_motion(self) -> bool:
-        """Try larger loads after an undecided motion. Return True if equilibrium or collapse follows."""
+        """Try larger loads after a slow motion. Return True if a load leads to equilibrium or collapse."""
         slow, increment = self.slow[0], self.settings.smallest_increment
         while self.slow and self.not_carried == inf and increment < 1:
             self._raise_to(slow * (1 + increment))
@@ -298,7 +309,11 @@ class _LoadRaising:
             self.state = None
 
     def _may_be_limit(self, state: Answer) -> bool:
-        """Return True if the load history has not ruled out an exact state as the state of the collapse."""
+        """Return True if an exact state can still be the state of the collapse.
+
+        The state must be in the bracket of the collapse load. In addition, ``carried`` must be smaller than
+        the load factor that is tested above the state (see :meth:`_around`).
+        """
         return self._is_in_bracket(state) and self.carried < self._around(state)[1]
 
     def _is_in_bracket(self, state: Answer) -> bool:
@@ -313,15 +328,16 @@ class _LoadRaising:
 
     @property
     def _most_excess(self) -> float:
-        """Largest excess of ``carried`` over the λ of an exact state that is attributed to unbalanced forces.
+        """Largest amount by which unbalanced forces may raise ``carried`` above the λ of an exact state.
 
-        It is half the distance between an exact state and the load that is tested above it, so that this load
-        is larger than ``carried``.
+        The search tests a load factor slightly above the λ of the exact state (see :meth:`_around`). The
+        amount is half of the distance between both load factors. The tested load factor is therefore larger
+        than ``carried``.
         """
         return self.settings.tolerance / 4 * self._size_of(self.carried)
 
     def _size_of(self, load_factor: float) -> float:
-        """Return the value to which differences of load factors refer: λ, but at least a positive minimum."""
+        """Return the divisor for relative differences of load factors: λ, but at least a positive minimum."""
         return max(load_factor, self.settings.smallest_increment * self.unit)
 
     def _choose_increment(self) -> float:

@@ -29,8 +29,8 @@ class _FarState:
     """State of the blocks after a motion so large that contacts deform no further, but only slip or open."""
 
     load_factor: float
-    #: Elastic trial forces after the motion, shape (3, m). Slip that has already taken place is subtracted,
-    #: so that it causes no elastic force.
+    #: Elastic trial forces after the motion, shape (3, m). Permanent slip is subtracted from the deformation
+    #: that causes these forces.
     trial: np.ndarray
     forces: np.ndarray  #: contact forces after the motion, shape (3, m)
     d: np.ndarray  #: displacements of the blocks after the motion, shape (3b,)
@@ -121,7 +121,7 @@ def _balance_rigid_motion(
 
 
 def _certify(solver: EquilibriumSolver, far: _FarState) -> Answer | None:
-    """Return a state as an answer with its certificate, or None if the live load does no work.
+    """Convert a state to an answer with a certificate, or return None if the live load does no work.
 
     The motion of the answer is the displacement or the mechanism, whichever has the smaller residuals.
     """

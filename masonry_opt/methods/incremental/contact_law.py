@@ -48,8 +48,9 @@ def mean_force_and_compliance(
     settings = settings or IncrementalSettings()
     c, t, points = problem.joints, problem.matrices.limited, problem.layout.points
     products = problem.B @ problem.B.T
-    # Scale the added value with the diagonal. Rounding would remove a constant value from the large rows of
-    # blocks with many joints or long lever arms.
+    # Regularise the matrix: increase each diagonal entry by a fixed fraction of its value. A constant
+    # increase would be lost by rounding in large entries, which belong to blocks with many joints or long
+    # lever arms.
     added = settings.regularisation * np.maximum(products.diagonal(), 1.0)
     blocks = products + sp.diags_array(added)
     forces = problem.B.T @ spsolve(blocks.tocsc(), -problem.dead)
@@ -73,8 +74,8 @@ class Response:
     #: third row; the other rows are zero.
     forces: np.ndarray
     tangent: np.ndarray  #: derivative of ``forces`` with respect to the trial forces, shape (3, 3, m)
-    #: Trial forces with which the next load step or time step starts, shape (3, m). Slip that has already
-    #: taken place is subtracted, so that it causes no elastic force.
+    #: Trial forces with which the next load step or time step starts, shape (3, m). Permanent slip is
+    #: subtracted from the deformation that causes these forces.
     remembered: np.ndarray
     sliding: np.ndarray  #: True for each closed joint at its friction limit, shape (c,)
     open: np.ndarray  #: True for each joint without normal force, shape (c,)
@@ -143,7 +144,10 @@ class ContactLaw:
     def _limit_forces(
         self, trial: np.ndarray, forces: np.ndarray, tangent: np.ndarray, remembered: np.ndarray
     ) -> None:
-        """Write the response of ties, props and earth into ``forces``, ``tangent`` and ``remembered``."""
+        """Write the response of the limited forces into ``forces``, ``tangent`` and ``remembered``.
+
+        Limited forces are the forces of ties and props, and earth pressure.
+        """
         limited = slice(self.joints, None)
         free = trial[2, limited]
         forces[2, limited] = np.clip(free, self.lowest, self.highest)
@@ -265,7 +269,7 @@ class ContactLaw:
 
 
 class StrengthPolygon:
-    """Polygon of the normal forces n₁ and n₂ that a joint of limited strength can carry.
+    """Polygon of the pairs (n₁, n₂) of normal forces that a joint of limited strength can carry.
 
     The polygon is convex: chords of the strength parabola limit the moment in both directions. Both contact
     points have the same stiffness, so that the return mapping is the projection onto the polygon. Forces are

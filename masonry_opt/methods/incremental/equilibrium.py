@@ -13,10 +13,9 @@ solves
     (2)  r(d) - η B k Bᵀd = 0
 
 by Newton's method until the residual is at most half of the unbalanced forces at the start of the step. The
-first iteration alone is often enough (linearly implicit Euler method, Deuflhard 1985). Contacts may open,
-close, slip or stick, so that no iteration is enough. Then the direction of the first iteration is halved
-until its residual is small enough. The damping decreases after a complete step and increases after a
-shortened one.
+first iteration alone is often enough (linearly implicit Euler method, Deuflhard 1985). If contacts open,
+close, slip or stick, Newton's method may fail. Then the direction of the first iteration is halved until its
+error is small enough. The damping decreases after a complete step and increases after a shortened step.
 """
 
 from dataclasses import dataclass
@@ -40,8 +39,8 @@ from masonry_opt.problem.problem import Problem
 class BlockState:
     """State of the blocks in a load history: trial forces of the contacts, and block displacements."""
 
-    #: Elastic trial forces of the contacts, shape (3, m). Slip that has already taken place is subtracted, so
-    #: that it causes no elastic force.
+    #: Elastic trial forces of the contacts, shape (3, m). Permanent slip is subtracted from the deformation
+    #: that causes these forces.
     trial: np.ndarray
     d: np.ndarray  #: displacements, shape (3b,)
 
@@ -103,8 +102,9 @@ class EquilibriumSolver:
     ) -> None:
         """Set up the contact law and the stiffness matrix.
 
-        The compliance, shape (3c + t,), is by default that of :func:`mean_force_and_compliance`. The matrix
-        of another problem is reused if its joints and their stiffness are equal.
+        The compliance has shape (3c + t,). By default :func:`mean_force_and_compliance` computes it. The
+        stiffness matrix ``matrix`` of another problem is reused if both problems have the same joints and the
+        same elastic stiffness.
         """
         self.problem, self.settings = problem, settings or IncrementalSettings()
         self.mean_force, by_extent = mean_force_and_compliance(problem, self.settings)
@@ -127,7 +127,7 @@ class EquilibriumSolver:
         """Return the equilibrium or the motion that a load, shape (3b,), causes from a given state.
 
         An equilibrium beyond the displacement ``far`` is ignored, because joints that are not quite parallel
-        may jam there.
+        may jam at such large displacements.
         """
         equilibrium = self.find_equilibrium(state, load, self.evaluate(state, load))
         return self.move(state, load) if equilibrium is None else equilibrium
@@ -156,7 +156,7 @@ class EquilibriumSolver:
             step, share = self._step_in_time(start, load, damping)
             damping *= settings.acceleration if share < 1.0 else 1 / settings.acceleration
             if step is None:
-                # A larger damping would only shorten a step that is already within rounding errors.
+                # Stop: with this damping, the blocks move in a time step by less than the rounding errors.
                 if damping * settings.rounding**2 > 1.0:
                     break
                 continue
@@ -182,9 +182,10 @@ class EquilibriumSolver:
         return change
 
     def size_of_motion(self, displacement: np.ndarray) -> float:
-        """Return the root-mean-square motion of all contacts under a displacement, shape (3b,).
+        """Return the root mean square of the relative motions that a displacement causes at all contacts.
 
-        The unit is the elastic displacement, see :class:`IncrementalSettings`.
+        The displacement has shape (3b,). The unit of the result is the elastic displacement that
+        :class:`IncrementalSettings` defines.
         """
         return self.size(self.trial_change(displacement))
 
@@ -258,9 +259,10 @@ class EquilibriumSolver:
         return self.size_of_motion(displacement) <= self.settings.rounding * float(np.abs(displacement).max())
 
     def _find_endless_motion(self, step: Step, load: np.ndarray) -> np.ndarray | None:
-        """Return a displacement of size ``far`` along an endless mechanism, or None if the blocks may stop.
+        """Return a displacement of size ``far`` that no contact stops, or None if the blocks may stop.
 
-        Without damping, the unbalanced forces cause such a large displacement only along a mechanism.
+        Without damping, the unbalanced forces cause such a large displacement only along a mechanism. The
+        unbalanced forces must hardly change along the displacement (setting ``steady``).
         """
         far = self.far(load)
         motion = self.solve_linear(step.response.tangent, 0.0, step.unbalanced)
@@ -295,11 +297,13 @@ class EquilibriumSolver:
         return self.evaluate(start.state, load, damping, step.displacement + x)
 
     def _shorten(self, start: Step, whole: Step, load: np.ndarray) -> tuple[Step | None, float]:
-        """Halve a time step until the tangent predicts the forces well. Return it, and its relative length.
+        """Halve a time step until the tangent predicts the forces well, and return the shorter step.
 
-        The length is relative to the full step. If the tangent does not predict the forces well even for the
-        shortest step, None and zero are returned. The tangent predicts that the unbalanced forces change
-        linearly to those that the damping balances.
+        The second returned value is the length of the shorter step as a fraction of the full step. The
+        tangent predicts that the unbalanced forces change linearly during the full step. At the end of the
+        full step, the damping balances these forces. The error of the prediction must be at most half of the
+        unbalanced forces at the start. If the error is larger even for the shortest step, None and zero are
+        returned.
         """
         enough = self.size(start.unbalanced) / 2
         predicted = whole.unbalanced - whole.residual

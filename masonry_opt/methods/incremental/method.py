@@ -122,7 +122,7 @@ def _last_state(analysis: IncrementalAnalysis, result: IncrementalResult) -> Ans
 
 
 def _falling_state(analysis: IncrementalAnalysis) -> Answer | None:
-    """Return an exact collapse state under the dead load or a part of it, or None if no state is found."""
+    """Return an exact collapse state under a fraction λ ≤ 1 of the dead load, or None if none is found."""
     problem = analysis.problem
     raised = replace(problem, dead=np.zeros_like(problem.dead), live=problem.dead, settled=None)
     result = IncrementalAnalysis(raised, analysis.solver.settings).run()
@@ -169,7 +169,11 @@ def _stressed(
 
 
 def _range(drawn: Iterable[IncrementalAnalysis | None]) -> tuple[tuple[float, float] | None, int]:
-    """Return the least and largest incremental load factor, and the number of analyses with a load factor."""
+    """Return the least and the largest incremental load factor of several analyses.
+
+    None replaces the two values if no analysis has a load factor. The second returned value is the number of
+    analyses that have a load factor.
+    """
     ends = (analysis.run().load_factor for analysis in drawn if analysis is not None)
     load_factors = [load_factor for load_factor in ends if load_factor is not None]
     return ((min(load_factors), max(load_factors)) if load_factors else None), len(load_factors)

@@ -29,8 +29,8 @@ class Shortfall(StrEnum):
 #: that is rejected (a shortfall).
 Failure = Status | Shortfall
 
-#: Function that returns the settings of the next run of the loop after a failed run, or None if the next run
-#: would be the same.
+#: Function that takes the settings of a failed run of the loop and returns the settings of the next run, or
+#: None if the remedy cannot change the settings further.
 Remedy = Callable[[Attempt], Attempt | None]
 
 #: Remedies that are still to be tried, for each kind of failure.
@@ -49,9 +49,10 @@ def _accurately(last: Attempt) -> Attempt | None:
 
 
 def less_slope(last: Attempt) -> Attempt | None:
-    """Return the settings of a further run with a third of the slope α, or None if α is at its minimum.
+    """Return the settings of a further run with α reduced to a third, or None if α is at its minimum.
 
-    A contracting limit |s| ≤ c − αμn also limits n to c / (αμ). A smaller slope raises this limit.
+    A shear limit |s| ≤ c − αμn with contracting flow also limits n to c / (αμ). A smaller slope α raises the
+    limit of n.
     """
     if last.parameters.alpha <= last.parameters.alpha_min:
         return None
@@ -59,7 +60,7 @@ def less_slope(last: Attempt) -> Attempt | None:
 
 
 def _more_damping(last: Attempt) -> Attempt | None:
-    """Return the settings of a further run with half of the weight β of the latest normal forces."""
+    """Return the settings of a further run in which the weight β of the latest normal forces is halved."""
     return _with(last, "beta", last.parameters.beta / 2)
 
 
@@ -90,8 +91,8 @@ def _with(last: Attempt, option: str, value: float | str) -> Attempt:
 
 #: Remedies for each kind of failure, in the order in which they are tried. A remedy that is listed several
 #: times is tried that many times. Each remedy solves at least one test scene on which a run of the loop
-#: fails. A change of the option ``c0`` was tried and is no remedy: it solves few scenes, and method "coulomb"
-#: solves these scenes too.
+#: fails. A change of the option ``c0`` is not among the remedies: in tests it solved few scenes, and method
+#: "coulomb" solves these scenes too.
 REMEDIES: dict[Failure, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
     Status.NO_STATE: (*(less_slope,) * 5, _accurately),
@@ -138,12 +139,12 @@ def nonassociative(task: Task) -> Solution:
     # changes.
     declared: tuple[Solver, float | None] | None = None
     remaining: _RemainingRemedies = {failure: iter(remedies) for failure, remedies in REMEDIES.items()}
-    # Least load factor so far of the sub-problems with residuals of at most ``BORNE_OUT``, or None if there
-    # is none. The residuals are computed with the joints' own flow rule.
+    # Least verified load factor of the sub-problems so far, or None if no load factor is verified. A load
+    # factor is verified if no residual under the joints' own flow rule is larger than ``BORNE_OUT``.
     least: float | None = None
 
     def follow(step: Iteration) -> None:
-        """Update the least certified load factor with the state of a sub-problem, and report progress."""
+        """Update the least verified load factor with the state of a sub-problem, and report progress."""
         nonlocal least
         state = step.solved.state if step.solved else None
         if state and (least is None or state.load_factor < least):
@@ -168,9 +169,9 @@ def nonassociative(task: Task) -> Solution:
 
 
 def _declared(task: Task, problem: Problem, solver: Solver, tolerance: float | None) -> Driver:
-    """Compile the linear program of the sub-problems for a solver and a tolerance, and return its driver."""
-    # Scale sub-problems by the load if they are solved to a large tolerance, so that their errors do not grow
-    # with the size of the scene.
+    """Return a driver that solves the linear program of the sub-problems with a solver and a tolerance."""
+    # If sub-problems are solved to a large tolerance, divide forces by the dead load of the loaded blocks.
+    # Otherwise the errors of the solver would grow with the size of the scene.
     of_load = tolerance is not None
     solver = solver if tolerance is None else rougher(solver, tolerance)
     how: dict[str, Any] = {"of_load": of_load, "purpose": "sub-problems", "repeats": True}
@@ -202,7 +203,7 @@ def _gathered(runs: list[_Ran], options: LoopOptions, least: Reason) -> Solution
     - otherwise the first run whose residuals are small enough for its load factor to be accepted;
     - otherwise the first run.
 
-    ``least`` is a reason that states the least certified load factor of a sub-problem. It is added if the run
+    ``least`` is a reason that states the least verified load factor of a sub-problem. It is added if the run
     did not converge.
     """
     last = runs[-1]

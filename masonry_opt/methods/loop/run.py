@@ -22,9 +22,9 @@ from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solved, Solver, in_cvxpy
 
-#: Limit of the energy error of sliding joints, relative to λ. Below this limit, a run with rough sub-problems
-#: (large solver tolerance) looks for an exact state, in order to end early. A smaller limit needs more
-#: sub-problems: on façades, 1e-3 needs two to three times as many.
+#: Limit of the energy error of sliding joints (``Iteration.mismatch``), relative to λ. Below this limit, a
+#: run with rough sub-problems (large solver tolerance) looks for an exact state, in order to end early. A
+#: smaller limit needs more sub-problems: on façades, 1e-3 needs two to three times as many as 5e-3.
 _NEARLY_TRUE = 5e-3
 
 #: If the search for an exact state fails in a run that may end early, the loop solves this number of
@@ -53,8 +53,9 @@ LONGEST_PERIOD = 6
 #: range from one period to the next. With a larger value, slowly damped oscillations also count as cycles.
 _LARGEST_CYCLE_DRIFT = 0.05
 
-#: Rates above this fraction of the largest rate count as nonzero. The first fraction exceeds the rates that
-#: solvers return in place of zero. The second fraction is tried if the first leads to no exact state.
+#: Two fractions of the largest rate, tried one after the other. Rates above the fraction count as nonzero.
+#: The first fraction exceeds the rates that solvers return in place of zero. The second fraction is tried if
+#: no exact state is found with the first fraction.
 _MOVING_RATE_SHARES = (1e-6, 1e-4)
 
 #: Key in ``result.solvers`` of the solvers that computed the exact state at the end of a run of the loop.
@@ -72,7 +73,7 @@ class Iteration:
     #: λ of the sub-problem. The small cohesion that the loop adds increases λ slightly; this contribution is
     #: subtracted only at the end of a run.
     load_factor: float
-    #: Slope α of the shear limit, relative to μ; NaN for the first sub-problem, which has the true limit.
+    #: Slope α of the shear limit, relative to μ; NaN for the first sub-problem, whose shear limit has no α.
     alpha: float
     #: Largest change of a normal force from the previous sub-problem, relative to the median dead load of a
     #: block.
@@ -81,12 +82,12 @@ class Iteration:
     violation: float
     raising: float  #: work done against the dead load (paper, Fig. 12)
     sliding: float  #: energy dissipated by sliding in the sub-problem
-    #: Energy that the slips of the sub-problem would dissipate with the true shear limits: the paper's
+    #: Energy that the slips of the sub-problem would dissipate with Coulomb's shear limits: the paper's
     #: corrected energy.
     coulomb_sliding: float
-    #: Error of the dissipated energy. Each joint has one energy with the shear limits of the sub-problem and
-    #: one with the true limits. The error is the sum of the absolute differences. The small cohesion that the
-    #: loop adds is not counted.
+    #: Error of the dissipated energy: the sum over all joints of slip times the absolute difference between
+    #: the sub-problem's shear limit and Coulomb's shear limit. The small cohesion that the loop adds is
+    #: subtracted from the sub-problem's shear limit.
     mismatch: float
     seconds: float  #: time of the solver
     attempt: int  #: number of the run of the loop, from 1
@@ -233,8 +234,9 @@ class Run:
         is_rough = self.parameters.tolerance is not None or problem.layout.round
         if not is_rough:
             end = accurate_end(problem, state, corrected(problem, last), solver, effort)
-        # If joints can crush, also try the method for rough sub-problems, which computes the mechanism again.
-        # In the mechanism of the sub-problem, sliding joints may contract where joints should crush.
+        # If joints can crush, also try the method for rough sub-problems, which computes a new mechanism. The
+        # mechanism of the sub-problem may be wrong: sliding joints contract, which can take the place of
+        # crushing.
         if is_rough or (end is None and len(problem.crushing)):
             end = rough_end(problem, state, solver, effort)
         if end is None:
@@ -248,7 +250,7 @@ class Run:
         """
         state, ended, first = last.state, self.ending, self.load_factors[0]
         load_factor = corrected(self.problem, last)
-        # Limit λ to the associative load factor, which is an upper bound of λ for any dilatancy smaller than
+        # Limit λ to the associative load factor, which is an upper bound on λ for any dilatancy smaller than
         # the friction.
         if self.first_is_associative and load_factor > first:
             ended = ended.telling(reason(Code.ABOVE_ASSOCIATIVE, by=load_factor - first))

@@ -151,11 +151,11 @@ def corrected(problem: Problem, last: SubProblem) -> float:
 
 
 def _largest_nearby(problem: Problem, state: State) -> np.ndarray:
-    """Return the largest normal force near each joint, shape (c,). The small cohesion is proportional to it.
+    """Return the force to which the small cohesion of each joint is proportional, shape (c,).
 
     The force is the largest normal force in the joint's connected component, but at most
-    ``_LARGEST_FORCE_RATIO`` times the largest force on the joint's own blocks. The cohesion is then small for
-    each joint.
+    ``_LARGEST_FORCE_RATIO`` times the largest force on the joint's own blocks. This limit keeps the cohesion
+    small if other blocks carry very large forces.
     """
     largest = np.zeros(problem.part.max() + 1)
     np.maximum.at(largest, problem.part, problem.normal_forces(state.q))

@@ -1,10 +1,10 @@
-"""Certified bounds of the associative load factor, checked with the matrices of the problem alone.
+"""Certified bounds on the associative load factor, checked with the matrices of the problem alone.
 
-By weak duality of eqs (9) and (10) every admissible state of equilibrium is a lower bound of λ, and every
-mechanism with normal flow an upper bound. The answer of a solver satisfies these conditions only nearly. To
-satisfy them exactly, the answer is projected onto the solutions of the equations, and then moved towards a
-point that satisfies all inequalities strictly. In space the inequalities are cones: of friction forces, and
-of slip velocities.
+By weak duality of eqs (9) and (10), every admissible state of equilibrium implies a lower bound on λ, and
+every mechanism with normal flow an upper bound. The answer of a solver satisfies the equations and
+inequalities only nearly. To satisfy them exactly, the answer is projected onto the solutions of the
+equations, and then moved towards a point that satisfies all inequalities strictly. In space the inequalities
+are cones: of friction forces, and of slip velocities.
 """
 
 from dataclasses import dataclass, replace
@@ -23,8 +23,8 @@ from masonry_opt.solution.acceptance import FEASIBILITY_TOLERANCE
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 
-#: Largest relative width (upper − lower) / |λ| of the bounds that a solver may provide. If the width is
-#: larger, the next solver is used.
+#: Bounds count as sufficiently accurate if their relative width (upper − lower) / |λ| is at most this value.
+#: If the width is larger, the static program is solved again by the next solver.
 LARGEST_BOUND_WIDTH = 1e-9
 #: Model, solver and tolerance with which the static program is solved for certified bounds. The next entry is
 #: used if the bounds from all entries before it are wider than ``LARGEST_BOUND_WIDTH``.
@@ -53,7 +53,7 @@ _Cones = tuple[sp.csr_array, np.ndarray, tuple[sp.csr_array, sp.csr_array]]
 
 @dataclass(frozen=True)
 class CertifiedBounds:
-    """Certified bounds of the associative load factor λ: lower ≤ λ ≤ upper.
+    """Certified bounds on the associative load factor λ: lower ≤ λ ≤ upper.
 
     A bound is infinite if no feasible point was found. Both bounds are −∞ if no admissible joint forces are
     in equilibrium with the dead load alone. Both bounds are +∞ if λ is unlimited.
@@ -70,7 +70,7 @@ class CertifiedBounds:
 
     @property
     def width(self) -> float:
-        """Width upper − lower, relative to the load factor; infinite if a bound is infinite."""
+        """Width upper − lower of the bounds, relative to the load factor; infinite if a bound is infinite."""
         if not self.finite:
             return np.inf
         return (self.upper - self.lower) / LoadFactorScale(self.unit).divisor(self.middle)
@@ -95,7 +95,7 @@ class CertifiedBounds:
 class _Convex:
     """Convex program with equations A x = b, inequalities G x + g ≥ 0, and cones.
 
-    For each feasible point x, the number cost · x is a bound of λ: a lower bound in the static program, and
+    For each feasible point x, the number cost · x is a bound on λ: a lower bound in the static program, and
     an upper bound in its dual program.
     """
 
@@ -128,7 +128,7 @@ class _Convex:
         return _Convex(A, norm * self.cost, G, np.zeros(signed), cost, (speed, np.zeros(k), (first, second)))
 
     def inside(self, x: np.ndarray, interior: np.ndarray | None) -> float:
-        """Move the point x into the feasible set, and return the bound of λ that the moved point proves.
+        """Move the point x into the feasible set, and return the bound on λ that the moved point proves.
 
         The moved point is the projection of x on the equations, moved towards an interior point as far as the
         inequalities require. The result is NaN if no feasible point is found.
@@ -145,7 +145,7 @@ class _Convex:
         return self._bound(x + min(1.0, _STEP_EXCESS * share) * (interior - x))
 
     def _bound(self, x: np.ndarray) -> float:
-        """Return cost · x, which is a bound of λ, if the point x is feasible; otherwise NaN."""
+        """Return cost · x, which is a bound on λ, if the point x is feasible; otherwise NaN."""
         feasible = self.slack(x).min() >= 0 and np.abs(self.A @ x - self.b).max() <= FEASIBILITY_TOLERANCE
         return float(self.cost @ x) if feasible else np.nan
 
@@ -187,7 +187,7 @@ class _Convex:
 
 
 def certified_bounds(problem: Problem) -> CertifiedBounds:
-    """Return bounds of the associative λ from feasible points of eqs (9) and (10).
+    """Return bounds on the associative λ from feasible points of eqs (9) and (10).
 
     The points satisfy the equations to 1e-11 in units of the load and of the mean velocity, and the
     inequalities exactly. There may be no bound if the inequalities have no interior point.

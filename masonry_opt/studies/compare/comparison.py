@@ -125,7 +125,7 @@ def compare(  # noqa: PLR0913 - options of the public API are keywords
 
 
 def _listed(argument: str, names: str | Path | Scene | Sequence[Any]) -> Sequence[Any]:
-    """Return a name, a scene or a list as a list. Raises OptionError if the argument is none of these."""
+    """Return a name, a scene or a list as a list. Raise OptionError if the argument has another type."""
     if isinstance(names, str | Path | Scene):
         return [names]
     if not isinstance(names, Sequence):
@@ -187,9 +187,9 @@ def run_plan(
     by_parabola = sorted({*results["scene"][results["crushing"] == "parabola"]})
     if by_parabola:
         notes.append(
-            f"{', '.join(by_parabola)}: with conic solvers, the errors of methods 'static' and 'kinematic' "
-            "are unknown, because these solvers use the crushing parabola, but the certified bounds use "
-            "chords inside the parabola"
+            f"{', '.join(by_parabola)}: the errors of conic solvers with methods 'static' and 'kinematic' "
+            "are unknown; conic solvers use the crushing parabola, but the certified bounds use chords "
+            "inside the parabola"
         )
     summary = judge.summary(rows, bounds, best)
     coulomb = summary[(summary["question"] == judge.COULOMB) & summary["load_factor"].notna()]
@@ -243,7 +243,7 @@ class _JournalRuns:
             yield row
 
     def _has_lower_limit(self, row: Mapping[str, Any]) -> bool:
-        """Return True if a run exceeded a limit of time or memory that has become larger since."""
+        """Return True if a run exceeded a time or memory limit that was lower than the present limit."""
         by_time = row["ended"] == TIME_LIMIT and row["time_limit"] < self.limits.time
         by_memory = row["ended"] == MEMORY_LIMIT and row["memory_limit"] < self.limits.memory
         return bool(by_time or by_memory)

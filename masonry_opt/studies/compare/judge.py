@@ -30,7 +30,7 @@ from masonry_opt.studies.runner import FINISHED
 from masonry_opt.studies.writing import in_words, notebook_html
 
 #: Kinds of answers that can be exact collapse states. Answers of the paper's loop of linear programs are
-#: excluded, because their sliding joints may contract.
+#: excluded, because their sliding joints may contract, which violates the flow rule.
 _EXACT_KINDS = (Kind.NEARLY_COMPLEMENTARY, Kind.RELAXED, Kind.EXACT)
 
 ASSOCIATIVE = "associative"  #: Value of column "question" for load factors with associative flow.
@@ -133,7 +133,7 @@ def best_known(scenes: Iterable[CaseScene], folder: Path) -> dict[str, BestKnown
                 best[scene.name] = BestKnown(float(entry["load_factor"]), str(entry["method"]))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise CaseError(
-            f"{registry}: the entry of each scene needs content, load_factor and method: {error}"
+            f"{registry}: the entry of each scene needs the keys content, load_factor and method: {error}"
         ) from None
     return best
 
@@ -163,7 +163,7 @@ def lowest_exact(rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown])
 
 
 def _known_claims(question: str, bounds: CertifiedBounds) -> dict[str, bool]:
-    """Return the claims about a scene that are proven or refuted by bounds of its associative λ.
+    """Return the claims about a scene that are proven or refuted by bounds on its associative λ.
 
     The result is a dict with the claims as keys: a proven claim has the value True, a refuted claim False.
     For associative flow the bounds decide all claims. Coulomb friction has the same admissible states of
@@ -283,7 +283,7 @@ def _relative(row: Mapping[Any, Any], reference: float) -> float:
 
 
 def _scale(row: Mapping[Any, Any]) -> LoadFactorScale:
-    """Return the scale on which the load factor of a finished run is compared."""
+    """Return the scale for comparing the load factor of a finished run with other load factors."""
     return LoadFactorScale(row["load_factor_unit"])
 
 
@@ -361,7 +361,7 @@ class Comparison:
     scenes: tuple[CaseScene, ...]
     plan: RunPlan
     limits: RunLimits
-    bounds: dict[str, CertifiedBounds]  #: bounds of the associative load factor, by scene name
+    bounds: dict[str, CertifiedBounds]  #: bounds on the associative load factor, by scene name
     best: dict[str, BestKnown]  #: lowest known exact Coulomb states, by scene name
     results: pd.DataFrame  #: table with one row for each run (see :data:`~.runs.COMPARISON_COLUMNS`)
     summary: pd.DataFrame  #: table with one row for each scene and ``Pair`` (see :func:`summary`)

@@ -23,7 +23,8 @@ _RUNS = [
     *("scene", "pair", "load_factor", "tolerance", "verdict", "error", "time", "reason"),
     *("iterations", "lp_solves", "peak_memory", "blocks", "joints", *CERTIFICATE_RESIDUALS),
 ]
-#: Letters by which charts mark runs without a certified answer. The keys are verdicts and exceeded limits.
+#: Letters with which charts mark runs whose answer is not certified. The key is the limit that the run
+#: exceeded or, if the run ended within its limits, the verdict on the run.
 _ENDING_LETTERS = {
     TIME_LIMIT: "T",
     MEMORY_LIMIT: "M",
@@ -31,10 +32,11 @@ _ENDING_LETTERS = {
     judge.REASON_NAMED: "N",
     judge.FAILED: "F",
 }
-#: Explanations of letters in charts, for verdicts whose names are not clear enough.
-_LETTER_MEANINGS = {"N": "the run has no load factor, and names the correct reason"}
+#: Explanations of letters in the notes on charts. All other letters are explained by their keys in
+#: ``_ENDING_LETTERS``.
+_LETTER_MEANINGS = {"N": "the scene has no load factor, and the run states the correct reason"}
 
-#: For each kind of load factor: the name of the error in titles, and the label of the axis of errors.
+#: Name of the error in chart titles, and title of the error axis, for each kind of load factor.
 _ERRORS = {
     judge.ASSOCIATIVE: ("error", "relative error of λ (against certified bounds)"),
     judge.COULOMB: ("gap to the best exact state", "relative gap of λ to the best state"),
@@ -81,7 +83,7 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     texts = in_words(rows, judge.NUMBER_FORMATS, (*_TOOLTIP, *_RENAMED)).rename(columns=_RENAMED)
     marks = texts.set_index(rows.index).assign(
         time=rows["time"],
-        # A logarithmic axis has no zero, so errors of zero are drawn at the lowest error of the axis.
+        # A logarithmic axis has no zero, so errors of zero are drawn at the lowest error on the axis.
         height=rows["error"].clip(low).where(certified, in_band),
         engine=rows["engine"],
         method=rows["method"],
@@ -95,11 +97,15 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     notes = [f"{letter}: {_LETTER_MEANINGS.get(letter, ending)}" for ending, letter in shown.items()]
     error_name, label = _ERRORS[question]
     if question == judge.COULOMB and math.isclose(low, judge.GAP_FLOOR):
-        notes.append(f"gaps below {low:g} count as zero; the logarithmic axis shows them at this value")
+        notes.append(
+            f"relative gaps below {low:g} count as zero; they are drawn at this value, because a logarithmic "
+            "axis has no zero"
+        )
     notes.append("grey steps: Pareto front")
     if marks["below"].any():
         notes.append(
-            "grey triangles: λ of the run is lower than λ of the best known exact state, by the gap shown"
+            "grey triangles: λ of the run is lower than λ of the best known exact state; the gap is the "
+            "relative difference"
         )
     x = _log(alt.X("time:Q"), "time (s)", (first / 1.25, last * 1.25), (first, last))
     places = {"x": x, "y": _log(alt.Y("height:Q"), label, (low / 3, top), (low, high))}
@@ -110,8 +116,8 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     raw = alt.Color("colour:N", scale=None)
     caption = {"x": alt.value(5), "y": alt.value(9), "text": alt.value("not certified")}
     lines = {"color": raw, "detail": "pair:N", "opacity": _OPACITY, "order": "rung:Q"}
-    # Only this layer has a legend, because the entries of a legend that several layers share cannot be
-    # selected.
+    # Only the layer of point marks has a legend, because a click cannot select the entries of a legend that
+    # several layers share.
     coded = {"color": alt.Color("engine:N", scale=alt.Scale(domain=[*colours], range=[*colours.values()]))}
     coded |= {"shape": alt.Shape("method:N", sort=[*METHODS], **legend(certified.any()))}
     coded |= {"opacity": _OPACITY, "tooltip": tooltip}
@@ -140,7 +146,11 @@ def _decades(values: pd.Series) -> tuple[float, float]:
 
 
 def _log(channel: Any, label: str, ends: tuple[float, float], decades: tuple[float, float]) -> Any:
-    """Return a chart channel with a logarithmic axis between two ends, and ticks at powers of ten."""
+    """Return a chart channel with a logarithmic axis that has ticks at powers of ten.
+
+    ``ends`` are the limits of the axis, and ``decades`` are the lowest and the highest power of ten for
+    ticks. If the ticks would have more than ``_MOST_TICKS`` intervals, powers of ten are skipped.
+    """
     first, last = (round(math.log10(end)) for end in decades)
     step = math.ceil((last - first) / _MOST_TICKS)
     powers = [10.0**power for power in range(first, last + 1, step)]
@@ -193,7 +203,11 @@ def load_factors(comparison: judge.Comparison) -> dict[str, Any]:
 
 
 def _answer(row: Mapping[Any, Any]) -> str:
-    """Return a short text on a run: λ with its error or gap, or the reason why λ is missing, and the time."""
+    """Return a short text on a run: λ with its error, or the verdict with its reason, and the solve time.
+
+    The error of a Coulomb load factor is its gap to the best exact state. The verdict and its reason replace
+    the error if λ is unknown or not certified.
+    """
     seconds = f"{row['time']:.2g} s"
     load_factor = "" if pd.isna(row["load_factor"]) else _lambda(row["load_factor"])
     if row["verdict"] != judge.CERTIFIED:

@@ -33,10 +33,10 @@ KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance",
 CERTIFICATE_RESIDUALS = ("equilibrium", "yield", "flow", "complementarity")  #: Residuals of a certificate.
 #: Columns of text; "" if unknown.
 _TEXT_COLUMNS = ("ended", "status", "kind", "existence", "crushing", "friction_law", "message")
-#: Columns of results.csv: λ, the unit of its :class:`LoadFactorScale`, and its certificate, times in seconds,
-#: memory in MB, numbers of solves and iterations, sizes of the scene and its program, and the time and memory
-#: limits of the run. The column ``wall`` is the duration of the solve, or of the process if the run did not
-#: finish.
+#: Columns of results.csv. Times are in seconds, and memory is in MB. The column ``load_factor_unit`` is the
+#: unit of the :class:`LoadFactorScale` on which λ is compared. The column ``wall`` is the duration of the
+#: solve, or of the process if the run did not finish. The columns ``rows``, ``columns`` and ``nonzeros`` are
+#: the size of the linear program.
 COMPARISON_COLUMNS = (
     *KEY,
     *_TEXT_COLUMNS,
@@ -47,9 +47,8 @@ COMPARISON_COLUMNS = (
 )
 
 _METHOD_TIME_SHARE = 0.8  #: Fraction of a run's time limit that is passed to the method as ``time_limit``.
-_WARM_UP = Path(
-    "gilbert", "two_blocks.toml"
-)  #: Case file of two blocks, which is solved as a warm-up before timing.
+#: Case file of two blocks, which is solved as a warm-up before timing.
+_WARM_UP = Path("gilbert", "two_blocks.toml")
 
 
 @dataclass(frozen=True)
@@ -111,7 +110,11 @@ def content_of(scene: Scene) -> str:
 
 
 def _path(case: str | Path, folder: Path) -> Path:
-    """Return the path of a case file. Raises CaseError or OptionError unless exactly one file matches."""
+    """Return the path of a case file that is specified by its path, or by its name in ``folder``.
+
+    Raises CaseError if no case file has the name. Raises OptionError if several case files have the name, or
+    if ``case`` is neither a text nor a path.
+    """
     if not isinstance(case, str | Path):
         raise OptionError(
             "compare needs paths of case files: write the scene to a file with mo.save(scene, 'scene.toml')"
@@ -135,7 +138,9 @@ class Pair:
     method: str
     model: str
     solver: str
-    tolerance: float | None  #: tolerance of the solver; None for the default of the method or of the solver
+    #: tolerance of the solver; None if the method chooses its tolerances, or if the solver has fixed
+    #: tolerances
+    tolerance: float | None
 
 
 @dataclass(frozen=True)
@@ -222,7 +227,7 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
 
 
 def bound_scene(path: Path) -> dict[str, float]:
-    """Return certified bounds of the associative load factor of a case file; see ``certified_bounds``."""
+    """Return certified bounds on the associative load factor of a case file; see ``certified_bounds``."""
     _use_one_core()
     return asdict(certified_bounds(assemble(load(path)).problem))
 

@@ -40,7 +40,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
     no_default: Reason why the default method has no result, if the user or the time limit ended its solve, or
         if it raised an error.
     by_parabola: Associative load factor at the worst position with the crushing parabola, if chords replace
-        the parabola in ``worst``; otherwise None. It is an upper bound of λ.
+        the parabola in ``worst``; otherwise None. It is an upper bound on λ.
     no_parabola: Reason why ``by_parabola`` is not known although ``worst`` uses chords: the user or the time
         limit ended its solve, it raised an error, or any load is carried.
     required_factor: Load factor that is required; None if none is required.
@@ -68,7 +68,10 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
             yield from unusual_axles(self.passages[0].passage.assembly, groups.values())
 
     def _contradictions(self) -> Iterator[dict[str, Any]]:
-        """Generate a warning if λ at the worst position is less than the proven lower bound of λ."""
+        """Generate a warning if λ at the worst position is less than the proven lower bound on λ.
+
+        The bound and λ come from different solves, so an inaccurate solver can cause this contradiction.
+        """
         bounds = [trials.bound for trials in self.passages if trials.bound is not None]
         least = self.load_factor
         if least is None or not bounds:
@@ -77,8 +80,8 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         if least >= bound or self.load_factor_scale.equal(bound, least):
             return
         sentence = (
-            f"λ = {numeral(least, '.6f')} at the worst position is less than its separately computed "
-            f"lower bound {numeral(bound, '.6f')}, so no bound is reported: try another solver"
+            f"λ = {numeral(least, '.6f')} at the worst position is less than the separately computed lower "
+            f"bound {numeral(bound, '.6f')} on λ, so the bound is not reported: try another solver"
         )
         yield study_warning(StudyCode.BELOW_BOUND, sentence, load_factor=least, bound=bound)
 
@@ -119,7 +122,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
     def plot(self) -> "Picture":
         """Return a matplotlib figure: a chart of λ by position, above the mechanism at the worst position.
 
-        Both parts have the same x axis. The position is that of the first axle.
+        Both parts have the same x axis. The x axis of the chart is the position of the first axle.
 
         Raises
         ------

@@ -31,8 +31,8 @@ class Assessment(NamedTuple):
     outcome: AssessmentOutcome
     #: Load factor that is compared with the required load factor; None if it is unlimited or unknown.
     load_factor: float | None
-    #: Name of ``load_factor`` as text. If the outcome is undecided, or if ``load_factor`` is None, the text
-    #: states the reason for the outcome instead.
+    #: Description of the load factor that decides the outcome, such as "proven lower bound for associative
+    #: flow". If no load factor decides the outcome, the text is the reason for the outcome.
     why: str
 
 
@@ -85,15 +85,18 @@ def _is_below(load_factor: float, required: float) -> bool:
 
 
 def _last_of_least(named: dict[str, float]) -> tuple[str, float]:
-    """Return the name and the value of the least load factor; if several are equal, of the last one."""
+    """Return the name and the value of the least load factor in ``named``.
+
+    If several load factors are equally low, the last of them is returned.
+    """
     least = min(named.values())
     return next((name, value) for name, value in reversed(named.items()) if value == least)
 
 
 def _upper_bounds(answer: CrossingLoadFactors) -> dict[str, float]:
-    """Return the upper bounds of the least load factor of a crossing, by name.
+    """Return the upper bounds on the least load factor of a crossing, by name.
 
-    Load factors in :func:`_by_chords` are left out.
+    The load factors of :func:`_by_chords` are left out, because they are no upper bounds.
     """
     worst, default, bounds = answer.worst, answer.default, dict[str, float]()
     if worst.load_factor is not None and worst.crushing != "chords":
@@ -103,12 +106,16 @@ def _upper_bounds(answer: CrossingLoadFactors) -> dict[str, float]:
         name = f"upper bound by method '{default.method}' at the worst position"
         bounds[name] = default.load_factor
     if answer.by_parabola is not None:
-        bounds["associative λ with the crushing parabola, an upper bound of λ"] = answer.by_parabola
+        bounds["associative λ with the crushing parabola, an upper bound on λ"] = answer.by_parabola
     return bounds
 
 
 def _solved_by_chords(answer: CrossingLoadFactors) -> list[tuple[Result, float]]:
-    """Return those results at the worst position that use chords for crushing, with their load factors."""
+    """Return the results at the worst position whose crushing law uses chords, and their load factors.
+
+    They are results of the chosen method and of the default method. Results without a load factor are left
+    out.
+    """
     results = [result for result in (answer.worst, answer.default) if result is not None]
     return [
         (result, result.load_factor)
@@ -118,10 +125,10 @@ def _solved_by_chords(answer: CrossingLoadFactors) -> list[tuple[Result, float]]
 
 
 def _by_chords(answer: CrossingLoadFactors) -> dict[str, float]:
-    """Return, by name, the load factors that were computed at the worst position with chords for crushing.
+    """Return the load factors at the worst position that were computed with chords for crushing, by name.
 
-    They are load factors of the answer and of the default method. They are no upper bounds of the load factor
-    with the crushing parabola.
+    They are load factors of the chosen method and of the default method. They are no upper bounds on the load
+    factor with the crushing parabola.
     """
     return {
         (
@@ -133,12 +140,13 @@ def _by_chords(answer: CrossingLoadFactors) -> dict[str, float]:
 
 
 def _raised_by_parabola(answer: CrossingLoadFactors) -> dict[str, float]:
-    """Return upper estimates of load factors with the crushing parabola, from load factors with chords.
+    """Return estimates of load factors with the crushing parabola, from load factors with chords, by name.
 
     Each load factor with chords is multiplied by a ratio: the associative load factor with the parabola,
-    divided by that with chords, both at the worst position. This assumes that the parabola raises λ of the
-    method by no larger ratio than the associative λ. The assumption is exact for associative methods, and not
-    proven for Coulomb friction. The dict is empty if one of the associative load factors is not known.
+    divided by the associative load factor with chords, both at the worst position. The product is an upper
+    estimate under the assumption that the parabola raises λ of the method by at most this ratio. The
+    assumption is exact for associative methods, and not proven for Coulomb friction. A load factor is left
+    out if one of its two associative load factors is not known.
     """
     worst, raised = answer.worst, dict[str, float]()
     by_parabola = worst.load_factor if worst.crushing == "parabola" else answer.by_parabola
@@ -148,9 +156,9 @@ def _raised_by_parabola(answer: CrossingLoadFactors) -> dict[str, float]:
             continue
         ratio = max(1.0, by_parabola / associative)
         name = (
-            f"λ = {numeral(load_factor, '.6f')} by method '{result.method}' with chords, times "
-            f"{numeral(ratio, '.6f')}: with the crushing parabola, the associative λ is larger by this "
-            "ratio, and other values of λ are assumed to be larger by at most this ratio"
+            f"λ = {numeral(load_factor, '.6f')} by method '{result.method}' with chords, multiplied by "
+            f"{numeral(ratio, '.6f')}: the crushing parabola raises the associative λ by this factor, and is "
+            "assumed to raise other values of λ by at most this factor"
         )
         raised[name] = load_factor * ratio
     return raised

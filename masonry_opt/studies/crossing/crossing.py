@@ -192,8 +192,8 @@ def _ended_by(stop: KeyboardInterrupt | None) -> dict[str, Any]:
 class _FirstPosition(NamedTuple):
     """Answers at the position of the axles that is solved first for a load case."""
 
-    trials: search.PassageTrials  #: answers for the load case at this position only
-    result: Result  #: result at this position
+    trials: search.PassageTrials  #: record of solved positions, with only the first position
+    result: Result  #: result at the first position
 
 
 def _solve_first_positions(

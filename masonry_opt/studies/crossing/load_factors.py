@@ -46,18 +46,17 @@ class CrossingLoadFactors:
 
     @property
     def load_factor_scale(self) -> LoadFactorScale:
-        """Scale on which load factors of the positions are compared: that of the worst position."""
+        """Scale on which load factors of the positions are compared: the scale of the worst position."""
         return self.worst.assembly.problem.load_factor_scale
 
     @property
     def load_factor_name(self) -> str:
-        """Name of the load factor. The name claims only what is proven along the whole road.
+        """Name of the load factor, such as "lowest found", which states how much is proven about it.
 
-        The name is that of the load factor at the worst position, with two exceptions:
-
-        - The crossing ended early.
-        - The load factor is proven to be the least at the worst position, but there is no lower bound along
-          the road.
+        - If the crossing ended early, the name is ``LEAST_SO_FAR``.
+        - If the load factor is proven to be the least at the worst position, but no lower bound along the
+          road is known, the name is ``LEAST_AT_POSITION``.
+        - Otherwise it is the name of the load factor at the worst position.
         """
         if self.interrupted:
             return LEAST_SO_FAR
@@ -164,11 +163,11 @@ class CrossingLoadFactors:
 
     @property
     def bound(self) -> float | None:
-        """Proven lower bound of the associative load factor at all positions; None if nothing is proven.
+        """Proven lower bound on the associative load factor at all positions; None if nothing is proven.
 
         The value is also None if the load factor is less than the bound; a warning then reports this
         contradiction. Joints of limited strength crush by the law of ``worst.crushing``. The default method
-        uses chords inside the parabola, so that its load factors may be lower than a bound by the parabola.
+        uses chords inside the parabola, so its load factors may be lower than a bound for the parabola.
         """
         bounds = [trials.bound for trials in self.passages if trials.bound is not None]
         if self.interrupted or not bounds or len(bounds) < len(self.passages):
@@ -225,8 +224,8 @@ class CrossingLoadFactors:
     def governing(self) -> pd.DataFrame:
         """Table with the least load factor of all load cases at each position.
 
-        If no load case has a load factor, ``load_case`` is None. The status is then that of an undecided load
-        case, if there is one.
+        If no load case has a load factor, ``load_case`` is None. If a load case is undecided, the row then
+        has the status of this load case.
         """
         least = self.table.sort_values(["load_factor", "any_load"]).drop_duplicates(PLACE_COLUMNS)
         rows = self.table[PLACE_COLUMNS].drop_duplicates().merge(least, how="left")
@@ -251,10 +250,10 @@ class CrossingLoadFactors:
 
     @cached_property
     def envelope(self) -> pd.DataFrame:
-        """Table of associative load factors, which are upper bounds, with one row for each position.
+        """Table of associative load factors, which are upper bounds on λ, by position and load case.
 
-        The columns are ``axles``, ``direction``, ``position`` and ``associative``. The load factor is NaN at
-        positions at which the scene carries any load.
+        The columns are ``load_case`` (if any), ``axles``, ``direction``, ``position`` and ``associative``.
+        The load factor is NaN at positions at which the scene carries any load.
         """
         rows = []
         for trials in self.passages:

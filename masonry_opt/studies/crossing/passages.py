@@ -92,7 +92,10 @@ def _groups(scene: Scene, axles: AxlesArgument) -> list[Axles]:
 
 
 def _line(scene: Scene, group: Axles) -> list[Point]:
-    """Return the points of the road of a group of axles: its own road, or the road of the fills."""
+    """Return the road on which a group of axles moves, as the points of a polyline.
+
+    If the group has no road of its own, the roads of all fills are joined from left to right.
+    """
     if group.road is not None:
         return group.road
     points = [point for fill in sorted(scene.fills, key=lambda fill: fill.road[0]) for point in fill.road]

@@ -1,6 +1,6 @@
 """Axles that move over a road, and the search for the position with the least load factor.
 
-``least_associative`` proves a lower bound of the associative load factor along the whole road.
+``least_associative`` proves a lower bound on the associative load factor along the whole road.
 ``least_coulomb`` searches with Coulomb methods, and proves no lower bound.
 """
 
@@ -48,11 +48,11 @@ _FIRST_POSITIONS = 25
 #: Fraction by which estimates of λ between two solved positions are reduced, so that fewer minima are missed.
 #: With a larger fraction, more positions are solved.
 _RATIO_MARGIN = 0.005
-#: The search of a Coulomb method for the worst position of axles, at which λ is least, halves the distances
-#: from the worst position found to its neighbours, at most this number of times.
+#: Largest number of steps with which a Coulomb method refines the worst position of the axles, at which λ is
+#: least. Each step solves the positions halfway between the worst position and its neighbours.
 _MOST_HALVINGS = 10
-#: The search of a Coulomb method stops halving distances if the relative decrease of λ is less than this
-#: fraction of the relative tolerance of λ.
+#: A Coulomb method stops refining the worst position after a step in which the relative decrease of λ is less
+#: than this fraction of the relative tolerance of λ.
 _PROGRESS_SHARE = 0.1
 
 
@@ -181,7 +181,7 @@ def load_factor(answer: Solution) -> float:
 
 
 def moving_load(problem: Problem, effort: Effort) -> SolveLive:
-    """Return a function that solves eq. (9) of a stable scene for any live load.
+    """Return a function that solves the static program, eq. (9), of a stable scene for any live load.
 
     The program is compiled only once, because another live load changes only the column of λ.
     """
@@ -194,7 +194,7 @@ def moving_load(problem: Problem, effort: Effort) -> SolveLive:
     statics, program = model.statics, HighsSession(model.program, effort, "associative load factor")
 
     def solved(live: np.ndarray) -> Solution:
-        """Solve eq. (9) under a live load, shape (3b,), and return the certified associative answer."""
+        """Solve the static program, eq. (9), for a live load of shape (3b,). Return the certified answer."""
         loaded = replace(problem, live=live)
         program.set_column(statics.load_factor, statics.equilibrium, live / loaded.live_norm)
         verdict = program.solve()
@@ -231,7 +231,7 @@ class PassageTrials:
     progress: Callable[[float, float], None] | None = field(default=None, repr=False)
     #: Answers with associative flow for the same passage; None if the method itself is associative.
     associative_trials: "PassageTrials | None" = field(default=None, repr=False)
-    bound: float | None = None  #: proven lower bound of λ at all positions; None if nothing is proven
+    bound: float | None = None  #: proven lower bound on λ at all positions; None if nothing is proven
     answers: dict[float, Solution] = field(default_factory=dict, repr=False)  #: answers by position
 
     def at(self, position: float) -> float:
@@ -332,9 +332,9 @@ def least_associative(
     scene carries form a convex set that contains zero. The reciprocal 1/λ is the gauge of this set, and
     therefore a convex function of the load that satisfies 1/λ(a + b) ≤ 1/λ(a) + 1/λ(b). Within a range:
 
-    - If the loads follow a straight line, 1/λ is at most the greater value at both ends.
-    - If the loads follow a parabola, they are convex combinations of three loads: those at both ends, and the
-      load at which the tangents of the ends intersect. λ is solved for the third load too.
+    - If the loads follow a straight line, 1/λ is at most the greater of its values at both ends.
+    - If the loads follow a parabola, they are convex combinations of three loads: the loads at both ends, and
+      the load at which the tangents of the ends intersect. λ is computed for the third load too.
     - Loads that spread through fill deviate from a parabola. The deviation is a load of its own, and twice
       its 1/λ at a quarter of the range is added.
 
@@ -382,9 +382,10 @@ def _is_between(required: float | None, inverse: float, greatest: float) -> bool
 
 
 def _needed(solved: PassageTrials, start: float, end: float) -> float:
-    """Return an upper bound of 1/λ between two positions; NaN if a load factor in its formula is unknown.
+    """Return an upper bound on 1/λ between two positions; NaN if the bound cannot be computed.
 
-    The bound is explained in :func:`least_associative`.
+    The formula of the bound is explained in :func:`least_associative`. The bound cannot be computed if a load
+    factor in the formula is unknown.
     """
     positions = [start + share * (end - start) for share in (0.0, 0.25, 0.5, 1.0)]
     first, quarter, middle, last = map(solved.passage.live, positions)
@@ -419,7 +420,7 @@ def least_coulomb(solved: PassageTrials, within: float) -> None:
        low load factor already.
     2. Estimate λ at all other positions from the ratio λ / λ_associative of their solved neighbours. Solve
        the position with the lowest estimate as long as this estimate is below the least λ found.
-    3. Halve the distances on both sides of the least λ.
+    3. Solve positions halfway between the worst position and its neighbours, until λ hardly decreases.
 
     Parameters
     ----------
@@ -443,11 +444,12 @@ def least_coulomb(solved: PassageTrials, within: float) -> None:
 
 
 def _estimates(associative: np.ndarray, load_factors: np.ndarray) -> np.ndarray:
-    """Return estimates of λ at all positions, shape (n,), which are more often too low than too high.
+    """Return estimates of λ at all positions that were solved with associative flow, shape (n,).
 
-    An estimate is the associative load factor times a ratio: the lesser ratio λ / λ_associative of the two
-    solved neighbours, reduced by half of the difference of both ratios. At positions at which the scene
-    carries any load with associative flow, the estimate is the lesser λ of the neighbours.
+    Estimates are more often too low than too high, so that few positions with a low λ are missed. An estimate
+    is the associative load factor times a ratio: the lesser ratio λ / λ_associative of the two solved
+    neighbours, reduced by half of the difference between both ratios. At positions at which the scene carries
+    any load with associative flow, the estimate is the lesser λ of the neighbours.
 
     Parameters
     ----------

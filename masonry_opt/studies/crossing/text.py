@@ -48,7 +48,7 @@ def facts(answer: CrossingLoadFactors) -> dict[str, str]:
 
 
 def _ended_early(answer: CrossingLoadFactors) -> dict[str, str]:
-    """Return the printed line on the early end of a crossing; empty if the crossing was not ended early."""
+    """Return the printed line that says why a crossing ended early; empty if it did not end early."""
     if not answer.interrupted or answer.least is None:
         return {}
     missing_cases = some([*map(repr, answer.not_crossed)])
@@ -113,16 +113,16 @@ def _worst_facts(answer: CrossingLoadFactors, passage: Passage, required: dict[s
 
 
 def _certainty(answer: CrossingLoadFactors) -> str:
-    """Return a text on the certainty of λ at the worst position, or "" if there is no load factor.
+    """Return a remark on λ at the worst position, such as that λ is an upper bound; "" without λ.
 
-    If nothing is proven along the road, the text says that it applies to the worst position only.
+    If no lower bound along the road is proven, the text says that it applies to the worst position only.
     """
     words = certainty(answer.worst)
     return f"at this position: {words}" if words and answer.bound is None else words
 
 
 def _crushing(answer: CrossingLoadFactors) -> str:
-    """Return a text that says if joints crush by the parabola, or by chords inside the parabola.
+    """Return a text on the crushing law of joints: the parabola itself, or chords inside the parabola.
 
     For chords, the text also states the associative λ with the parabola, or why this λ is unknown. The text
     is empty if no joint has a limited strength.
@@ -157,10 +157,10 @@ def _associative_facts(answer: CrossingLoadFactors) -> dict[str, str]:
     if answer.passages[0].associative_trials is not None:
         if worst.associative is not None and worst.load_factor is not None:
             value = numeral(worst.associative, ".6f")
-            for_chords = " for the chords" if worst.crushing == "chords" else ""
+            for_chords = " with chords inside the crushing parabola" if worst.crushing == "chords" else ""
             lines["associative"] = (
-                f"{value} at this position is an upper bound by classical limit analysis{for_chords}; λ is "
-                f"{_difference(worst.load_factor, worst.associative)}"
+                f"{value} is the associative load factor{for_chords} at this position, an upper bound on λ; "
+                f"λ is {_difference(worst.load_factor, worst.associative)}"
             )
         return lines
     first_look = _first_look(answer)
@@ -168,7 +168,7 @@ def _associative_facts(answer: CrossingLoadFactors) -> dict[str, str]:
         lines["first look"] = first_look
     if answer.bound is not None:
         law = f", with crushing by the {worst.crushing}" if worst.crushing else ""
-        proven = "proven lower bound of the associative load factor along the whole road"
+        proven = "proven lower bound on the associative load factor along the whole road"
         lower = "Coulomb friction may lower λ below this bound"
         if worst.crushing:
             lower = "Coulomb friction and chords inside the crushing parabola may lower λ below this bound"
@@ -177,12 +177,13 @@ def _associative_facts(answer: CrossingLoadFactors) -> dict[str, str]:
 
 
 def _first_look(answer: CrossingLoadFactors) -> str:
-    """Return a text on λ at the worst position by the default method, or "" if this method was not used.
+    """Return a text that compares λ of the default method with the associative λ at the worst position.
 
-    If the default method has no result, the text states the reason.
+    If the default method has no result, the text states the reason. If the default method did not solve the
+    worst position at all, the text is empty.
 
-    The load factor is compared with the associative load factor by the same law of crushing. If the default
-    method uses chords inside the parabola, its load factor may be less than the answer for this reason too.
+    The load factor is compared with the associative load factor by the same crushing law. If the default
+    method uses chords inside the parabola, the chords may also make its load factor less than the answer.
     """
     default = answer.default
     if default is None:

@@ -47,7 +47,7 @@ def unusual_axles(assembly: Assembly, groups: Iterable[Axles]) -> Iterator[dict[
     """
     unit_weight = median_unit_weight(assembly)
     unit = typical_unit(unit_weight)
-    looks = f"the median unit weight of the blocks, {rounded(unit_weight)}, looks like {unit}"
+    looks = f"the median unit weight of the blocks, {rounded(unit_weight)}, seems to be in {unit}"
     extent = float(assembly.geometry.extent_of(assembly.movable).max())
     for group in groups:
         if group.set is None:

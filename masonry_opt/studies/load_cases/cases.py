@@ -46,10 +46,11 @@ _MOST_LETTERS = 24
 _MOST_NAME_LINES = 2  #: Largest number of lines in the label of a bar; longer names are shortened.
 #: Columns of the table of load cases. Each name is an attribute of a result.
 LOAD_CASE_COLUMNS = ("load_factor", "status", "incremental", "associative", "exact")
-#: Columns on the activation of a mechanism, in the table of results for earthquakes from all sides.
+#: Additional columns of the table for earthquakes from all sides: acceleration that activates the mechanism,
+#: participating mass fraction, and spectral acceleration. See :class:`Directions`.
 _ACTIVATION_COLUMNS = ("a_0", "mass_fraction", "a_star_0")
-#: The incremental and the associative load factor are drawn only if they differ from λ by more than this
-#: value in at least one direction.
+#: The incremental and the associative load factor are drawn only if their absolute difference from λ is
+#: larger than this value in at least one direction.
 _VISIBLE_DIFFERENCE = 1e-4
 #: Default angle in plan between successive directions of the earthquake, in degrees.
 DEFAULT_ANGLE_STEP = 15.0
@@ -88,7 +89,7 @@ class Cases(StudyAnswer):
         return {"load_case": result.load_case, "live": str(result.assembly.scene.load_case)}
 
     def _further(self, result: Result) -> dict[str, Any]:
-        """Return additional table columns for a result. This class has none; a subclass may have some."""
+        """Return additional table columns for a result. Only a subclass may return columns."""
         return {}
 
     @property
@@ -168,9 +169,9 @@ class Cases(StudyAnswer):
         return printable(f"{drawn.case}: {counted(len(self.results), self.what)}\n{governs}")
 
     def _with_table(self, results: Iterable[str]) -> str:
-        """Return the printed text: the heading, the table, and the passed texts of single results.
+        """Return the printed text: the heading, the table of load cases, and ``results``.
 
-        Blank lines separate these parts.
+        ``results`` are texts on single results. Blank lines separate heading, table and texts.
         """
         headings = dict(_HEADINGS)
         if self.to_draw.assembly.scene.dimension == 3:
@@ -244,7 +245,10 @@ class Directions(Cases):
         return {name: getattr(result.assembly.scene.shaken_by, name) for name in ("direction", "vertical")}
 
     def _further(self, result: Result) -> dict[str, Any]:
-        """Return additional table columns: the accelerations that activate the mechanism of a result."""
+        """Return the additional table columns ``a_0``, ``mass_fraction`` and ``a_star_0`` of a result.
+
+        See :class:`Directions` for their meaning. The values are None if :func:`activation` returns None.
+        """
         activated = activation(result)
         if activated is None:
             return dict.fromkeys(_ACTIVATION_COLUMNS)
@@ -352,8 +356,8 @@ def solve_cases(
             f"{base.origin}: the scene has no load cases: use 'solve', or add a table [[load_case]]"
         )
     moving = [case.name for case in base.load_cases if case.moves]
-    # If axles move in all load cases, try to solve all of them. The first solve raises an error that advises
-    # what to do.
+    # Load cases whose only live loads are moving axles need ``crossing``, and are omitted. If there are no
+    # other load cases, the first solve raises an error that advises to use ``crossing``.
     solved = [case.name for case in base.load_cases if case.name not in moving] or moving
     scenes = {name: settled_scene(base.in_case(name), settled) for name in solved}
     results = solve_all(scenes, method, progress, phases, function=solve_cases, **options)
@@ -424,7 +428,7 @@ def directions(
     own = base.shaken_by or Earthquake(direction=0.0)
     ratios = [own.vertical] if vertical is None else list(np.atleast_1d(vertical).tolist())
     if not ratios:
-        raise OptionError("'vertical' must be one number or several numbers (found none)")
+        raise OptionError("'vertical' must be a number or a list of numbers (found an empty list)")
     least = 360 / _MOST_DIRECTIONS
     if isinstance(every, bool) or not isinstance(every, int | float) or not least <= every <= 360:
         raise OptionError(f"'every' must be an angle from {least:g} to 360 degrees (found {every!r})")

@@ -1,9 +1,9 @@
 """Charts of sweeps and samples.
 
-- A sweep has a chart of λ against each number. Each kind of mechanism has its own mark, dashed lines show the
-  incremental load factor, a ring marks the least λ, and values far above the others are written above the
-  axis.
-- A sweep of two numbers also has a heat map.
+- A sweep has charts of λ against its parameters. Each kind of mechanism has its own mark, and dashed lines
+  show the incremental load factor. A ring marks the least λ. Load factors far above all others are written
+  as numbers above the axis.
+- A sweep of two parameters also has a heat map.
 - A sample has the fragility curve, and a chart of rank correlations.
 """
 
@@ -39,12 +39,12 @@ _LOOKS = {
 }
 _DARK = "#333333"  #: Colour of lines, and of marks of runs without a mechanism.
 _CROSS = "M-.8-.8L.8.8M.8-.8L-.8.8"  #: Mark of a run without a load factor, as an SVG path.
-_SHAPE_ABOVE_AXIS = "triangle-up"  #: Mark of a value above the axis.
+_SHAPE_ABOVE_AXIS = "triangle-up"  #: Mark of a load factor above the end of the axis.
 #: A chart of a sweep has a line of λ for each value of the second parameter, up to this number of values.
 #: With more values, the chart has points.
 _MOST_DRAWN_LINES = 7
-#: Largest number of values beyond the axis that a chart writes as numbers. If there are more values, the
-#: chart writes only the greatest value.
+#: Largest number of load factors above the end of the axis that a chart writes as numbers. If there are more,
+#: the chart writes only the greatest of them.
 _MOST_WRITTEN_VALUES = 6
 #: Axis titles that contain a symbol, by the name of the parameter on the axis.
 _SYMBOLS = {
@@ -54,31 +54,31 @@ _SYMBOLS = {
     "joints.dilatancy_angle": "dilatancy angle φ₀ [°]",
     "joints.cohesion": "cohesion c",
 }
-#: A load factor is beyond the axis if it is at least this multiple of the next smaller load factor. It is
-#: then drawn in the strip at the top of the chart.
+#: The axis ends below a load factor that is at least this multiple of the next smaller one. This load factor
+#: and all larger ones are drawn in the strip at the top of the chart.
 _FAR_RATIO = 10.0
-#: Largest fraction of load factors that may be larger than the end of the axis. Of three or more load
-#: factors, one may always be larger.
+#: Largest fraction of the load factors that may be above the end of the axis. If there are at least three
+#: load factors, the largest may be above the end even if this fraction does not allow it.
 _FAR_SHARE = 0.25
 _LABEL = "load factor λ"  #: Title of the axis of load factors.
-#: Height in pixels of the two strips of a chart: the top strip for values beyond the axis, and the bottom
-#: strip for runs without a load factor.
+#: Height in pixels of the two strips of a chart. The top strip is for load factors above the end of the axis,
+#: and the bottom strip for runs without a load factor.
 _STRIP_HEIGHT = 24
-_MOST_CORRELATIONS = 15  #: Largest number of correlations in the chart; weaker ones are left out.
+_MOST_CORRELATIONS = 15  #: Largest number of correlations in the chart; weaker ones are not drawn.
 #: Colours of the load factors of a sample: the load factor of the method, and the incremental load factor.
 _COLOURS = alt.Scale(range=[*SERIES[:2]])
-#: Legend entry for values beyond the axis, which are written as numbers.
-_OFF_AXIS_LABEL = "off the axis: λ as written"
+#: Legend entry for load factors above the end of the axis, whose values are written as numbers.
+_OFF_AXIS_LABEL = "above the axis: the number is λ"
 _RING = "ring: smallest λ"  #: Note on the ring around the smallest load factor.
 _WHITE = "white dot: smallest λ"  #: Note on the white dot of the smallest load factor in a heat map.
-_DASHED = "dashes: incremental λ"  #: Note on the dashes.
+_DASHED = "dashes: incremental λ"  #: Note on dashed lines or dashes, which show the incremental load factor.
 
 
 def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[NamedChart]:
     """Return the charts of λ against the parameters of a sweep.
 
-    For one or two numbers there is a chart of λ against the first number, and for two numbers also a heat
-    map. For more numbers there is a chart of λ against each number.
+    For one or two parameters there is a chart of λ against the first parameter, and for two parameters also a
+    heat map. For more parameters there is a chart of λ against each parameter.
     """
     named_charts = [against(frame, names, name) for name in (names if len(names) > 2 else names[:1])]
     # A heat map cannot show infinite values of a parameter, such as unlimited friction. If there are such
@@ -92,8 +92,8 @@ def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[NamedChart]:
 def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     """Return the chart of λ against the values of one parameter of a sweep.
 
-    A sweep of one number is drawn as a line. A sweep of two numbers has a line for each value of the second
-    number, unless there are too many values. All other sweeps are drawn as points.
+    A sweep of one parameter is drawn as a line. A sweep of two parameters has a line for each value of the
+    second parameter, unless there are too many values. All other sweeps are drawn as points.
     """
     far = off_axis(np.r_[frame["load_factor"], frame["incremental"]])
     off, failed = far[: len(frame)], frame["load_factor"].isna()
@@ -140,7 +140,8 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
         layers.append(dashed.mark_line(strokeWidth=1.2, strokeDash=[6, 3]).encode(stroke=stroke))
     else:
         layers = [dashed.mark_point(color=_DARK, shape="stroke")]
-    # Runs without a load factor are drawn in the bottom strip, values beyond the axis in the top strip.
+    # Runs without a load factor are drawn in the bottom strip, and load factors above the end of the axis in
+    # the top strip.
     at_bottom, at_top = alt.value(alt.expr(f"height - {_STRIP_HEIGHT / 2}")), alt.value(_STRIP_HEIGHT / 2)
     tooltip = [alt.Tooltip("at:Q", title=name), "λ:N", "mechanism:N", "status:N"]
     if is_crossed(frame):
@@ -152,7 +153,8 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     for rows, height in ((known, y), (marks[failed], at_bottom), (marks[off], at_top)):
         layers.append(alt.Chart(rows).mark_point(size=45, opacity=1).encode(x=x, y=height, **look))
     layers.append(alt.Chart(marks[marks["least"]]).mark_point(size=220, color=_DARK).encode(x=x, y=y))
-    # The labels of many values beyond the axis would overlap, so only the greatest value is then written.
+    # If many load factors are above the end of the axis, their numbers would overlap. Only the greatest of
+    # these load factors is then written.
     written = marks[off] if off.sum() <= _MOST_WRITTEN_VALUES else marks[off].nlargest(1, "λ")
     text = alt.Chart(written).mark_text(color=_DARK, dy=-_STRIP_HEIGHT)
     layers.append(text.encode(x=x, y=at_top, text=alt.Text("λ:Q", format=".4~g")))
@@ -169,9 +171,10 @@ def _has_lines(frame: pd.DataFrame, names: Sequence[str]) -> bool:
 
 
 def _note_on_equal_lines(frame: pd.DataFrame, names: Sequence[str]) -> list[str]:
-    """Return a list with the note that some lines of a sweep of two numbers coincide; empty if none do.
+    """Return a list with a note on the lines of a chart that coincide; empty if no lines coincide.
 
-    The last of several lines that coincide hides the other lines.
+    The note names the lines by their parameter values. It is needed because the last line that is drawn hides
+    the other lines.
     """
     if not _has_lines(frame, names):
         return []
@@ -243,10 +246,11 @@ def _label(name: str) -> str:
 
 
 def _by_load(frame: pd.DataFrame, own: str) -> pd.DataFrame:
-    """Return one table with the statistics of both load factors; the column ``of`` names the load factor.
+    """Return a table with separate rows for the method's own load factor and the incremental load factor.
 
-    ``own`` is the name of the method's own load factor, such as "lowest found". The rows of the incremental
-    load factor are omitted if it is unknown, or if it equals the own load factor in all rows.
+    The column ``of`` is the name of the load factor. ``own`` is the name of the method's own load factor,
+    such as "lowest found". The rows of the incremental load factor are omitted if it is unknown, or if it
+    equals the own load factor in all rows.
     """
     key, *names = (name for name in map(str, frame) if not name.startswith(INCREMENTAL_COLUMN))
     lowest, incremental = (
@@ -283,7 +287,7 @@ def fragility(title: str, curve: pd.DataFrame, sure: str, own: str) -> NamedChar
 
 
 def sensitivity(title: str, correlations: pd.DataFrame, sure: str, own: str) -> NamedChart:
-    """Return the chart of rank correlations, with the strongest correlation on top.
+    """Return the chart of rank correlations between λ and the random parameters, strongest on top.
 
     Parameters
     ----------
@@ -314,7 +318,7 @@ def sensitivity(title: str, correlations: pd.DataFrame, sure: str, own: str) -> 
         left_out = ": no parameter has an influence"
     chart = (limits + marks).properties(height=28 * max(len(known.head(_MOST_CORRELATIONS)), 2))
     notes = (
-        f"with {sure}, the intervals of all correlations with the same load factor are valid simultaneously; "
+        f"with {sure}, the lines of a load factor contain all its true correlations; "
         "a hollow mark means that the correlation may be zero"
     )
     return NamedChart("sensitivity", f"Sensitivity, {title}{left_out}", chart, notes)

@@ -20,13 +20,16 @@ from masonry_opt.scene.mistakes import instead_of
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints
 
-#: Groups of joints with one random value of a property: all joints, each course, or each joint.
+#: Choices for the joints that share a random value of a property: all joints of the scene, the joints of a
+#: course, or a single joint.
 JOINT_GROUPS = ("scene", "course", "joint")
-#: Samples use Sobol points in up to this number of dimensions, and independent points in more dimensions. In
-#: 83 dimensions, coordinates of 128 Sobol points have correlations of up to 0.8. Independent points have at
-#: most 0.3.
+#: Largest number of dimensions (random values per run) for which samples use Sobol points. In more
+#: dimensions, the points are independent. Coordinates of few Sobol points in many dimensions are correlated.
+#: Of 128 points in 83 dimensions, the largest correlation of two coordinates is about 0.8 for Sobol points,
+#: and about 0.3 for independent points.
 _MOST_SOBOL_DIMENSIONS = 10
-#: Probabilities are at least this far from 0 and from 1, because quantiles of 0 and 1 may be infinite.
+#: Least distance of the coordinates of random points from 0 and from 1. The coordinates are probabilities.
+#: The quantiles of a distribution at the probabilities 0 and 1 may be infinite.
 _LEAST_PROBABILITY = 2.0**-32
 #: Largest difference in height between successive joints of one course, relative to the median joint length.
 #: A larger difference begins a new course.
@@ -168,7 +171,8 @@ class Draws:
         if by != "scene" and not by_group:
             raise OptionError(f"by='{by}' needs an uncertain property of joints, such as 'joints.friction'")
         courses = _courses(scene) if by_group else {}
-        self.columns: list[DrawnColumn] = []  #: columns of the table of random values, in order
+        #: Columns of the table of random values, in the order of the table.
+        self.columns: list[DrawnColumn] = []
         #: Distribution of each uncertain parameter as text, by the name of the parameter.
         self.texts: dict[str, str] = {}
         for name, law in self._laws.items():
@@ -266,9 +270,9 @@ def points(count: int, dimensions: int, seed: int) -> np.ndarray:
 
 
 def _courses(scene: Scene) -> dict[tuple[str, str], int]:
-    """Return the number of the course of each joint, by the names of its two blocks.
+    """Return a dict from the names of two blocks to the number of the course that contains their joint.
 
-    The lowest course has the number 1.
+    The lowest course has the number 1, and the numbers increase upwards.
     """
     assembly = assemble(scene)
     joints = assembly.joints

@@ -43,9 +43,10 @@ def jump_between(
 
 
 def _slope_beyond(end: Trial, other: Trial, known: list[Trial]) -> list[float]:
-    """Return a list with the absolute slope of the load factor just outside the interval, next to ``end``.
+    """Return a list with the absolute slope of λ just outside the interval, next to ``end``.
 
-    The list is empty if the slope is unknown.
+    The slope is the change of λ per change of the parameter, between ``end`` and the nearest trial outside
+    the interval. The list is empty if the slope is unknown.
     """
     beyond = [trial for trial in known if (trial.value - end.value) * (end.value - other.value) > 0]
     if not beyond or not math.isfinite(end.number):

@@ -37,12 +37,14 @@ Tried = Callable[[Trial], None]  #: Type of a function that is called with every
 
 #: Default width of the interval that contains the threshold, as a fraction of the threshold.
 THRESHOLD_TOLERANCE = 1e-6
-SAMPLES = 5  #: Default number of intermediate values that are tried before the search.
+#: Default number of evenly spread values, between the ends of the range, that are tried before the search.
+SAMPLES = 5
 #: The tolerance of the search is relative to the threshold or, if the threshold is smaller, to this fraction
 #: of the searched range.
 _LEAST_SCALE = 1e-3
 _LEAST_RTOL = 4 * np.finfo(float).eps  #: Least relative tolerance that Brent's method accepts.
-_MOST_ITERATIONS = 1000  #: Largest number of iterations of Brent's method; bisection alone needs about 30.
+#: Largest number of iterations of Brent's method. With the default tolerance, bisection alone needs about 30.
+_MOST_ITERATIONS = 1000
 
 
 def least(  # noqa: PLR0913 - options of the public API are keywords
@@ -194,8 +196,9 @@ class _Search:
         return trial
 
     def _solved(self, scene: Scene) -> tuple[float, Certificate | None, SceneAnswer]:
-        """Solve the scene, and return its load factor (or margin), the certificate and the answer.
+        """Solve the scene, and return its load factor, its certificate and the whole answer.
 
+        Under dead load alone, the margin of stability replaces the load factor.
         Axles move over the scene, unless only its dead load is examined. If the method finds no load factor,
         the first value is -inf if the scene is unstable, inf if it carries any load, and the associative load
         factor if that is below the load. NoLoadFactorError is raised otherwise, and if the time limit ended
@@ -215,7 +218,7 @@ class _Search:
         elif result.solution.carries_any_load:
             number = UNLIMITED
         elif result.associative is not None and result.associative < self.load:
-            # The associative load factor is an upper bound of all Coulomb load factors. Here it is less than
+            # The associative load factor is an upper bound on all Coulomb load factors. Here it is less than
             # the required load factor ``load``, so the scene does not carry the load.
             number = result.associative
         else:
@@ -228,7 +231,7 @@ class _Search:
         return number, result.certificate, answer
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
-        """Narrow the interval by Brent's method, and return the trials at its ends: one holds, one fails.
+        """Narrow the interval by Brent's method; return its ends, a trial that holds and a trial that fails.
 
         The distance of the ends is then below the tolerance times the larger of ``least_size`` and the value.
         """
@@ -236,7 +239,11 @@ class _Search:
         size = max(1.0, abs(self.required))
 
         def excess(value: float) -> float:
-            """Return λ (or the margin) minus the required number, limited to finite, nonzero numbers."""
+            """Return a positive number if the scene holds at ``value``, otherwise a negative number.
+
+            Its absolute value is the difference between ``Trial.number`` and ``required``, clipped so that it
+            is neither zero nor infinite.
+            """
             trial = self.trials.get(value) or self.at(value)
             ends[trial.holds] = trial
             # Brent's method needs finite numbers. It would stop at a difference of zero, and only one end of
@@ -266,8 +273,8 @@ class _Search:
         exceptions = ", ".join(f"{trial.value:.6g}" for trial in row if trial.holds != low.holds)
         if exceptions:
             return (
-                f"{at} and at {high.value:g}, but {not_so} at {exceptions}: choose one of these values as an "
-                "end of the range"
+                f"{at} and at {high.value:g}, but {not_so} at {exceptions}: choose an end of the range at "
+                f"which the scene {not_so}"
             )
         remedies, count = ", or ".join(self._remedies(low, high)), len(row) - 2
         return (

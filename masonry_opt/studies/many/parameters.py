@@ -28,7 +28,8 @@ _POINTS = {
     *("at", "force", "gravity", "start", "end", "tilt", "weight_at", "dead", "dead_at", "dead_moment"),
     *("live", "live_at", "live_per_weight", "live_moment"),
 }
-#: Keys of a scene that cannot be varied, because answers either do not depend on them or change in jumps.
+#: Keys of a scene that cannot be varied. Answers change abruptly with the geometric ``tolerance``, which
+#: decides whether blocks are in contact. Answers do not depend on the ``reference`` load factors.
 _LEFT_OUT = ("tolerance", "reference")
 _MOST_LISTED_PARAMETERS = 12  #: Largest number of names that a message lists.
 
@@ -126,17 +127,20 @@ class Parameters:
         return did_you_mean(name, self._known) or "; " + self._listed((f"{name.split('.')[0]}.",))
 
     def _listed(self, heads: tuple[str, ...]) -> str:
-        """Return a text that lists the known names with a given prefix; if no name has it, all known names.
+        """Return a text that lists the known names that begin with one of the texts ``heads``.
 
-        If there are more than ``_MOST_LISTED_PARAMETERS`` names, the text lists the first ones and states the
-        number of the others.
+        If no name begins with any of these texts, all known names are listed. If there are more than
+        ``_MOST_LISTED_PARAMETERS`` names, the text lists the first names and states the number of the others.
         """
         names = [name for name in self.names if name.startswith(heads)] or [*self.names]
         return f"there are: {listed(names, _MOST_LISTED_PARAMETERS)}"
 
 
 def is_of_joints(name: str) -> bool:
-    """Return True if a parameter is a property of joints, which does not change the equilibrium matrix."""
+    """Return True if a parameter is a property of joints, such as the friction.
+
+    Properties of joints do not change the equilibrium matrix.
+    """
     return name.startswith(("joints.", "joint."))
 
 

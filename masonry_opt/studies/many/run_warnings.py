@@ -35,7 +35,7 @@ def recorded_warnings(records: Sequence[Row]) -> dict[str, Any]:
 
 
 def warnings_of_rows(rows: Sequence[Row], points: Sequence[Point]) -> Iterator[dict[str, Any]]:
-    """Generate the warnings of many runs, without repeating a warning code in later runs.
+    """Generate the warnings of many runs. Each warning code is reported only for one run.
 
     For each warning code, the warnings of the first run with the code are generated. The entry ``runs`` of
     each record is the number of runs with the code. If some runs lack the warning, or if their sentences

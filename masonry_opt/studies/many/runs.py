@@ -39,7 +39,7 @@ from masonry_opt.studies.run_columns import CROSSING_COLUMNS, RUN_COLUMNS, frame
 from masonry_opt.studies.runner import FINISHED, REFUSED, UNSOLVED, Task, TaskEnd, Workers
 from masonry_opt.studies.writing import JOURNAL, Journal, csv_text, digest, versions
 
-#: Prefix of the column names for the incremental load factor, in tables of a sample.
+#: Prefix of the names of columns that refer to the incremental load factor, in the tables of a sample.
 INCREMENTAL_COLUMN = "incremental_"
 #: Least length of an axis of λ in a chart, relative to the largest λ. A shorter axis would magnify rounding
 #: errors.
@@ -58,8 +58,8 @@ _STUDY_FILES = re.compile(
     r"|(quantiles|fragility|sensitivity)\.csv|charts\.html"
 )
 
-#: Cache of each worker thread: ``how``, the pickled settings of the last study, and ``session``, the session
-#: with these settings.
+#: Cache of each worker thread. The attribute ``how`` contains the pickled settings of the last study, and the
+#: attribute ``session`` contains the session with these settings.
 _thread_cache = threading.local()
 
 
@@ -78,7 +78,7 @@ class StudyOutput(NamedTuple):
 
     folder: Path
     extra_files: Sequence[str]  #: names of the files that are written in addition to the table of runs
-    force: bool  #: True if files that other programs wrote may be replaced
+    force: bool  #: True to replace files of other programs, and a table even if runs are lost
 
     def write(self, frame: pd.DataFrame, extra_contents: Mapping[str, str | bytes]) -> None:
         """Write the table of runs and the additional files, and remove other files of an earlier study.
@@ -202,7 +202,8 @@ def _rows_of_runs(
     with _discarded_if_nothing_is_solved(journal, rows), Workers(*by) as workers:
         for (index, key), end in workers.map(missing()):
             rows[index] = row(points[index], end)
-            # A run that crashed or died is not recorded, so that the same command makes the run again.
+            # A run that crashed, or whose process died, is not recorded. The run is therefore repeated if the
+            # study is started again.
             if journal and end.how in (FINISHED, REFUSED):
                 journal.add(key, rows[index])
             progress(len(rows), len(points))
@@ -245,7 +246,7 @@ def _nothing_solved(frame: pd.DataFrame) -> NoRunSolvedError:
 
 
 def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:
-    """Return the table columns of a run whose answer is replaced by a state that another run found.
+    """Return the table columns of a run that takes its collapse state from another run.
 
     ``found_at`` is a text that describes the other run, such as "tie.strength = 40".
     """
@@ -260,8 +261,8 @@ def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:
 def _journal(output: StudyOutput, study: Study, points: Sequence[Mapping[str, float]]) -> Journal:
     """Open or create the journal of a study in its folder, and return the journal.
 
-    Raises OptionError if the folder has runs of another study, a table that would lose runs, or files of
-    other programs.
+    Raises OptionError if the folder has runs of another study, files of other programs, or a table whose
+    replacement would lose runs.
     """
     how, folder = study.how, output.folder
     head = {

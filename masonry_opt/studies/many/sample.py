@@ -49,7 +49,8 @@ CHART_KINDS = ("fragility", "sensitivity")  #: Kinds of chart.
 #: Names of the files of statistics, written in addition to the table of runs.
 _TABLES = ("quantiles.csv", "fragility.csv", "sensitivity.csv")
 _PRINTED_CORRELATIONS = 5  #: Largest number of rank correlations that are printed; weaker ones are omitted.
-#: Largest correlation for which Fisher's transform is computed, because the transform of 1 is infinite.
+#: Bound on the absolute correlations whose Fisher transform is computed. Larger correlations are replaced by
+#: this value, because the transform of 1 is infinite.
 _LARGEST_CORRELATION = 1 - 1e-15
 
 
@@ -63,7 +64,7 @@ class Sample(StudyAnswer):
     - A scene that is proven to carry any load collapses at no load.
     - Any other run is ``undecided``: it did not converge, was stopped by the time limit, is unlimited without
       a proof, or its process crashed. Quantiles, probabilities and correlations are those of the decided
-      runs. Their limits include both cases: the lower limit of a probability counts undecided runs as not
+      runs. Their limits allow for both cases: the lower limit of a probability counts undecided runs as not
       collapsed, the upper limit as collapsed.
     - A run without an incremental load factor is undecided in the statistics of the incremental load factor.
       These statistics are NaN if no run has an incremental load factor.
@@ -160,7 +161,7 @@ class Sample(StudyAnswer):
 
     @property
     def undecided(self) -> int:
-        """Number of undecided runs. Confidence limits allow for both outcomes, collapse and no collapse."""
+        """Number of undecided runs. Confidence limits cover both collapse and no collapse."""
         return int(np.isnan(self.load_factors).sum())
 
     @property
@@ -170,7 +171,10 @@ class Sample(StudyAnswer):
 
     @property
     def failed(self) -> int:
-        """Number of runs that crashed, died or exceeded a limit; they also count as undecided."""
+        """Number of runs that crashed, or whose process died or exceeded a limit of time or memory.
+
+        Failed runs also count as undecided.
+        """
         return int(self._counting["status"].isin(UNSOLVED).sum())
 
     @property
@@ -181,8 +185,8 @@ class Sample(StudyAnswer):
         without = {
             "fell under dead load alone": self.falling,
             "carried any load": self.unlimited,
-            "undecided (the confidence limits include collapse and no collapse)": self.undecided,
-            "without an incremental λ (confidence limits include collapse and no collapse)": missing.sum(),
+            "undecided (confidence limits cover both collapse and no collapse)": self.undecided,
+            "without an incremental λ (confidence limits cover both collapse and no collapse)": missing.sum(),
             "refused, left out": self.refused,
         }
         shares = [f"{count} ({count / self.runs:.1%}) {kind}" for kind, count in without.items() if count]
@@ -259,10 +263,11 @@ class Sample(StudyAnswer):
         return self._of_both("load", loads, "probability", statistic)
 
     def _loads_of_runs(self) -> list[float]:
-        """Return all finite load factors of the runs in ascending order, with a margin at each end.
+        """Return the load factors, in ascending order, at which the fragility curve is computed by default.
 
-        Of load factors that differ by rounding errors, only the largest is returned. The margins are 5 % of
-        the range, but the first value is not below zero.
+        These are all finite load factors and incremental load factors of the runs. One value below the least
+        and one value above the greatest load factor are added, at a distance of 5 % of the range. The first
+        value is not below zero. Of load factors that differ by rounding errors, only the largest is returned.
         """
         loads = np.unique(np.r_[self.load_factors, self.incremental])
         loads = loads[np.isfinite(loads)]
@@ -282,8 +287,8 @@ class Sample(StudyAnswer):
         omitted.
 
         The interval uses Fisher's transform, with the variance (1 + r²/2) / (n − 3) of Bonett and Wright
-        (2000). The intervals of all correlations with the same load factor are valid simultaneously, with
-        this confidence (Bonferroni correction).
+        (2000). The confidence is the probability that all intervals of a load factor contain the true
+        correlations (Bonferroni correction).
 
         Raises
         ------
@@ -380,7 +385,8 @@ class Sample(StudyAnswer):
         from masonry_opt.studies.many import charts
 
         case = Path(self.case)
-        # A scene made in Python has a title instead of a path, and the title may contain dots.
+        # The name of a case file is printed without its extension. The title of a scene made in Python is
+        # printed in full, because a dot in a title does not begin an extension.
         title = f"{case.stem if case.suffix in ('.toml', '.json') else self.case}: {self.counted}"
         own = " or ".join(sorted(filter(None, self._counting["which"].dropna().unique()))) or "load factor"
         return getattr(charts, kind)(title, getattr(self, kind)(), f"{CONFIDENCE:.0%} confidence", own)
@@ -397,8 +403,8 @@ class Sample(StudyAnswer):
             share = ((upper - lower) / self.table["incremental"]).median()
             within = f"{numeral(lower.min(), '.5f')} to {numeral(upper.max(), '.5f')}"
             facts["spread"] = (
-                "if contact stiffness or self-stress varies, the incremental λ of a run varies by "
-                f"{share:.1%} (median); range over all runs: {within}"
+                "with random contact stiffness or self-stress, the incremental λ of a run varies by "
+                f"{share:.1%} (median of the runs); over all runs, it ranges from {within}"
             )
         return facts
 

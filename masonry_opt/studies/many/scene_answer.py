@@ -14,8 +14,8 @@ from masonry_opt.solution.reasons import Code, Status
 from masonry_opt.studies.run_columns import columns
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
-# The module of crossings imports CVXPY, which often takes longer than a run. It is therefore imported only if
-# axles move over a scene.
+# The module of crossings imports CVXPY. The import of CVXPY often takes longer than a run, so the module is
+# imported only if axles move over a scene.
 if TYPE_CHECKING:
     from masonry_opt.studies.crossing.answer import Crossing
 
@@ -48,7 +48,8 @@ class SceneAnswer(NamedTuple):
         if self.stopped:
             stopped = {"status": str(Status.TIME_LIMIT), "reason": str(Code.TIME_LIMIT), "any_load": False}
             entries |= stopped | {"message": self.stopped}
-        del entries["at"]  # positions of the other axles follow from the position of the first axle
+        # Column "at" with the positions of all axles is omitted: the first axle's position determines them.
+        del entries["at"]
         return entries
 
     @property

@@ -131,10 +131,10 @@ class Screen:
 
     @classmethod
     def of(cls, problem: Problem, states: Sequence[FoundState]) -> Self:
-        """Prepare the quick test for states that were found in runs with similar problems.
+        """Return a quick test that shows which states cannot be exact in another run.
 
-        Similar problems have equal matrices and loads, but may have different limits. ``problem`` is any one
-        of them.
+        The problems of all runs have equal matrices and loads, but may have different limits of forces.
+        ``problem`` is the problem of any of these runs.
         """
         power = np.array([abs(problem.live @ state.d) for state in states])
         slips = np.array([problem.slip_speed(state.d) for state in states])

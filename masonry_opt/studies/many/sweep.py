@@ -59,14 +59,13 @@ def sweep(  # noqa: PLR0913 - options of the public API are keywords
     ----------
     scene: A scene, the path of a case file, or a function of the numbers that returns a scene.
     vary: Values by name. The parameters of a scene have names such as ``joints.friction``, ``block.A.weight``
-        and ``arch.thickness``. The names for a function are
-        those of its arguments.
+        and ``arch.thickness``. For a function, the names are the names of its arguments.
     method, options: As for :func:`~masonry_opt.solve`, including ``model``, ``solver``, ...
     out: Folder for ``runs.csv`` and charts (with the extra ``studies``). Runs that the folder contains are
-        not made again: an interrupted sweep continues where it stopped. A table that would lose runs is not
-        replaced.
-    force: True to replace a table that would lose runs, and files of other programs. The runs remain in
-        ``journal.jsonl``.
+        not made again: an interrupted sweep continues where it stopped. A table is not replaced if the new
+        table lacks some of its runs.
+    force: True to replace files of other programs, and a table even if the new table lacks some of its runs.
+        The runs remain in ``journal.jsonl``.
     workers: Number of processes; by default one per core.
     dask: Address of a Dask scheduler, whose workers make the runs instead (needs the extra ``dask``).
     progress: Function called with the number of finished runs and the number of all runs.
@@ -208,7 +207,7 @@ def summary_text(frame: pd.DataFrame, names: Sequence[str]) -> str:
     shared = int((frame["state_from"] != "").sum())
     if shared:
         lines.append(
-            f"runs whose answer is a lower state that another run found: {shared} (see column state_from)"
+            f"runs that take their collapse state from another run: {shared} (see column state_from)"
         )
     failed = frame[frame["load_factor"].isna()]
     for status, count in failed["status"].value_counts().items():

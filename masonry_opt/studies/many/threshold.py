@@ -20,7 +20,7 @@ from masonry_opt.studies.writing import StudyAnswer
 
 #: Printed texts for load factors that are infinite.
 _INFINITE_FACTOR_TEXTS = {FALLS: "none (unstable under dead load)", UNLIMITED: "any"}
-#: Types of those columns of a table of trials that are copied from attributes of a trial.
+#: First columns of a table of trials, with their types. The columns are attributes of a trial.
 _TRIAL_COLUMNS = {"value": "float64", "holds": "bool", "number": "float64"}
 _VALUE_DIGITS = 9  #: Least number of significant digits with which the ends of an interval are printed.
 _NUMBER_DIGITS = 6  #: Least number of significant digits with which load factors are printed.
@@ -81,7 +81,7 @@ class Threshold(StudyAnswer):
 
     @property
     def notebook_table(self) -> pd.DataFrame:
-        """Table that a notebook displays: some columns of the table of trials."""
+        """Table that a notebook displays: the columns ``value``, ``holds`` and ``number`` of all trials."""
         return self.history[[*_TRIAL_COLUMNS]]
 
     @property
@@ -104,7 +104,7 @@ class Threshold(StudyAnswer):
         value = f"{self._rounded(self.holds)}, at which {meets}"
         if self.value != self.holds.value:
             value += (
-                " (threshold, interpolated between this value and the failing value: "
+                " (threshold, interpolated between the holding and the failing value: "
                 f"{numeral(self.value, '.9g')})"
             )
         facts = {

@@ -81,12 +81,12 @@ _LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")
 
 @dataclass(frozen=True, kw_only=True)
 class ReportPart:
-    """Values for one part of a report. Each part presents one answer."""
+    """Contents of the part of a report that presents one answer."""
 
     heading: str  #: heading of the part in the report
     says: str  #: the answer in one line
     assembly: Assembly  #: assembly of the user's scene
-    #: Results that are printed in full, by name.
+    #: Results that the report prints in full, by the heading of the result.
     printed_in_full: Mapping[str, Result] = field(default_factory=dict)
     #: Further results, by name.
     further_results: Mapping[str, Result] = field(default_factory=dict)
@@ -103,7 +103,8 @@ class ReportPart:
     crossed: Collection[str] = ()  #: load cases in which axles crossed
     followed: bool = False  #: True if a mechanism was followed over finite displacements
     pushed: bool = True  #: True if live loads are multiplied by the load factors of the answer
-    varied: Collection[str] = ()  #: keys in which the scene of the answer may differ from the user's scene
+    #: Keys of a scene whose values may differ between the scene of the answer and the user's scene.
+    varied: Collection[str] = ()
 
 
 @suggests_arguments
@@ -136,7 +137,8 @@ def report(
     """
     refuse_report(path, units, force)
     parts = [_part(item) for item in (answer if isinstance(answer, list | tuple) else [answer])]
-    varied = {key for part in parts for key in part.varied}  # keys in which the scenes may differ
+    # All answers must be about one scene, except for the values of these keys.
+    varied = {key for part in parts for key in part.varied}
     scenes = [part.assembly.scene for part in parts]
     contents = [scene.model_dump(exclude=varied) for scene in scenes]
     if not scenes or any(content != contents[0] for content in contents):
@@ -215,8 +217,8 @@ def _(answer: Crossing) -> ReportPart:
     left_out = dict.fromkeys(answer.left_out, "this load case has no axles: use 'solve'")
     # The axles were not moved, because the scene is not known to be stable under its dead load.
     if least is None:
-        # In the scene of the result, loads on blocks replace the axles. These keys may differ from the user's
-        # scene.
+        # In the scene of the result, loads on blocks replace the axles. Three keys may therefore have other
+        # values than in the user's scene.
         varied = ("axles", "loads", "load_cases")
         return replace(_part(worst), varied=varied, left_open=left_open, left_out=left_out)
     facts, all_cases = answer.facts(), len(answer.by_case) > 1 and not left_open
@@ -286,6 +288,7 @@ def _(answer: Settlement) -> ReportPart:
 
 @_part.register
 def _(answer: Capacity) -> ReportPart:
+    open_end = "The motion of the blocks after the end of the capacity curve is not known."
     return ReportPart(
         heading=_of_case("After the onset", answer.result),
         says=f"{named_factor(answer.result)} at the onset of collapse; {answer.message}",
@@ -294,7 +297,7 @@ def _(answer: Capacity) -> ReportPart:
         facts=answer.facts(),
         pictures={"λ over displacement": answer.plot(), "Blocks at its end, to scale": answer.plot(-1)},
         tables={f"Every state ({len(answer.table)})": frame_table(answer.table.drop(columns="pairs"))},
-        left_open=[] if answer.reaches_zero else ["The motion beyond the capacity curve is not known."],
+        left_open=[] if answer.reaches_zero else [open_end],
         followed=True,
     )
 
@@ -309,7 +312,7 @@ def _governing(answer: Crossing) -> str:
 
 
 def _in_unit(parts: Sequence[ReportPart], force: str) -> list[ReportPart]:
-    """Return the parts of a report, with the user's unit of force in the texts on loads at collapse."""
+    """Name the user's unit of force in the facts about the loads at collapse; return the changed parts."""
     named = []
     for part in parts:
         facts = {label: text.replace(FORCE_UNIT, f"in {force}", 1) for label, text in part.facts.items()}
@@ -428,7 +431,7 @@ def _counted(heading: str, rows: Sequence[object] | pd.DataFrame) -> str:
 
 
 def _of_records(records: Sequence[Record]) -> dict[str, Any]:
-    """Convert records to a table of the page. Keys that have their default in all records are omitted."""
+    """Convert records to a table of the page. Keys with the default value in all records are omitted."""
     rows = pd.DataFrame([record.model_dump(exclude_defaults=True) for record in records], dtype=object)
     return frame_table(rows.where(rows.notna(), "").map(_cell))
 

@@ -89,7 +89,7 @@ class Settlement(StudyAnswer):
 
     @property
     def usable(self) -> bool:
-        """True if the least and the greatest reaction exist, and each is known or proven to be unlimited."""
+        """True if a reaction makes the scene stable, and both limits are known or proven to be infinite."""
         known = (end.reaction is not None or end.unlimited for end in self.ends.values())
         return not self.fallen and all(known)
 
@@ -98,8 +98,8 @@ class Settlement(StudyAnswer):
         """Table of reactions, with one row for each limit (least, greatest) and kind of result.
 
         The columns are ``end`` ("least", "greatest"), ``kind`` ("coulomb", "incremental", "associative"),
-        ``reaction`` (NaN if there is none), ``status``, ``certainty`` (how far the reaction is proven)
-        and ``moves`` (names of blocks, fastest first).
+        ``reaction`` (NaN if there is none), ``status``, ``certainty`` (text on what is
+        proven about the reaction) and ``moves`` (names of blocks, fastest first).
         """
         rows = [{"end": name} | row for name, end in self.ends.items() for row in end.rows()]
         return pd.DataFrame(rows, columns=["end", *REACTION_COLUMNS]).astype({"reaction": float})
@@ -129,7 +129,7 @@ class Settlement(StudyAnswer):
         return records
 
     def _doubts(self, name: str, end: Bound) -> Iterator[dict[str, Any]]:
-        """Generate warnings about states that put the least or the greatest reaction in doubt.
+        """Generate warnings about states that make the least or the greatest reaction doubtful.
 
         The reaction of such a state is closer to the reaction at rest than the reaction of the answer, or on
         the wrong side of the reaction at rest: see ``Bound.across_rest``.
@@ -138,8 +138,8 @@ class Settlement(StudyAnswer):
         if end.history_ends_nearer and reaction is not None and incremental is not None:
             sentence = (
                 f"{name} reaction: the computed value is {numeral(reaction, '.6g')}, but the load history "
-                f"ends at {numeral(incremental, '.6g')}, closer to the reaction at rest; the scene may "
-                "collapse before the computed value is reached"
+                f"ends at {numeral(incremental, '.6g')}, which is closer to the reaction at rest; the scene "
+                "may collapse before the computed value is reached"
             )
             values = {"end": name, "reaction": reaction, "incremental": incremental}
             yield study_warning(StudyCode.HISTORY_ENDS_NEARER, sentence, **values)
@@ -170,7 +170,7 @@ class Settlement(StudyAnswer):
         if len(self.openings):
             facts["openings"] = in_words(self.openings, self.movement)
         if any(end.result.crushing == "chords" for end in self.ends.values()):
-            wider = "the range of associative reactions would be wider with the parabola than with chords"
+            wider = "with the parabola, the range of associative reactions would be wider"
             facts["crushing"] = f"limited by {BY_CHORDS}; {wider}"
         return facts
 
@@ -260,5 +260,5 @@ class Settlement(StudyAnswer):
         for name, end in self.ends.items():
             if len(end.openings):
                 rows = frame_table(end.openings.drop(columns="joint").rename(columns=_OPENING_HEADINGS))
-                tables[f"Openings per unit of movement, at the {name} reaction"] = rows
+                tables[f"Openings per unit of support movement, at the {name} reaction"] = rows
         return tables

@@ -28,7 +28,7 @@ from masonry_opt.solution.motion import moving_names
 from masonry_opt.studies.settle.openings import after_movement, joint_openings, largest_movement
 from masonry_opt.studies.writing import records
 
-#: Columns of the table of reactions that follow its first column, "end".
+#: Columns of the table of reactions, without its first column "end".
 REACTION_COLUMNS = ("kind", "reaction", "status", "certainty", "moves")
 #: Printed names of the kinds of results.
 KIND_NAMES = {"coulomb": "Coulomb", "incremental": INCREMENTAL, "associative": ASSOCIATIVE}
@@ -110,7 +110,7 @@ class Bound:
 
     @property
     def reaction_at_end(self) -> float | None:
-        """Reaction at the end of the load history; equal to ``incremental`` if the end is not known."""
+        """Reaction at the end of the load history, or ``incremental`` if the history has no known end."""
         return self.incremental if self.result.end is None else self._reaction(self.result.end)
 
     @property
@@ -155,8 +155,8 @@ class Bound:
         """Return a table row for each result: reaction, status, certainty and moving blocks."""
         rows = []
         for kind, result in self.results.items():
-            # The load factor of an incremental result is the one at the end of the load history. The reaction
-            # may be from an earlier peak, so it is taken from ``incremental``.
+            # The load factor of an incremental result belongs to the end of the load history. Equilibrium may
+            # be lost at an earlier peak, so the reaction is taken from ``incremental``.
             reaction = self.incremental if kind == "incremental" else self._reaction(result.load_factor)
             values = (kind, reaction, str(result.status), self._certainty(kind, result), _moving(result))
             rows.append(dict(zip(REACTION_COLUMNS, values, strict=True)))
@@ -173,7 +173,7 @@ class Bound:
         return self.answered_by == "coulomb" and load_history_ends_lower(self.result)
 
     def _certainty(self, kind: str, result: Result) -> str:
-        """Return a text that says how far the reaction of a result is proven; "" without a reaction.
+        """Return a text on what is proven about the reaction of a result, or "" if it has no reaction.
 
         The live load pushes the support away from its reaction at rest. A state with a lower load factor is
         therefore closer to the reaction at rest.
@@ -187,7 +187,7 @@ class Bound:
         if result.load_factor is None:
             return ""
         if kind == "associative":
-            return "no state in this direction has a reaction farther from the reaction at rest than this one"
+            return "in this direction of movement, no state has a reaction farther from the reaction at rest"
         if self.is_proven:
             return (
                 f"{state_found(result)}; proven: no other exact state has a reaction closer to the reaction "
@@ -204,7 +204,7 @@ class Bound:
         return self.result.assembly.problem.load_factor_scale.zero
 
     def _reaction(self, load_factor: float | None) -> float | None:
-        """Return the reaction at a load factor; a value of the size of rounding errors becomes zero."""
+        """Return the reaction at a load factor. A reaction that is zero except for rounding becomes zero."""
         if load_factor is None:
             return None
         reaction = self.start + self.per_load_factor * load_factor
@@ -270,7 +270,10 @@ def _reaction_text(end: Bound) -> str:
         return "unlimited" if end.unlimited else f"not found ({end.result.status})"
     value = numeral(end.reaction, ".6g")
     if end.answered_by == "incremental":
-        return f"{value} by the incremental analysis (no exact collapse state was found in this direction)"
+        return (
+            f"{value} by the incremental analysis (no exact collapse state was found in this direction of "
+            "movement)"
+        )
     name = ASSOCIATIVE
     if end.answered_by == "coulomb":
         name = "proven" if end.is_proven else "found, not proven"

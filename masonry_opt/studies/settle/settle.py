@@ -109,9 +109,10 @@ def settle(
     if rest is None:
         # The incremental analysis cannot start, because the joint forces at rest are unknown.
         session = session.without_incremental()
-        # Joint forces are known only at the least and at the greatest associative reaction. The search for
-        # the least reaction therefore starts at the greatest associative reaction. The search for the
-        # greatest reaction starts at the least associative reaction.
+        # Joint forces are known only at the least and at the greatest associative reaction. The least and the
+        # greatest Coulomb reaction are between these two. The search for the least reaction decreases the
+        # reaction, so it starts at the greatest associative reaction. The search for the greatest reaction
+        # increases the reaction, so it starts at the least associative reaction.
         start_pushed_back, start_settling = _ends_by_statics(settling.problem, pushed_back.problem)
     else:
         start_settling = start_pushed_back = rest
