@@ -290,14 +290,14 @@ def test_a_state_in_which_the_live_load_does_no_work():
         ((True, Q, D), "load_factor must be a finite number (found True)"),
         (("0.5", Q, D), "load_factor must be a finite number (found '0.5')"),
         ((float("nan"), Q, D), "load_factor must be a finite number (found nan)"),
-        ((0.5, None, D), "one joint force for each column of B, shape (3,) (found None)"),
+        ((0.5, None, D), "joint forces, one for each column of problem.B, shape (3,) (found None)"),
         ((0.5, 1.0, D), "shape (3,) (found the number 1.0)"),
         ((0.5, Q[:2], D), "shape (3,) (found an array of shape (2,))"),
         ((0.5, [[0.0], [1.0, 2.0]], D), "q must be"),
         ((0.5, ["a", "b", "c"], D), "q must be"),
         ((0.5, [0.0, np.nan, -0.5], D), "q must contain only finite numbers, but entry no. 1 (n2[A|floor])"),
         ((0.5, Q, [1.0, 0.5, np.inf]), "d must contain only finite numbers, but entry no. 2 (omega[A]) is"),
-        ((0.5, Q, [1.0, 0.5]), "d must be an array of one velocity for each row of B, shape (3,)"),
+        ((0.5, Q, [1.0, 0.5]), "d must be an array of velocities, one for each row of problem.B, shape (3,)"),
     ],
 )
 def test_arguments_of_another_form_are_refused_by_name(arguments, words):

@@ -59,15 +59,15 @@ CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
     ),
     "a kinematic clause without one of its conditions": (
         lambda proof: with_conflict(proof, KinematicConflict, lambda one: {"conditions": one.conditions[1:]}),
-        "by too much for a proof",
+        "too large for a proof",
     ),
     "a motion that is bent": (
         lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": bent(one.d)}),
-        "by too much for a proof",
+        "too large for a proof",
     ),
     "forces that are bent": (
         lambda proof: with_conflict(proof, KinematicConflict, lambda one: {"q": bent(one.q)}),
-        "by too much for a proof",
+        "too large for a proof",
     ),
     "multipliers turned around": (
         lambda proof: with_conflict(proof, StaticConflict, lambda one: {"d": -one.d, "p": -one.p}),

@@ -37,7 +37,7 @@ def test_the_summary_explains_states_far_below_the_incremental_load_factor():
     """The incremental load factor is 4.00. At 1.84, two of eight blocks move, with other joint forces."""
     result = mo.solve(random_scene("wall", 50037))
     assert result.load_factor < 0.5 * result.incremental
-    assert "2 blocks move at this λ if the joint forces are those of the exact state; " in result.summary
+    assert "2 blocks move at this λ if the joint forces are those of this collapse state; " in result.summary
     passed = "the load history from rest passes this λ without collapse, and the incremental λ is"
     assert f"{passed} {result.incremental:.6g}" in result.summary
     assert "self-stress" not in mo.solve(two_blocks()).summary

@@ -254,7 +254,7 @@ def test_the_bound_is_of_the_associative_load_factor_by_its_own_law(strength, la
     assert 0 < found.bound <= found.load_factor
     assert found.bound <= min(sampled) * (1 + _SAMPLED)
     facts = found.facts()
-    assert "lower bound of the associative load factor" in facts["bound"]
+    assert "lower bound on the associative load factor" in facts["bound"]
     assert ("with crushing by the parabola" in facts["bound"]) == bool(strength)
     if strength:
         assert found.default.crushing == "chords"

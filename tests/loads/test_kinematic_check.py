@@ -258,7 +258,7 @@ def test_a_long_secant_period_is_no_wrong_gravity(width, height, gravity, ratios
     check = curve.check([*SPECTRUM, (100.0, 0.00005)], gravity=gravity, **ratios)
     assert (check.period > 10) == (gravity == 9.81)
     assert bool(check.warnings) == warned
-    advice = "seems to have another unit of length" if warned else "add longer periods"
+    advice = "seem to use different units of length" if warned else "add longer periods"
     with pytest.raises(OptionError, match=advice):
         curve.check([(0.0, 1.0), (0.01, 1.0)], gravity=gravity, **ratios)
 

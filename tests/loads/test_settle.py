@@ -108,7 +108,7 @@ def test_what_is_known_of_each_reaction():
     for end in ("least", "greatest"):
         assert NOT_PROVEN in known[end, "coulomb"]
         assert "equilibrium is lost" in known[end, "incremental"]
-        furthest = "no state in this direction has a reaction farther from the reaction at rest than this one"
+        furthest = "in this direction of movement, no state has a reaction farther from the reaction at rest"
         assert known[end, "associative"] == furthest
         first, *others = found.facts()[end].splitlines()
         assert "(found, not proven)" in first
@@ -207,7 +207,7 @@ def test_openings_of_three_hinges(tmp_path, in_space):
     found.save(tmp_path / "a.html")
     assert "Lengths and forces are in the units of the case." in (tmp_path / "a.html").read_text("utf-8")
     page = (tmp_path / "a.html").read_text(encoding="utf-8")
-    assert "Openings per unit of movement, at the least reaction" in page
+    assert "Openings per unit of support movement, at the least reaction" in page
     assert "_at_movement" not in page  # the headings are words
     # The lines of a text stay apart: states of the least reaction, each on a line of its own.
     assert "white-space: pre-line" in page
@@ -444,5 +444,5 @@ def test_command_and_files(tmp_path, command):
 
 def test_a_result_whose_support_settles_has_no_capacity_curve():
     result = mo.settle(beam(), "R", (0, -1), method="static").least.result
-    with pytest.raises(mo.OptionError, match="if a support settles: use a result of"):
+    with pytest.raises(mo.OptionError, match="while a support settles: call"):
         mo.capacity(result)

@@ -196,7 +196,7 @@ def test_scenes_that_cannot_settle_are_refused():
     with pytest.raises(OptionError, match="the supports have settled already: specify all movements at once"):
         mo.solve(after, settled=SINKS)
     further = after.replace(blocks=[*after.blocks, block("on top", 1, 2, 2, 3, weight=1)])
-    with pytest.raises(CaseError, match="cannot change: change the blocks of the original scene"):
+    with pytest.raises(CaseError, match="cannot change: first change the blocks of the original scene"):
         mo.solve(further)
 
 

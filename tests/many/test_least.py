@@ -77,7 +77,7 @@ def test_the_printed_value_holds(search):
     ]
     value, holds, fails = (sign * number for number in printed[:3])
     assert value == holds >= sign * found.holds.value > sign * found.fails.value >= fails
-    assert f"interpolated between this value and the failing value: {found.value:.9g})" in str(found)
+    assert f"interpolated between the holding and the failing value: {found.value:.9g})" in str(found)
     assert value == pytest.approx(math.tan(math.radians(25)), rel=2e-6)
 
 

@@ -82,5 +82,5 @@ def test_reactions_of_a_support_that_settles():
             assert MAY_BE_NEARER in found.facts()[end]
             assert "(found, not proven)" in found.facts()[end].splitlines()[0]
     by_statics = mo.settle(block_on_floor(), "floor", (0, -1), method="static")
-    furthest = "no state in this direction has a reaction farther from the reaction at rest than this one"
+    furthest = "in this direction of movement, no state has a reaction farther from the reaction at rest"
     assert furthest in by_statics.facts()["least"]

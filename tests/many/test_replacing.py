@@ -209,7 +209,7 @@ def test_a_record_of_someone_else_is_no_leave_to_replace(tmp_path):
 
 def test_a_folder_in_the_place_of_a_file_is_refused_whatever_is_forced(tmp_path):
     (tmp_path / "summary.csv").mkdir()
-    with pytest.raises(OptionError, match=r"summary\.csv: .*is a folder"):
+    with pytest.raises(OptionError, match=r"summary\.csv: .*a folder has this name"):
         compared(tmp_path, force=True)
 
 

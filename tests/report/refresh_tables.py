@@ -14,14 +14,19 @@ LEFT_OUT = ["method", "NLPs", "time (s)", "published (s)"]
 #: Sentences above the tables into which Table 1 is divided so that each fits on the page, and the columns of
 #: each table.
 GROUPS = {
-    "The first table has the associative load factors.": ["b × c", "assoc. paper", "CVXPY", "Pyomo"],
-    "The second table has the load factors of the loop, and the incremental load factors.": [
+    "The first table compares the associative load factors with the paper.": [
+        "b × c",
+        "assoc. paper",
+        "CVXPY",
+        "Pyomo",
+    ],
+    "The second table compares the loop with the paper, and adds the incremental load factors.": [
         *("loop paper", "loop", "loop diff %", "incremental")
     ],
-    "The third table has published values of the MCP and the MPEC, and those of `coulomb` and `mpec`.": [
+    "The third table compares `coulomb` and `mpec` with published load factors of the MCP and MPEC.": [
         *("MCP publ.", "coulomb", "coulomb diff %", "MPEC publ.", "mpec")
     ],
-    "The last table has the lowest known load factors, and those of the search.": [
+    "The last table compares the load factors that the search finds with the lowest known load factors.": [
         *("lowest known", "search", "search diff %")
     ],
 }

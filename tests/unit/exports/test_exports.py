@@ -54,7 +54,7 @@ def solved_by_highs(path):
 def times(text):
     """Return the number by which the objective is divided to obtain λ, as the header of the file states
     it."""
-    return float(re.search(r"the objective is .* times ([\d.e+-]+), which is the sum", text)[1])
+    return float(re.search(r"the objective is .* times ([\d.e+-]+); this number is the sum", text)[1])
 
 
 @pytest.mark.parametrize("name", KINDS_OF_JOINTS)

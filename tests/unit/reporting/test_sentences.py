@@ -276,7 +276,7 @@ def test_a_state_far_below_the_load_history_is_described_without_advice(no_proof
     """The line is missing for a proven least state, a negative λ, settled supports, and whole collapses."""
     found = with_load_factor(mo.solve(two_blocks(), "coulomb"), 0.05)
     line = facts(found)["self-stress"]
-    assert line.startswith("1 block moves at this λ if the joint forces are those of the exact state; ")
+    assert line.startswith("1 block moves at this λ if the joint forces are those of this collapse state; ")
     assert line.endswith(f"passes this λ without collapse, and the incremental λ is {found.incremental:.6g}")
     assert "use" not in line
     assembly = found.assembly

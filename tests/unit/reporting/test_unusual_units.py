@@ -254,11 +254,13 @@ def test_axles_in_another_unit_than_the_weights():
     common = "CS 454 double 1.3 m"
     heavy = scene.replace(blocks={"deck": {"unit_weight": 22_000}})
     assert warned_of(scene, set=common) == []
-    assert "the median unit weight of the blocks, 22000, looks like N/m³" in warned_of(heavy, set=common)[0]
+    assert (
+        "the median unit weight of the blocks, 22000, seems to be in N/m³" in warned_of(heavy, set=common)[0]
+    )
     assert warned_of(scene, loads=[1500]) == []
-    in_kilonewtons = "is 1510, but the median unit weight of the blocks, 22, looks like kN/m³"
+    in_kilonewtons = "is 1510, but the median unit weight of the blocks, 22, seems to be in kN/m³"
     assert in_kilonewtons in warned_of(scene, loads=[1510])[0]
-    in_newtons = "is 120, but the median unit weight of the blocks, 22000, looks like N/m³"
+    in_newtons = "is 120, but the median unit weight of the blocks, 22000, seems to be in N/m³"
     assert in_newtons in warned_of(heavy, loads=[120])[0]
     assert warned_of(heavy, loads=[1]) == warned_of(heavy, loads=[120_000]) == []
 

@@ -44,9 +44,7 @@ def test_copies_are_left_out_and_named(tmp_path, start, step):
     stones = [brick(0, y) for y in (0, 1)]
     copies = [turned(stone, start, step) for stone in (*stones, stones[1])]
     path = drawn(tmp_path / "a.dxf", FLOOR, *stones, *copies)
-    with pytest.warns(
-        DrawingWarning, match="3 outlines are drawn twice, and repetitions were left out"
-    ) as caught:
+    with pytest.warns(DrawingWarning, match="3 outlines are drawn twice, and copies were left out") as caught:
         scene = mo.read_dxf(path, **GIVEN)
     (warning,) = caught
     assert str(warning.message).count("on layer 'stones' repeats LWPOLYLINE") == 3
@@ -250,7 +248,7 @@ def test_the_command_prints_the_size_with_its_unit(tmp_path, command, unit, opti
 @pytest.mark.parametrize(
     ("reason", "advice", "keys"),
     [
-        ("not named with --layer", "read the layer too, with 'layers' (--layer)", {"layers": ["stones"]}),
+        ("not named with --layer", "add the layer to 'layers' (--layer)", {"layers": ["stones"]}),
         (
             "--without-layer",
             "remove the layer from 'without_layers' (--without-layer)",
@@ -305,7 +303,7 @@ def test_the_command_lists_layers_and_prints_warnings(tmp_path, monkeypatch, cap
         "layers not read: off (off), ice (frozen), cracks (--without-layer), notes (no outlines)"
     )
     assert "warning: " in err
-    assert "1 outline is drawn twice, and repetitions were left out" in err
+    assert "1 outline is drawn twice, and copies were left out" in err
 
 
 def test_the_command_names_the_block_and_the_layer_of_each_hole(tmp_path, command):
@@ -369,7 +367,7 @@ def test_an_outline_far_away_is_not_blamed_on_the_others(tmp_path):
     with pytest.raises(mo.CaseError) as error:
         mo.read_dxf(drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0), far), **GIVEN)
     assert "3 outlines are smaller than the tolerance 10" in str(error.value)
-    advice = "if outlines far away from the others make the tolerance too large, delete the distant outlines"
+    advice = "if the tolerance is too large because some outlines are far away, delete the distant outlines"
     assert advice in str(error.value)
 
 
