@@ -85,7 +85,10 @@ OF_THE_BOX = ("turned, mirrored and moved", "in other units", "renumbered", "fac
     ("scene", "name"),
     [
         *(("box", name) for name in OF_THE_BOX),
-        *(("corner", name) for name in mappings_in_space.SAME),
+        *(
+            ("corner", name) if name in OF_THE_BOX else pytest.param("corner", name, marks=pytest.mark.slow)
+            for name in mappings_in_space.SAME
+        ),
         *(pytest.param("corner of 20", name, marks=pytest.mark.slow) for name in mappings_in_space.SAME),
     ],
 )

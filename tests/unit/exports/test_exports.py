@@ -165,7 +165,7 @@ ANSWERED = {**UNCRUSHED, "two feet": two_feet(), "irregular": irregular()}
 def test_mcp_s_equations_and_pairs_hold_at_our_answer(tmp_path, name):
     scene = ANSWERED[name]
     path, *_ = mo.export(scene, tmp_path / "program.nl", "mcp")
-    file, result = read_nl(path), mo.solve(scene, "coulomb")
+    file, result = read_nl(path), solved(scene)
     joints = scene.joints
     known = by_name(result, joints.friction, joints.cohesion, joints.dilatancy)
     x = np.array([known[column] for column in file.columns])

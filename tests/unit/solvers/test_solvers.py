@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from scenes import WALLS, block_on_floor, declared, overhanging, pressed_down, small_wall, two_blocks
+from speeds import slow
 
 import masonry_opt as mo
 from masonry_opt.effort import Effort
@@ -59,7 +60,7 @@ def test_an_optimum_and_its_duals(language, solver, formulation):
     assert z @ p == pytest.approx(0, abs=1e-6 * problem.live_norm)
 
 
-@pytest.mark.parametrize("repeats", [True, False])
+@pytest.mark.parametrize("repeats", [True, *slow(False)])
 @pytest.mark.parametrize("place", ["right-hand side", "cost", "matrix"])
 @pytest.mark.parametrize("wrong", [np.nan, np.inf])
 @pytest.mark.parametrize("solver", [name for language, name in LINEAR if language == "cvxpy"])
@@ -87,7 +88,7 @@ def test_a_program_with_numbers_that_are_not_finite_fails(solver, wrong, place, 
 
 
 @pytest.mark.parametrize("falls", [True, False], ids=["falls", "pressed down"])
-@pytest.mark.parametrize("formulation", ["static", "kinematic"])
+@pytest.mark.parametrize("formulation", ["static", *slow("kinematic")])
 @pytest.mark.parametrize(("language", "solver"), LINEAR)
 def test_programs_without_an_optimum(language, solver, falls, formulation):
     """The solver itself reports that the program is infeasible or unbounded."""
