@@ -57,7 +57,10 @@ def times(text):
     return float(re.search(r"the objective is .* times ([\d.e+-]+), which is the sum", text)[1])
 
 
-@pytest.mark.parametrize("name", KINDS_OF_JOINTS)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow if name.startswith("no") else ()) for name in KINDS_OF_JOINTS],
+)
 def test_highs_finds_the_associative_load_factor(tmp_path, name):
     """The reference is the static program of CVXPY, solved by the simplex method. Both programs have the same
     chords of the crushing law."""

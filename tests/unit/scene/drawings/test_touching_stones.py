@@ -91,7 +91,7 @@ def check(scene):
 
 
 @pytest.mark.parametrize("order", [*slow("by stone"), "random"])
-@pytest.mark.parametrize("orientation", ["outwards", "one stone inwards", "random"])
+@pytest.mark.parametrize("orientation", ["outwards", *slow("one stone inwards"), "random"])
 @pytest.mark.parametrize("corners", ["of faces", "of stones", "shared"])
 def test_touching_stones_of_quadrilaterals_are_separated(tmp_path, corners, orientation, order):
     points, faces = whole(STONES, corners)
