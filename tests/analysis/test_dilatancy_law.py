@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scenes import block_on_floor, solved, two_blocks
+from speeds import slow
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
@@ -22,7 +23,7 @@ def test_dilatancy_falls_linearly_between_its_stresses():
         assert problem.dilatancy_at(np.array([force / weight])) == pytest.approx([dilatancy])
 
 
-@pytest.mark.parametrize("none", [1e-3, 0.1, 0.24, 0.3, 0.45, 0.55, 0.6, 0.7, 1.0, 10.0])
+@pytest.mark.parametrize("none", [1e-3, 0.24, 0.45, 0.6, 10.0, *slow(0.1, 0.3, 0.55, 0.7, 1.0)])
 def test_two_blocks_by_hand(none):
     """The loop's load factor is the least one by hand, λ = μ (1 + 2 n), to 1e-6.
 

@@ -7,7 +7,7 @@ import warnings
 
 import pytest
 from scenes import CASES, block_on_floor, run_command, small_wall
-from unit.test_house import ROOT
+from sources import ROOT
 
 import masonry_opt as mo
 from masonry_opt.deadline import TimeLimitReached, check_time, limited, seconds_left, unlimited

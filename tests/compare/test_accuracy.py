@@ -8,6 +8,7 @@ from atlas.random_scenes_in_space import KINDS, random_scene_in_space
 from atlas.small_scenes import block, chute, confined, overhanging
 from scenes import CASES, block_on_floor, small_wall, two_blocks
 from scenes_in_space import box_on_floor, corner_wall, pushed_box
+from speeds import slow_after
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
@@ -107,7 +108,7 @@ WALLS_IN_SPACE = [
 ]
 
 
-@pytest.mark.parametrize("scene", WALLS_IN_SPACE)
+@pytest.mark.parametrize("scene", slow_after(2, WALLS_IN_SPACE))
 def test_bounds_in_space_are_close(scene):
     """Bounds in space are closer than 1e-8 and enclose the associative load factor, to 1e-7."""
     bounds = certified_bounds(assemble(scene).problem)

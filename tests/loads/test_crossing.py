@@ -8,6 +8,7 @@ import pytest
 from loads.overhang import OVERHANG, WEIGHT, axles, interrupts, slab, support
 from scenes import CASES, axles_on_a_beam
 from settled_scenes import beam
+from speeds import slow
 
 import masonry_opt as mo
 from masonry_opt.analysis import Session
@@ -36,9 +37,7 @@ def test_a_slab_on_its_support_carries_any_axle():
         assert found.worst.solution.carries_any_load
 
 
-@pytest.mark.parametrize(
-    "method", ["static", "kinematic", "nonassociative", pytest.param("coulomb", marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("method", ["static", "kinematic", *slow("nonassociative", "coulomb")])
 def test_one_axle_turns_a_slab_over_the_edge_of_its_support(method):
     """The load factor of one axle agrees with moments about the edge at x = 0.5: λ P (x - 0.5) = 0.5 W.
 

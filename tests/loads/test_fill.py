@@ -7,6 +7,7 @@ import pytest
 import shapely
 from scenes import CASES, forces_of
 from scenes_in_space import box_on_floor
+from speeds import slow
 
 import masonry_opt as mo
 from masonry_opt.drawing.elements import counts, result_elements, scene_elements
@@ -201,10 +202,9 @@ def retaining(push, friction, **keys):
     ("method", "keys"),
     [
         ("static", {"solver": "highs"}),
-        ("kinematic", {"solver": "highs"}),
-        ("nonassociative", {"solver": "highs"}),
         ("coulomb", {}),
-        ("coulomb", {"search": 0.2}),
+        *slow(("kinematic", {"solver": "highs"}), ("nonassociative", {"solver": "highs"})),
+        *slow(("coulomb", {"search": 0.2})),
     ],
 )
 @pytest.mark.parametrize("push", [-1.0, 1.0])
@@ -245,7 +245,7 @@ BACKED = 3.0
 BACKED_SHARE = 0.9
 
 
-@pytest.mark.parametrize("factor", [1.0, 1.35, 0.0])
+@pytest.mark.parametrize("factor", [*slow(1.0), 1.35, *slow(0.0)])
 @pytest.mark.parametrize("push", [-1.0, 1.0])
 def test_a_wall_that_retains_fill_over_backing(push, factor):
     """The pressure of fill over backing agrees with the closed form, also with a factor of the load case.

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from atlas.held_scenes import held
 from scenes import block_on_floor, on_floor
+from speeds import slow
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
@@ -145,10 +146,8 @@ def answer_beside_duality(scene):
     ("kind", "seed", "space"),
     [
         ("wall", 2, False),
-        ("filled", 0, False),
-        *(pytest.param(kind, 1, False, marks=pytest.mark.slow) for kind in ("arch", "tessellation")),
-        pytest.param("wedges", 9, True, marks=pytest.mark.slow),
-        pytest.param("piers", 10, True, marks=pytest.mark.slow),
+        *slow(("filled", 0, False), ("arch", 1, False), ("tessellation", 1, False)),
+        *slow(("wedges", 9, True), ("piers", 10, True)),
     ],
 )
 def test_duality_and_certificates_of_held_scenes(kind, seed, space):
@@ -269,7 +268,7 @@ def hung(push_at: float, strength: float | None = None) -> mo.Scene:
     return scene.replace(blocks=[*scene.blocks, block], ties=[*ties[:2], ties[2].replace(strength=strength)])
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", [*METHODS[:3], *slow("coulomb"), *METHODS[4:]])
 def test_blocks_that_ties_alone_hold(method):
     """The load factors of a cube that only ties hold agree with closed forms, by all methods.
 
@@ -316,7 +315,7 @@ def hanging(count=1, size=1.0, force=1.0, strength=1.0, weight=0.233, aside=0.0)
     return mo.Scene(joints={"friction": 0.5}, blocks=blocks, ties=ties)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", [*METHODS[:3], *slow("coulomb"), *METHODS[4:]])
 def test_a_scene_without_joints_hangs_on_its_wires(method):
     """A scene without joints collapses when its uppermost wire yields, by all methods.
 

@@ -7,6 +7,7 @@ edge. The weight W resists with the moment 0.5 W.
 import numpy as np
 import pytest
 from loads.overhang import OVERHANG, WEIGHT, axles
+from speeds import slow
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
@@ -29,15 +30,15 @@ def alone(*strips, **keys):
     ("group", "turns"),
     [
         (alone(strip(8.0, 0.0, 0.5)), 8 * 0.5 * 0.25),
-        (alone(strip(8.0, -0.25, 0.25), factor=2.0), 16 * 0.5 * 0.25),
+        *slow((alone(strip(8.0, -0.25, 0.25), factor=2.0), 16 * 0.5 * 0.25)),
         # A strip that is longer than the slab is worst if it ends at the edge of the support.
-        (alone(strip(8.0, 0.0, 5.0)), 8 * 0.5 * 0.25),
+        *slow((alone(strip(8.0, 0.0, 5.0)), 8 * 0.5 * 0.25)),
         # The worst position has the axle at the end of the slab, and the strip behind it from x = 0.6 to 0.9.
         (axles(3.0, road=LONG, uniform=[strip(4.0, 0.1, 0.4)]), 3 * 0.5 + 4 * 0.3 * 0.25),
         # Two strips are worst on the left, with the heavier one at the end: x = -1 to -0.8, and -0.7 to -0.5.
         (alone(strip(4.0, 0.0, 0.2), strip(6.0, 0.3, 0.5), travels="right"), 6 * 0.2 * 0.4 + 4 * 0.2 * 0.1),
         # The strip has a width of 4, of which the scene carries a quarter.
-        (alone(strip(8.0, 0.0, 0.5), width=4.0), 8 * 0.5 * 0.25 / 4),
+        *slow((alone(strip(8.0, 0.0, 0.5), width=4.0), 8 * 0.5 * 0.25 / 4)),
     ],
 )
 def test_moments_about_the_edge_of_the_support(group, turns):

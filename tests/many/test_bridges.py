@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from loads.overhang import OVERHANG, WEIGHT, axles, support
+from speeds import slow
 
 import masonry_opt as mo
 from masonry_opt.analysis import prepare
@@ -47,7 +48,7 @@ def in_two_cases():
     [
         ("block.slab.weight", [6.0, 12.0, 30.0], [2.0, 4.0, 10.0]),
         ("axles.a.factor", [0.5, 2.0], [8.0, 2.0]),
-        ("axles.loads.1", [3.0, 6.0], [4.0, 2.0]),
+        *slow(("axles.loads.1", [3.0, 6.0], [4.0, 2.0])),
         ("axles.a.loads.1", [3.0, 6.0], [4.0, 2.0]),
         ("axles.width", [1.0, 4.0], [4.0, 16.0]),
     ],

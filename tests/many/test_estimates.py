@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from many.tables import sampled
 from scipy import stats
+from speeds import slow
 
 from masonry_opt.errors import OptionError
 from masonry_opt.studies.many.draws import distribution, lognormal, parse, points
@@ -22,7 +23,7 @@ def sensitivity(drawn, values, confidence):
     return sampled(values, drawn).sensitivity(confidence)
 
 
-@pytest.mark.parametrize("n", [60, 71, 72, 199, 1000])
+@pytest.mark.parametrize("n", [60, 71, 72, *slow(199, 1000)])
 @pytest.mark.parametrize("p", [0.05, 0.5, 0.95])
 @pytest.mark.parametrize("confidence", [0.9, 0.95])
 def test_ranks_of_a_quantile_cover_it(n, p, confidence):

@@ -5,7 +5,7 @@ between two versions of that file shows a reviewer each sentence that changed.
 """
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 PACKAGE = Path(__file__).parents[2] / "masonry_opt"
@@ -15,11 +15,16 @@ LISTED = Path(__file__).with_suffix(".txt")
 FEWEST_WORDS = 4
 
 
-def printed_sentences() -> str:
+def parse(path: Path) -> ast.Module:
+    """Return the syntax tree of a file."""
+    return ast.parse(path.read_text("utf-8"))
+
+
+def printed_sentences(tree_of: Callable[[Path], ast.Module] = parse) -> str:
     """Return the sentences of all files of the package, each below the name of its file."""
     parts = []
     for path in sorted(PACKAGE.rglob("*.py")):
-        sentences = list(_sentences(ast.parse(path.read_text("utf-8"))))
+        sentences = list(_sentences(tree_of(path)))
         if sentences:
             parts.append("\n".join([f"# {path.relative_to(PACKAGE)}", *sentences, ""]))
     return "\n".join(parts)

@@ -34,9 +34,9 @@ SLIPS = {
         ["solve", "stone.toml", "--time-limit", "60"],
     ),
     "decimal comma": (
-        ["least", "stone.toml", "--vary", "joints.friction=0.1:1", "--load", "0,5"],
+        ["least", "stone.toml", "--vary", "joints.friction=0.1:1", "--method", "static", "--load", "0,5"],
         "with a point before decimals",
-        ["least", "stone.toml", "--vary", "joints.friction=0.1:1", "--load", "0.5"],
+        ["least", "stone.toml", "--vary", "joints.friction=0.1:1", "--method", "static", "--load", "0.5"],
     ),
     "two numbers": (
         ["settle", "stone.toml", "--support", "floor", "--method", "static", "--direction", "0", "-1"],

@@ -6,6 +6,7 @@ from math import cos, hypot, inf, radians, sin
 import numpy as np
 import pytest
 from scenes_in_space import box_on_floor, pushed_box
+from speeds import slow_after
 
 import masonry_opt as mo
 
@@ -14,6 +15,8 @@ EXACT = 1e-6
 #: Methods with Coulomb friction, and all methods that use the cone.
 COULOMB = ["nonassociative", "incremental", "coulomb"]
 CONES = ["static", "kinematic", *COULOMB]
+#: The methods as test parameters. The default takes half a second, and is fast for one box.
+DEFAULT_SLOW = slow_after(4, CONES)
 
 #: Size, friction and angle of a box that slides at an angle, or overturns about an edge along y or x.
 PUSHED = [((1.0, 2.0, 3.0), 0.2, 52.0), ((1.0, 2.0, 3.0), 0.8, 75.0), ((2.0, 1.0, 3.0), 0.6, -100.0)]
@@ -45,7 +48,7 @@ def test_a_box_slides_or_overturns(method, size, friction, angle):
     assert found.certificate.worst < 1e-6
 
 
-@pytest.mark.parametrize("method", CONES)
+@pytest.mark.parametrize("method", DEFAULT_SLOW)
 def test_a_box_that_is_turned_about_the_vertical(method):
     """A box that is turned about the vertical slides at the moment μ W √(a² + b²)/2, to 1e-6.
 
@@ -64,7 +67,7 @@ def test_cohesion_acts_on_the_whole_face():
     assert found.load_factor == pytest.approx(0.3 + 0.05 * 4, abs=EXACT)
 
 
-@pytest.mark.parametrize("method", CONES)
+@pytest.mark.parametrize("method", DEFAULT_SLOW)
 def test_a_block_before_a_wall_overturns_more_easily_than_associative_flow_lets_it(method):
     """A block in front of a wall tips about its front edge at λ (H/2 + u) = t/2 + v, to 1e-6.
 
@@ -124,7 +127,7 @@ def levels() -> list[tuple[np.ndarray, np.ndarray, float]]:
     return found
 
 
-@pytest.mark.parametrize("method", ["static", "coulomb"])
+@pytest.mark.parametrize("method", slow_after(1, ["static", "coulomb"]))
 def test_a_cantilever_of_boxes_pushed_down_at_its_tip(method):
     """A stack pushed down at its tip has the least λ = W (x_edge − x)/(x_tip − x_edge) of all beds, 1.634.
 

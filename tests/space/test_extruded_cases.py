@@ -2,6 +2,7 @@
 
 import pytest
 from scenes import CASES, solved
+from speeds import slow, slow_after
 
 import masonry_opt as mo
 
@@ -19,15 +20,13 @@ SMALL = [
 THICKNESS = 0.7
 
 
-def slow(*names: str) -> list[object]:
-    return [pytest.param(name, marks=pytest.mark.slow) for name in names]
-
-
 def path(name: str):
     return CASES / f"{name}.toml"
 
 
-@pytest.mark.parametrize("name", [*SMALL, *slow("casapulla_lauro/arch", "orduna_lourenco/wall")])
+@pytest.mark.parametrize(
+    "name", [*slow_after(3, SMALL), *slow("casapulla_lauro/arch", "orduna_lourenco/wall")]
+)
 def test_associative_load_factor_is_that_of_the_plane(name):
     """The associative load factor of an extruded case is that of the plane, to 1e-7.
 

@@ -7,6 +7,9 @@ from masonry_opt.solution.reasons import Code, Status
 
 METHODS = ["static", "kinematic", "nonassociative", "incremental", "coulomb"]
 FRICTION = mo.JointDefaults(friction=0.6)
+#: Live loads towards a wall, onto the floor, and towards both.
+SIDEWAYS = (1.0, 0.0, 0.0)
+DOWNWARDS = [(0.0, 0.0, -1.0), (-0.6, 0.0, -0.8)]
 
 
 def pushed(at: float, live: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> mo.Solid:
@@ -23,7 +26,9 @@ def floor(end: float = 3.0) -> mo.Solid:
     return mo.box("floor", (-3, end), (-3, 3), (-1, 0), fixed=True)
 
 
-@pytest.mark.parametrize("live", [(1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (-0.6, 0.0, -0.8)])
+@pytest.mark.parametrize(
+    "live", [SIDEWAYS, *(pytest.param(live, marks=pytest.mark.slow) for live in DOWNWARDS)]
+)
 @pytest.mark.parametrize("method", METHODS)
 def test_nothing_brings_down_a_box_that_is_pushed_against_fixed_walls(method, live):
     """A box between fixed walls is unlimited, with a proof for any flow rule.

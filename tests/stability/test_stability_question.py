@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from speeds import slow
 from typer.testing import CliRunner
 
 import masonry_opt as mo
@@ -77,7 +78,7 @@ def test_a_block_on_a_slope_needs_the_tangent(degrees, size, weight, mirrored):
     assert stability.worst_joint.distance == pytest.approx(size * (1 - slope / 2), rel=1e-6)
 
 
-@pytest.mark.parametrize("degrees", [5, 17])
+@pytest.mark.parametrize("degrees", [*slow(5), 17])
 def test_the_printed_least_friction_is_not_below_the_true_one(degrees):
     """The block slides with less friction than tan α. The number is printed with four digits.
 

@@ -102,8 +102,8 @@ def test_marks_are_where_other_tools_look_for_them(tmp_path):
 @pytest.mark.parametrize(
     ("command", "name"),
     [
-        (("solve", "{case}", "--plot"), "out.png"),
-        (("solve", "{case}", "--plot"), "out.html"),
+        (("solve", "{case}", "--method", "static", "--plot"), "out.png"),
+        (("solve", "{case}", "--method", "static", "--plot"), "out.html"),
         (("draw", "{case}"), "out.svg"),
         (("export", "{case}"), "out.mps"),
         (("convert", "{case}"), "out.dxf"),

@@ -2,16 +2,13 @@
 
 import ast
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator
-from functools import cache
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
-
-ROOT = Path(__file__).parents[2]
-
+from sources import ROOT, classes_and_imports, imports_of, parsed
 
 #: Largest number of lines of a file. A longer file has more than one reason to change.
 MOST_LINES = 500
@@ -59,19 +56,6 @@ def test_no_two_files_import_each_other():
     assert [names for names in together if len(names) > 1] == []
 
 
-@cache
-def parsed(path: Path) -> ast.Module:
-    """Return the syntax tree of a file, which several tests read."""
-    return ast.parse(path.read_text(encoding="utf-8"))
-
-
-@cache
-def classes_and_imports(path: Path) -> list[ast.AST]:
-    """Return the statements anywhere in a file that define a class or import something."""
-    kinds = (ast.ClassDef, ast.Import, ast.ImportFrom)
-    return [node for node in ast.walk(parsed(path)) if isinstance(node, kinds)]
-
-
 def constants_of(path: Path) -> Iterator[tuple[str, str]]:
     """Yield the names in capital letters that a file assigns at its top level, with the code of their
     values."""
@@ -90,14 +74,3 @@ def module_of(path: Path) -> str:
     parts = path.relative_to(ROOT).with_suffix("").parts
     parts = ("masonry_opt", *parts) if parts[0] == "models" else parts
     return ".".join(part for part in parts if part != "__init__")
-
-
-def imports_of(path: Path, within: Callable[[ast.Module], Iterable[ast.AST]] | None = None) -> Iterator[str]:
-    """Yield the full names of the modules that a file imports, anywhere or among certain nodes."""
-    for node in within(parsed(path)) if within else classes_and_imports(path):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{path}: a relative import"
-            yield node.module
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)

@@ -11,7 +11,7 @@ import tomllib
 from importlib.metadata import version
 
 import pytest
-from unit.test_house import ROOT, imports_of
+from sources import ROOT, imports_of
 
 import masonry_opt as mo
 

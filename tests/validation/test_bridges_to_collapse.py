@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from arch_under_fill import ArchUnderFill
 from scenes import CASES, solved
+from speeds import slow_after
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
@@ -97,7 +98,7 @@ def test_geometry(name):
     np.testing.assert_allclose(nearest, 0, atol=2e-7)
 
 
-@pytest.mark.parametrize("name", BRIDGES)
+@pytest.mark.parametrize("name", slow_after(2, BRIDGES))
 def test_hinges_at_the_same_joints(name):
     """Load factors agree to 1e-3 with those of the independent program.
 
@@ -147,7 +148,7 @@ def test_backing_over_the_haunches(name):
     assert load_found(changed(scene, backing=none)) == pytest.approx(load_found(scene), rel=1e-3)
 
 
-@pytest.mark.parametrize("name", BRIDGES)
+@pytest.mark.parametrize("name", slow_after(2, BRIDGES))
 def test_nothing_slides(name):
     """Nothing slides, so that the flow rule has no influence: both load factors agree to 1e-6."""
     made = changed(read(name), pressure=False)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hinges import four_hinge_load_factors, radial_joints
 from scenes import CASES, solved
+from speeds import slow
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
@@ -138,7 +139,13 @@ SOLVED = [
 ]
 
 
-@pytest.mark.parametrize(("name", "method"), SOLVED)
+@pytest.mark.parametrize(
+    ("name", "method"),
+    [
+        *(pair for pair in SOLVED if pair[1] != "nonassociative"),
+        *slow(*(pair for pair in SOLVED if pair[1] == "nonassociative")),
+    ],
+)
 def test_load_factor(name, method):
     """The load factor agrees with the closed form; numbers in case files have twelve digits."""
     known = KNOWN[name]

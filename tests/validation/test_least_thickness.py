@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from speeds import slow
 
 import masonry_opt as mo
 from masonry_opt.studies.many.standing import standing
@@ -42,7 +43,7 @@ def arch(voussoirs: int, thickness: float) -> mo.Scene:
     return mo.Scene(joints=mo.JointDefaults(friction=math.inf), blocks=made.blocks())
 
 
-@pytest.mark.parametrize("voussoirs", [8, 30])
+@pytest.mark.parametrize("voussoirs", [8, *slow(30)])
 def test_least_thickness_of_so_many_voussoirs(voussoirs):
     found = mo.least(lambda thickness: arch(voussoirs, thickness), 0.03, 0.3, samples=2)
     assert found.value == pytest.approx(closed_form(voussoirs), rel=1e-7)

@@ -153,7 +153,7 @@ def of_parts(parts):
 
 BLOCKS = {name: made.blocks() for name, made in GENERATED.items()}
 BLOCKS |= {name: of_parts(parts) for name, parts in PARTS.items()}
-SLOW = dict.fromkeys(("dome", "groin"), pytest.mark.slow)
+SLOW = dict.fromkeys(("barrel", "dome", "groin", "plan"), pytest.mark.slow)
 
 
 IN_FULL = [pytest.param(each, id=name, marks=SLOW.get(name, ())) for name, each in BLOCKS.items()]

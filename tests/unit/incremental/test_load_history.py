@@ -13,6 +13,7 @@ from atlas.random_scenes import random_scene
 from mappings import mapped, mirrored, shuffled, turned
 from scenes import CASES, block_on_floor, on_floor, overhanging, small_wall, two_blocks
 from scenes_in_space import corner_wall, pushed_box
+from speeds import slow
 
 import masonry_opt as mo
 from masonry_opt.methods.incremental.analysis import End, IncrementalAnalysis, IncrementalResult
@@ -166,8 +167,8 @@ SCENES = {
     [
         (lambda scene: mapped(scene, turned(1.1), turned(1.1)), 1.0),
         (lambda scene: mapped(scene, mirrored, mirrored), 1.0),
-        (shuffled, 1.0),
-        (lambda scene: mapped(scene, lambda v: (20 * v[0], 20 * v[1]), length=20.0), 1.0),
+        *slow((shuffled, 1.0)),
+        *slow((lambda scene: mapped(scene, lambda v: (20 * v[0], 20 * v[1]), length=20.0), 1.0)),
         (lambda scene: mapped(scene, dead=50.0, live=25.0), 2.0),
     ],
     ids=["turned", "mirrored", "renumbered", "larger", "heavier"],

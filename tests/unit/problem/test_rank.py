@@ -5,6 +5,7 @@ import pytest
 import scipy.sparse as sp
 from scenes import block_on_floor, two_blocks
 from scipy.sparse.csgraph import structural_rank
+from speeds import slow
 from touching_solids import FLOOR, hull
 
 import masonry_opt as mo
@@ -31,7 +32,7 @@ def test_the_structural_rank_of_a_knife_edge_is_full_and_its_rank_is_not():
     assert not problem.statics_fix_forces
 
 
-@pytest.mark.parametrize("method", ["coulomb", "nonassociative"])
+@pytest.mark.parametrize("method", ["coulomb", *slow("nonassociative")])
 def test_the_state_of_a_knife_edge_is_not_called_the_only_one(method):
     result = mo.solve(prism_on_its_edge(), method)
     assert result.load_factor == pytest.approx(1 - 0.12 / 0.6, rel=1e-6)

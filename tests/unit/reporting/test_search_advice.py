@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from many.tables import sampled
-from unit.test_house import ROOT
+from sources import ROOT
 
 import masonry_opt as mo
 from masonry_opt.methods.registry import METHODS, HowToSolve

@@ -13,6 +13,7 @@ from drawn import labels
 from mappings import mapped, mirrored
 from scenes import CASES, block_on_floor, overhanging, pressed_down, small_wall, two_blocks
 from scenes_in_space import box_on_floor
+from speeds import slow
 
 import masonry_opt as mo
 from masonry_opt.drawing.elements import result_elements
@@ -423,7 +424,7 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize("method", ["static", "coulomb", "nonassociative"])
+@pytest.mark.parametrize("method", ["static", "coulomb", *slow("nonassociative")])
 @pytest.mark.parametrize("name", SCENES)
 def test_results_have_no_signed_zero_and_count_one_as_one(name, method):
     result = mo.solve(SCENES[name](), method)

@@ -17,6 +17,7 @@ from drawing_errors import with_errors
 from mappings import mapped, turned
 from meshes import obj, prism
 from scenes import solved
+from speeds import slow_after
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
@@ -86,7 +87,7 @@ OFF = [
 ]
 
 
-@pytest.mark.parametrize(("corner", "error"), OFF)
+@pytest.mark.parametrize(("corner", "error"), slow_after(4, OFF))
 def test_advice_for_a_corner_too_high_or_too_low(corner: tuple[str, int], error: float) -> None:
     result, tolerance = as_advised(lambda tolerance: scene_of(outlines(*corner, error), tolerance))
     assert three(result) == pytest.approx([0.15, 0.188, 0.25], rel=3e-3)
@@ -109,7 +110,7 @@ def test_advice_along_a_slanted_bed(error: float) -> None:
     ("method", "error"),
     [
         pytest.param("coulomb", 1e-3, marks=pytest.mark.slow),
-        ("coulomb", -1e-4),
+        pytest.param("coulomb", -1e-4, marks=pytest.mark.slow),
         ("static", 1e-4),
         ("static", -1e-3),
     ],
@@ -123,7 +124,9 @@ def test_advice_in_space(error: float, method: str) -> None:
     assert result.load_factor == pytest.approx(exact, rel=3e-3)
 
 
-@pytest.mark.parametrize("corner", CORNERS)
+@pytest.mark.parametrize(
+    "corner", [*CORNERS[:2], *(pytest.param(corner, marks=pytest.mark.slow) for corner in CORNERS[2:])]
+)
 def test_advice_in_space_for_each_corner_in_millimetres(corner: tuple[str, int]) -> None:
     """The error of 0.1 mm is not a binary fraction: a tolerance as large as the error would lose the joint of
     A and B."""

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from atlas.small_scenes import rectangle
 from mappings import mapped, turned
+from speeds import slow
 from touching_solids import contacts_of
 
 import masonry_opt as mo
@@ -50,7 +51,7 @@ def test_cohesion_counts_once(spans, shaped):
     scene = shaped(on_supports(*spans, friction=0.1, cohesion=2))
     joints = contacts_of(scene)
     assert joints.extent.sum() == pytest.approx(1.0)
-    result = mo.solve(scene)
+    result = mo.solve(scene, descent=False)
     assert result.lowest == pytest.approx(3.0)
     assert result.incremental == pytest.approx(3.0)
     assert not result.warnings
@@ -152,7 +153,7 @@ def test_a_support_in_the_middle_of_a_face():
     joints = contacts_of(scene)
     assert joints.extent == pytest.approx([0.25, 0.75])
     assert np.bincount(joints.joint).tolist() == [4, 8]
-    assert mo.solve(scene).lowest == pytest.approx(3.0)
+    assert mo.solve(scene, descent=False).lowest == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize("shaped", [lambda scene: scene, mo.extrude], ids=["plane", "space"])
@@ -196,7 +197,7 @@ def test_supports_on_opposite_sides_of_a_thin_block(penetration, shaped):
     joint = mo.JointDefaults(friction=0.1, cohesion=2)
     scene = shaped(mo.Scene(joints=joint, blocks=[block, below, above], contact_tolerance=0.02))
     assert contacts_of(scene).extent == pytest.approx([1, 1])
-    assert mo.solve(scene).lowest == pytest.approx(4.1)
+    assert mo.solve(scene, descent=False).lowest == pytest.approx(4.1)
 
 
 def test_many_supports_that_overlap():
@@ -261,7 +262,9 @@ def test_supports_that_overlap_cannot_settle_apart():
     assert settlement.greatest.reaction == pytest.approx(10 * 0.5 / 0.7)
 
 
-@pytest.mark.parametrize("spans", [[(-5, 0.7), (0.3, 6)], [(-5, 6), (0.3, 0.6)], [(0.3, 0.6), (-5, 6)]])
+@pytest.mark.parametrize(
+    "spans", [[(-5, 0.7), (0.3, 6)], *slow([(-5, 6), (0.3, 0.6)], [(0.3, 0.6), (-5, 6)])]
+)
 def test_supports_that_overlap_settle_together(spans):
     """The two supports carry the whole weight 10. After both have moved by 0.01, the block still tips at 10 ·
     0.5 / 1 = 5."""

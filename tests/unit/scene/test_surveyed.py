@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import shapely
 from scenes import solved
+from speeds import slow
 from touching_solids import contacts_of
 
 import masonry_opt as mo
@@ -171,7 +172,7 @@ def lengths(joints) -> Counter:
 MOVED_BY_SURVEY = 0.01
 
 
-@pytest.mark.parametrize("by", [5e-5, 1e-4, 3e-4])
+@pytest.mark.parametrize("by", [5e-5, *slow(1e-4), 3e-4])
 @pytest.mark.parametrize("made", [brick_wall, rubble, arch])
 def test_all_joints_are_found_where_every_corner_is_moved(made, by: float) -> None:
     """Joints longer than ten tolerances have the lengths of the exact scene, and no other joints are that
@@ -186,9 +187,9 @@ def test_all_joints_are_found_where_every_corner_is_moved(made, by: float) -> No
                 assert found[pair] == pytest.approx(drawn[pair], abs=2 * scene.tolerance), (seed, pair)
 
 
-@pytest.mark.parametrize("method", ["static", "coulomb"])
+@pytest.mark.parametrize("method", ["static", *slow("coulomb")])
 @pytest.mark.parametrize("made", [brick_wall, rubble, arch])
-@pytest.mark.parametrize("seeds", [range(1), pytest.param(range(1, 5), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seeds", [range(1), *slow(range(1, 5))])
 def test_load_factors_stay_within_what_moved_corners_can_change(made, method: str, seeds: range) -> None:
     drawn = solved(made(), method).required()
     for seed in seeds:

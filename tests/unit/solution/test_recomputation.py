@@ -150,7 +150,7 @@ def weights(record: dict[str, Any], dimension: int) -> np.ndarray:
     [
         (wall_under_fill, "coulomb", EXACT),
         (wall_under_fill, "static", SOLVED),
-        (tied_boxes, "coulomb", EXACT),
+        pytest.param(tied_boxes, "coulomb", EXACT, marks=pytest.mark.slow),
         (tied_boxes, "static", SOLVED),
     ],
 )

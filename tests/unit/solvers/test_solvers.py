@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from scenes import WALLS, block_on_floor, declared, overhanging, pressed_down, small_wall, two_blocks
+from speeds import slow
 
 import masonry_opt as mo
 from masonry_opt.effort import Effort
@@ -24,6 +25,8 @@ from masonry_opt.solvers.registry import SOLVERS, Verdict, find_solver, in_cvxpy
 
 #: All solvers of linear programs. The tests run with every extra installed.
 LINEAR = [pair for pair, entry in SOLVERS.items() if entry.linear]
+#: Interior points of HiGHS, each in two modelling languages.
+MORE_OF_HIGHS = [pair for pair in LINEAR if pair[1].startswith("highs-")]
 
 #: Bounds of the certificate's residuals for first-order methods. The bound for all other solvers is a few
 #: times their tolerance.
@@ -59,7 +62,7 @@ def test_an_optimum_and_its_duals(language, solver, formulation):
     assert z @ p == pytest.approx(0, abs=1e-6 * problem.live_norm)
 
 
-@pytest.mark.parametrize("repeats", [True, False])
+@pytest.mark.parametrize("repeats", [True, *slow(False)])
 @pytest.mark.parametrize("place", ["right-hand side", "cost", "matrix"])
 @pytest.mark.parametrize("wrong", [np.nan, np.inf])
 @pytest.mark.parametrize("solver", [name for language, name in LINEAR if language == "cvxpy"])
@@ -87,7 +90,7 @@ def test_a_program_with_numbers_that_are_not_finite_fails(solver, wrong, place, 
 
 
 @pytest.mark.parametrize("falls", [True, False], ids=["falls", "pressed down"])
-@pytest.mark.parametrize("formulation", ["static", "kinematic"])
+@pytest.mark.parametrize("formulation", ["static", *slow("kinematic")])
 @pytest.mark.parametrize(("language", "solver"), LINEAR)
 def test_programs_without_an_optimum(language, solver, falls, formulation):
     """The solver itself reports that the program is infeasible or unbounded."""
@@ -100,7 +103,10 @@ def test_programs_without_an_optimum(language, solver, falls, formulation):
     assert answer.solved.status
 
 
-@pytest.mark.parametrize(("language", "solver"), LINEAR)
+@pytest.mark.parametrize(
+    ("language", "solver"),
+    [*(pair for pair in LINEAR if pair not in MORE_OF_HIGHS), *slow(*MORE_OF_HIGHS)],
+)
 def test_scenes_without_a_load_factor(language, solver):
     """The statuses do not depend on the solver. If a solver's own status is unreliable, Clarabel decides."""
     falls = mo.solve(overhanging(), "static", model=language, solver=solver)

@@ -8,6 +8,7 @@ from atlas.small_scenes import rectangle
 from mappings import mapped, turned
 from scenes import block_on_floor, values_of
 from scenes_in_space import box_on_floor
+from speeds import slow
 
 import masonry_opt as mo
 from masonry_opt.analysis import prepare
@@ -169,7 +170,7 @@ def leaning(strength, friction=0.4, sideways=1.3):
     return mo.Scene(joints={"friction": friction}, blocks=[floor, block], ties=[tie])
 
 
-@pytest.mark.parametrize("method", ["static", "coulomb"])
+@pytest.mark.parametrize("method", ["static", *slow("coulomb")])
 def test_a_tie_that_yields_under_the_dead_load_asks_for_strength(method):
     result = mo.solve(leaning(0.7), method)
     assert result.status is Status.UNSTABLE

@@ -96,7 +96,7 @@ def read(path, **more):
     return mo.read_compas(path, **({"friction": 0.5, "unit_weight": 10.0, "live": (1, 0)} | more))
 
 
-@pytest.mark.parametrize("order", [ACROSS_X, ACROSS_Y])
+@pytest.mark.parametrize("order", [ACROSS_X, pytest.param(ACROSS_Y, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("write", [assembly, assembly_of_2021, assembly_of_2018, model, problem])
 def test_prisms_are_seen_across_the_wall(file, write, order):
     meshes = [prism(outline, order=order, old=write is assembly_of_2018) for outline in (BASE, LOW, HIGH)]

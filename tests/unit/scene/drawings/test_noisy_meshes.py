@@ -11,6 +11,7 @@ from brickwork import voussoirs
 from meshes import divided_box, obj, prism
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
+from speeds import slow
 from touching_solids import contacts_of
 
 import masonry_opt as mo
@@ -161,7 +162,7 @@ def test_a_frustum_as_exported_slides(tmp_path, ends):
     assert mo.solve(scene).required() == pytest.approx(0.7, rel=1e-6)
 
 
-@pytest.mark.parametrize(("noise", "turned"), [(0.5, False), (1.0, True), (2.0, True), (3.5, False)])
+@pytest.mark.parametrize(("noise", "turned"), [*slow((0.5, False), (1.0, True)), (2.0, True), (3.5, False)])
 @pytest.mark.parametrize(("name", "sides", "parts"), [("box in triangles", 6, 1), ("L", 6, 2), ("U", 6, 3)])
 def test_noise_of_a_few_tolerances_is_flattened(tmp_path, noise, turned, name, sides, parts):
     """Whatever the noise on its corners, a box keeps its six faces, an L becomes two boxes, and a U three."""

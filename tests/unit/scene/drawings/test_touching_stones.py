@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 from meshes import box, damaged_copies, obj, stl
+from speeds import slow
 from touching_solids import contacts_of
 
 import masonry_opt as mo
@@ -89,8 +90,8 @@ def check(scene):
     assert sorted(contacts_of(scene).extent) == pytest.approx(AREAS, rel=1e-5)
 
 
-@pytest.mark.parametrize("order", ["by stone", "random"])
-@pytest.mark.parametrize("orientation", ["outwards", "one stone inwards", "random"])
+@pytest.mark.parametrize("order", [*slow("by stone"), "random"])
+@pytest.mark.parametrize("orientation", ["outwards", *slow("one stone inwards"), "random"])
 @pytest.mark.parametrize("corners", ["of faces", "of stones", "shared"])
 def test_touching_stones_of_quadrilaterals_are_separated(tmp_path, corners, orientation, order):
     points, faces = whole(STONES, corners)
@@ -112,7 +113,7 @@ def test_stones_without_common_corners_are_separated_in_any_order(tmp_path, orde
 
 
 @pytest.mark.parametrize("kind", ["ascii", "binary_little_endian", "binary_big_endian"])
-@pytest.mark.parametrize("divided", [0, 1, 24])
+@pytest.mark.parametrize("divided", [0, 1, *slow(24)])
 def test_formats_of_ply_with_triangles_and_quadrilaterals(tmp_path, kind, divided):
     """Lists of equal and of different lengths are read."""
     points, quads = whole(STONES, "of stones")
@@ -180,7 +181,7 @@ def random_boxes(rng):
     return [box(*(axis[n : n + 2] for axis, n in zip(axes, cell, strict=True))) for cell in cells]
 
 
-@pytest.mark.parametrize("divided", [False, True])
+@pytest.mark.parametrize("divided", [*slow(False), True])
 def test_random_boxes_with_turned_faces_in_no_order_are_separated(divided):
     """Boxes may touch along edges only, and may enclose a void.
 

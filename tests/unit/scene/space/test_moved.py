@@ -10,6 +10,7 @@ from meshes import prism
 from scenes_in_space import box_on_floor
 from scipy.spatial import ConvexHull, Voronoi
 from scipy.spatial.transform import Rotation
+from speeds import slow
 from touching_solids import (
     FLOOR,
     box,
@@ -164,8 +165,8 @@ def test_cells_of_a_voronoi_diagram_share_its_faces(turned):
 
 
 @pytest.mark.parametrize("case", [
-    "casapulla_lauro/arch", "examples/segmental_arch_on_columns", "ferris_tinloi/wall_6",
-    "gilbert/wedge_blocks", "paterson_zwick/diamond_4",
+    "casapulla_lauro/arch", "examples/segmental_arch_on_columns", *slow("ferris_tinloi/wall_6"),
+    "gilbert/wedge_blocks", *slow("paterson_zwick/diamond_4"),
 ])  # fmt: skip
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_plane_scene_extruded_has_its_joints_as_polygons(case, turned):
