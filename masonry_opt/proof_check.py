@@ -202,11 +202,11 @@ class _Checker:
 
     def _fault_of_statics(self, conflict: StaticConflict) -> str:
         nothing = [Fraction(0)] * self._problem.B.shape[1]
-        held = set(conflict.conditions.tolist())
-        return self._fault_of_duals(conflict.d, conflict.p, held, nothing, Fraction(0))
+        at_yield = set(conflict.conditions.tolist())
+        return self._fault_of_duals(conflict.d, conflict.p, at_yield, nothing, Fraction(0))
 
     def _fault_of_duals(
-        self, d: np.ndarray, p: np.ndarray, held: set[int], cost: list[Fraction], least: Fraction
+        self, d: np.ndarray, p: np.ndarray, at_yield: set[int], cost: list[Fraction], least: Fraction
     ) -> str:
         """Return the fault if dual multipliers do not prove the inequality cost·q > least, otherwise "".
 
@@ -215,13 +215,13 @@ class _Checker:
 
         - They are in equilibrium with the loads at a load factor 0 ≤ λ ≤ bound.
         - They violate no yield condition (z ≥ 0).
-        - They are at yield (z = 0) in the conditions ``held``.
+        - They are at yield (z = 0) in the conditions ``at_yield``.
 
         All such forces satisfy cost·q ≥ f_D·d − c·p + λ f_L·d + departure·q, where
         departure = Bᵀd + cost − C(μ)ᵀp.
         """
         motion, rates = _exact(d), _exact(p)
-        if any(rate < 0 and condition not in held for condition, rate in enumerate(rates)):
+        if any(rate < 0 and condition not in at_yield for condition, rate in enumerate(rates)):
             return "a multiplier is negative, although its yield condition is not assumed to be at yield"
         of_motion, of_rates = self._B.transposed_times(motion), self._C.transposed_times(rates)
         residual = max(

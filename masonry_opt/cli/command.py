@@ -166,7 +166,7 @@ def refuse_without(arguments: CommandArguments, ignored: Iterable[str], subject:
 
 
 def command(
-    *functions: Function, labels: Sequence[str] = (), leave: str = "", **asked: Any
+    *functions: Function, labels: Sequence[str] = (), leave: str = "", **own_infos: Any
 ) -> Callable[[Function], typer.Typer]:
     """Return a decorator that converts a function to a command, which is a Typer app.
 
@@ -181,9 +181,9 @@ def command(
     labels: A label for each function, at the beginning of the help of options that not all functions take.
         With labels no option is required.
     leave: Names of parameters, separated by spaces, that do not become options.
-    asked: Typer options by parameter name: help texts, names and parsers that signatures do not contain.
+    own_infos: Typer options by parameter name: help texts, names and parsers that signatures do not contain.
     """
-    infos = _SHARED | asked
+    infos = _SHARED | own_infos
 
     def decorator(own: Function) -> typer.Typer:
         """Make a Typer app of the decorated function."""

@@ -112,9 +112,9 @@ def _refuse_drawing_options(
         )
 
 
-def _refuse_mechanism(result: mo.Result, asked: bool) -> None:
-    """Raise OptionError if the user asked for the mechanism of a stable scene, which has no mechanism."""
-    if asked:
+def _refuse_mechanism(result: mo.Result, is_requested: bool) -> None:
+    """Raise OptionError if the user requested the mechanism of a stable scene, which has no mechanism."""
+    if is_requested:
         scene, remedy = f"{result.case}: the scene", "use --plot-kind thrust or utilisation to draw forces"
         raise OptionError(f"{scene} is stable under its dead load and has no mechanism: {remedy}")
 

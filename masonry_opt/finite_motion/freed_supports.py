@@ -90,7 +90,7 @@ def refuse_overlapping(
         )
 
 
-def reaction_at_rest(held: Problem, settling: Problem, own: int) -> tuple[float, np.ndarray] | None:
+def reaction_at_rest(at_rest: Problem, settling: Problem, own: int) -> tuple[float, np.ndarray] | None:
     """Compute the reaction of supports at rest, and the joint forces, both with elastic contacts.
 
     The reaction is relative to the live load.
@@ -99,10 +99,10 @@ def reaction_at_rest(held: Problem, settling: Problem, own: int) -> tuple[float,
     The remaining forces restrain the supports in the directions in which they do not move. The result is None
     if no equilibrium of the elastic contacts under the dead load is found.
     """
-    if held.joints > IncrementalSettings().most_joints or held.dilatancy_depends_on_stress:
+    if at_rest.joints > IncrementalSettings().most_joints or at_rest.dilatancy_depends_on_stress:
         return None
-    q = IncrementalAnalysis(held).preload_forces
-    if q is None or not carries(held, q, _LARGEST_UNBALANCED_FORCE):
+    q = IncrementalAnalysis(at_rest).preload_forces
+    if q is None or not carries(at_rest, q, _LARGEST_UNBALANCED_FORCE):
         return None
     on_blocks = settling.B[:, :own] @ q[:own]
     reaction = float(on_blocks @ settling.live / (settling.live @ settling.live))
@@ -130,8 +130,8 @@ def freed(
     push: Live load in the case's unit of force. If it is None, the supports cannot move along the direction.
     turns: True if the supports can rotate about their centroids.
     """
-    held = push is None
-    across = np.linalg.svd(direction[None])[2][0 if held else 1 :]
+    is_fixed = push is None
+    across = np.linalg.svd(direction[None])[2][0 if is_fixed else 1 :]
     # A moment restraint is a couple of forces whose lever arm is the length unit. Its entries in the matrix
     # then have magnitudes similar to those of a force restraint.
     couples = assembly.problem.length_unit * np.eye(moments_in(len(direction)))
@@ -143,7 +143,7 @@ def freed(
         if not turns:
             actions += [Action(support, point, np.zeros(len(direction)), couple) for couple in couples]
         restraints += [LimitedForce(Role.SUPPORT, name, (action,)) for action in actions]
-        if previous is not None and not held:
+        if previous is not None and not is_fixed:
             restraints.append(LimitedForce(Role.SUPPORT, name, (previous, Action(support, point, direction))))
         previous = Action(support, point, -direction)
     force = (push or 0.0) / len(supports) * direction

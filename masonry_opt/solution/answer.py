@@ -313,10 +313,10 @@ def kinematic_residual(problem: Problem, q: np.ndarray, motionless: np.ndarray) 
     return max(ray_residuals(problem, q, problem.dilatancy, motionless))
 
 
-def static_residual(problem: Problem, d: np.ndarray, p: np.ndarray, held: np.ndarray) -> float:
+def static_residual(problem: Problem, d: np.ndarray, p: np.ndarray, at_yield: np.ndarray) -> float:
     """Return the residual of a proof that given yield conditions cannot all be active in a state with λ ≥ 0.
 
-    The given yield conditions are the faces for which ``held`` (faces,) is True. The proof is a motion d
+    The given yield conditions are the faces for which ``at_yield`` (faces,) is True. The proof is a motion d
     (3b,) with rates p (faces,) that satisfies three conditions: Bᵀd = C(μ)ᵀp, p ≥ 0 on all other faces, and
     f_L·d ≥ 0. The residual is the largest violation of a condition, divided by the energy f_D·d − c·p that
     the motion gains. The residual is infinite if the motion gains no energy.
@@ -325,6 +325,6 @@ def static_residual(problem: Problem, d: np.ndarray, p: np.ndarray, held: np.nda
     if not gain > 0:
         return inf
     departure = float(np.abs(problem.departure(d, p, problem.friction)).max())
-    backwards = float(np.where(held, 0.0, -p).max(initial=0.0))
+    backwards = float(np.where(at_yield, 0.0, -p).max(initial=0.0))
     against = max(0.0, -float(problem.live @ d) / problem.live_norm)
     return max(departure, backwards, against) / gain

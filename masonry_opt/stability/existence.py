@@ -198,14 +198,14 @@ class Cuts:
         self._mechanisms.set_costs(p, np.where(choice == _MOVING, 0.01, 1.0))
         return self._mechanisms.values(p) if self._solved(self._mechanisms) else None
 
-    def _static_cut(self, held: np.ndarray) -> frozenset[int] | None:
+    def _static_cut(self, at_yield: np.ndarray) -> frozenset[int] | None:
         """Find faces that cannot all be at yield in one state, add them as a cut, and return them.
 
-        The faces of the cut are among ``held``. None is returned if all faces of ``held`` can be at yield in
-        one state, or if the solver finds no optimum.
+        The faces of the cut are among those of the mask ``at_yield``. None is returned if all faces of the
+        mask can be at yield in one state, or if the solver finds no optimum.
         """
         model = self._no_forces
-        self._statics.set_most(model.r, np.where(held, np.inf, 0.0))
+        self._statics.set_most(model.r, np.where(at_yield, np.inf, 0.0))
         if not self._solved(self._statics):
             return None
         d, p, r = (self._statics.values(variable) for variable in (model.d, model.p, model.r))

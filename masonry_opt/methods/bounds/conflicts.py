@@ -242,7 +242,7 @@ class Statics(Theory):
         return EnergyBound(condition, value - self._settings.margin * total_load(problem, highest), d, p)
 
     def _verified(
-        self, ray: np.ndarray, problem: Problem, highest: float, cost: np.ndarray, held: np.ndarray
+        self, ray: np.ndarray, problem: Problem, highest: float, cost: np.ndarray, at_yield: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, float] | None:
         """Convert row multipliers to velocities d and rates p that prove a lower bound on the product cost·q.
 
@@ -251,13 +251,13 @@ class Statics(Theory):
         large.
         """
         d, p = -ray[: self._height], -ray[self._height :] / problem.steep
-        proof = self._proven(d, p, problem, highest, cost, held)
+        proof = self._proven(d, p, problem, highest, cost, at_yield)
         if proof is not None:
             return proof
-        p = np.where(held, p, np.maximum(p, 0.0))
+        p = np.where(at_yield, p, np.maximum(p, 0.0))
         p = np.where(np.abs(p) <= self._settings.rounding * np.abs(p).max(initial=0.0), 0.0, p)
         d, p = _without_departure(problem, d, p, problem.B.T @ d + cost - problem.true_yield.T @ p)
-        return self._proven(d, p, problem, highest, cost, held)
+        return self._proven(d, p, problem, highest, cost, at_yield)
 
     def _proven(
         self,
@@ -266,16 +266,16 @@ class Statics(Theory):
         problem: Problem,
         highest: float,
         cost: np.ndarray,
-        held: np.ndarray,
+        at_yield: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray, float] | None:
         """Return d, p and the lower bound on cost·q that they prove, or None if they prove no lower bound.
 
         The velocities d have shape (3b,), the rates p have shape (faces,). Negative rates are set to zero,
-        except for the conditions ``held``, which are at yield. The residuals of d and p must be small,
+        except for the conditions ``at_yield``, which are at yield. The residuals of d and p must be small,
         otherwise nothing is proven. They are compared with the bound if ``cost`` is zero, and otherwise with
         the margin that is later subtracted from the bound.
         """
-        p = np.where(held, p, np.maximum(p, 0.0))
+        p = np.where(at_yield, p, np.maximum(p, 0.0))
         load = total_load(problem, highest)
         departure = problem.B.T @ d + cost - problem.true_yield.T @ p
         gain = float(problem.dead @ d - problem.face_cohesion @ p) + live_range(problem, d, highest)

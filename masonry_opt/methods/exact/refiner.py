@@ -304,14 +304,16 @@ class Refiner(StateFinder):
             return None
         return self.statics.values("q"), np.abs(self.statics.duals("yield")) / problem.steep
 
-    def _forces_at(self, load_cost: float, force_cost: np.ndarray, held: np.ndarray | bool = False) -> bool:
+    def _forces_at(
+        self, load_cost: float, force_cost: np.ndarray, at_yield: np.ndarray | bool = False
+    ) -> bool:
         """Minimise a linear cost of λ and joint forces. Return True if the program has an optimum.
 
-        The faces of the mask ``held``, shape (faces,), are at yield; by default no face has to be at yield.
+        The faces of the mask ``at_yield``, shape (faces,), have to be at yield; by default no face has to.
         """
         self.statics.set_costs("load_factor", np.array([load_cost]))
         self.statics.set_costs("q", force_cost)
-        self.statics.set_room("yield", np.where(held, 0.0, np.full(self.problem.faces, inf)))
+        self.statics.set_room("yield", np.where(at_yield, 0.0, np.full(self.problem.faces, inf)))
         return self._solved(self.statics)
 
     def _solved(self, session: HighsSession) -> bool:

@@ -164,8 +164,8 @@ def plan(
     combination exists.
     """
     named = {"method": (methods, METHODS), "model": (models, MODELS), "solver": (solvers, names())}
-    for kind, (asked, known) in named.items():
-        unknown = [name for name in asked if name not in known]
+    for kind, (values, known) in named.items():
+        unknown = [name for name in values if name not in known]
         if unknown:
             raise OptionError(f"{kind} '{unknown[0]}' is unknown{instead_of(unknown[0], known)}")
     for tolerance in tolerances:

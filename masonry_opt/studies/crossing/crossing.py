@@ -100,8 +100,10 @@ def crossing(
     phases = phases_from(options)
     session = prepare(method, function=crossing, **options)
     scene = as_scene(scene, load_case)
-    asked = Questions(required_factor, other_methods=True)
-    crossed = cross(session, scene, axles, settled=settled, asked=asked, progress=progress, phases=phases)
+    questions = Questions(required_factor, other_methods=True)
+    crossed = cross(
+        session, scene, axles, settled=settled, questions=questions, progress=progress, phases=phases
+    )
     return replace(crossed, required_factor=required_factor)
 
 
@@ -124,19 +126,19 @@ def cross(
     axles: AxlesArgument = None,
     *,
     settled: Movements | None = None,
-    asked: Questions = _NO_QUESTIONS,
+    questions: Questions = _NO_QUESTIONS,
     progress: Callable[[float, float], None] = lambda position, load_factor: None,
     phases: Phases = lambda _: None,
 ) -> Crossing:
     """Move axles over a scene, solve it by the method of a session, and return the answer.
 
-    ``asked`` selects additional results. See :func:`crossing` for the other parameters, the answer and the
-    errors.
+    ``questions`` selects additional results. See :func:`crossing` for the other parameters, the answer and
+    the errors.
     """
     scene.in_plane()  # raises OptionError for solids
     with limited(session.how.time_limit):
         try:
-            return _crossed(session, scene, axles, settled, asked, progress, phases)
+            return _crossed(session, scene, axles, settled, questions, progress, phases)
         except TimeLimitReached as stop:
             raise _time_is_over(scene, stop, "no position of the axles was solved") from None
 
@@ -146,7 +148,7 @@ def _crossed(
     scene: Scene,
     axles: AxlesArgument,
     settled: Movements | None,
-    asked: Questions,
+    questions: Questions,
     progress: Callable[[float, float], None],
     phases: Phases,
 ) -> Crossing:
@@ -171,13 +173,15 @@ def _crossed(
     for passage, first in zip(directions[0], firsts, strict=True):
         loaded = passage.loaded(passage.live(first.trials.position))
         programs[passage.case] = search.moving_load(loaded.problem, effort)
-    all_trials, stop = _cross(session, directions, programs, effort, progress, asked.required_factor)
+    all_trials, stop = _cross(session, directions, programs, effort, progress, questions.required_factor)
     # If no passage has a load factor, every passage is either undecided or carries an unlimited load. An
     # undecided passage then counts as the worst.
     worst = min(all_trials, key=lambda trials: (trials.least, not trials.is_undecided))
     result, stop = _worst_result(session, worst, effort, stop)
-    by_other_methods = _other_methods(session, result, worst) if asked.other_methods and stop is None else {}
-    return answer(worst=result, passages=tuple(all_trials), **by_other_methods, **_ended_by(stop))
+    results: dict[str, Any] = {}
+    if questions.other_methods and stop is None:
+        results = _other_methods(session, result, worst)
+    return answer(worst=result, passages=tuple(all_trials), **results, **_ended_by(stop))
 
 
 def _ended_by(stop: KeyboardInterrupt | None) -> dict[str, Any]:

@@ -100,12 +100,12 @@ def settle(
     refuse_idle(assembly, settling, supports)
     answer = partial(Settlement, case=scene.called, turns=turns, method=method, assembly=assembly)
     answer = partial(answer, supports=tuple(assembly.names(supports)), direction=tuple(along.tolist()))
-    held = freed(assembly, supports, along, None, turns) if turns else assembly
-    fallen = session.falls(held, effort)
+    fixed = freed(assembly, supports, along, None, turns) if turns else assembly
+    fallen = session.falls(fixed, effort)
     if fallen:
         return answer(fallen=fallen)
     effort.begins("reaction at rest")
-    rest = reaction_at_rest(held.problem, settling.problem, problem.B.shape[1])
+    rest = reaction_at_rest(fixed.problem, settling.problem, problem.B.shape[1])
     if rest is None:
         # The incremental analysis cannot start, because the joint forces at rest are unknown.
         session = session.without_incremental()
