@@ -233,6 +233,10 @@ def test_answers_of_one_kind_stand_beside_each_other(tmp_path, answer_and_page):
     assert all(f"{name}: exact collapse state; equilibrium alone" in page.text for name in names)
     assert "dead load alone: forces" in page.text
     assert ", with the factors of load case 'calm'" in page.text
+    shaken = {"name": "shaken", "earthquake": {"direction": "right", "coefficient": 0.5}}
+    text = reported(tmp_path, mo.solve(scene.replace(load_cases=[shaken]), load_case="shaken")).text
+    assert "with earthquake 0.5 × weights to the right" in text[text.index("live load") :]
+    assert text.count("with earthquake 0.5 ×") == 1
     page = reported(tmp_path, [results["storm"], results["storm"], results["falls"]])
     names = [f"Collapse, load case 'storm' ({number}): method coulomb" for number in (1, 2)]
     assert [row["answer"] for row in page.rows if "equilibrium" in row] == names
