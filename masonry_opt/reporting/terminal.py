@@ -201,8 +201,8 @@ def frame_text(frame: "pd.DataFrame", title: str) -> str:
     for record in frame.to_dict("records"):
         # Cells are Text objects, because Rich would interpret square brackets in a string as markup.
         table.add_row(*(Text(_cell(str(column), value)) for column, value in record.items()))
-    # The width is fixed, so that a table looks the same in a pipe, in a file and on a terminal. In a notebook,
-    # Rich would otherwise show the table as an output of the cell, and write nothing to the file.
+    # The width is fixed, so that a table looks the same in a pipe, in a file and on a terminal. Without
+    # ``force_jupyter``, Rich shows the table as an output of a notebook's cell, and the text is empty.
     text = io.StringIO()
     Console(file=text, width=150, force_jupyter=False).print(table)
     return "\n".join(line.rstrip() for line in text.getvalue().splitlines()) + "\n"
