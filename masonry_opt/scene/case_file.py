@@ -221,7 +221,7 @@ def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None
 def toml_text(scene: SceneKeys) -> str:
     """Return a scene, or the content of a case file, as TOML, with each innermost list on one line."""
     text = tomli_w.dumps(scene.model_dump(by_alias=True, exclude_defaults=True))
-    return _LIST.sub(lambda match: f"[{re.sub(_LINE_BREAK, ' ', match[1])}]", text)
+    return _LIST.sub(lambda match: "[" + _LINE_BREAK.sub(" ", match[1]) + "]", text)
 
 
 def case_folder(named: Path | None = None) -> Path:
