@@ -447,7 +447,7 @@ def _levels(axes: Axes, result: Outcome, highest: float) -> tuple[list[Handle], 
         if value is None:
             continue
         far = value > _LARGEST_DRAWN_RATIO * highest
-        label = f"{name} λ = {numeral(value, '.5g')}{', above' if far else ''}"
+        label = f"{name} λ = {numeral(value, '.6g')}{', above' if far else ''}"
         look: dict[str, Any] = {"color": colour, "dashes": dashes, "linewidth": 0.9}
         handles.append(Line2D([], [], label=label, **look))
         if not far:
