@@ -203,8 +203,9 @@ def frame_text(frame: "pd.DataFrame", title: str) -> str:
         table.add_row(*(Text(_cell(str(column), value)) for column, value in record.items()))
     # The width is fixed, so that a table looks the same in a pipe, in a file and on a terminal. Without
     # ``force_jupyter``, Rich shows the table as an output of a notebook's cell, and the text is empty.
+    # Without ``force_terminal``, the text has codes of colours if FORCE_COLOR is set, as in notebooks.
     text = io.StringIO()
-    Console(file=text, width=150, force_jupyter=False).print(table)
+    Console(file=text, width=150, force_jupyter=False, force_terminal=False).print(table)
     return "\n".join(line.rstrip() for line in text.getvalue().splitlines()) + "\n"
 
 

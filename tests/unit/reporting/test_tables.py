@@ -19,5 +19,8 @@ def test_angles_and_ratios_have_no_more_digits_than_their_value():
 def test_a_table_is_text_in_a_notebook_too(in_notebook, monkeypatch, capsys):
     """Rich shows what is printed in a notebook as an output of the cell, whatever file it is printed to."""
     monkeypatch.setattr("rich.console._is_jupyter", lambda: in_notebook)
-    assert "0.12346" in frame_text(TABLE, "results")
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    text = frame_text(TABLE, "results")
+    assert "0.12346" in text
+    assert "\x1b" not in text
     assert capsys.readouterr().out == ""
