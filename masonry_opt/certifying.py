@@ -168,6 +168,7 @@ class StateCheck:
         return pd.DataFrame({"name": self._names.conditions, "slack": slacks, "rate": self._rates})
 
     def __str__(self) -> str:
+        from masonry_opt.reporting.sentences import numeral
         from masonry_opt.reporting.terminal import frame_text
 
         failing = self.table[~self.table["passed"]]
@@ -176,7 +177,7 @@ class StateCheck:
             faults = ", ".join(f"{row.residual} {row.value:.1e}" for row in failing.itertuples())
             verdict = f"this is NOT an exact collapse state, because residuals are too large: {faults}"
             verdict += self._advice_on_chords()
-        shown = self.table.assign(value=self.table["value"].map("{:.1e}".format))
+        shown = self.table.assign(value=[numeral(value, ".1e") for value in self.table["value"]])
         shown = shown.assign(limit=shown["limit"].map("{:.0e}".format))
         table = frame_text(shown, "residuals (0 is exact)")
         return printable(f"λ = {self.load_factor:.6g}: {verdict}\n\n{table}").rstrip("\n")

@@ -14,7 +14,7 @@ from masonry_opt.problem.problem import Problem, State
 class PyomoMpec(PyomoMcp):
     """MPEC for the least load factor of all exact Coulomb states.
 
-        min  λ Σ|f_L|    over the states of :class:`PyomoMcp`
+        min  λ Σ|f_L|    over the states of PyomoMcp
 
     The objective is scaled by Σ|f_L|, like the velocities.
     """

@@ -95,7 +95,6 @@ _SHARED: dict[str, Any] = {
     "case": typer.Argument(help="Case file (.toml or .json).", show_default=False),
     "json": typer.Option("--json", help="Print one JSON object."),
     "plot": typer.Option(metavar="FILE", help=_DRAW.format(", .html")),
-    "table": typer.Option("--table", help="Print every state or position too."),
     "method": typer.Option(help=f"One of: {', '.join(METHODS)}."),
     "load_case": typer.Option(metavar="NAME", help="Name of a load case, if CASE has load cases."),
     "options": typer.Option("--option", "-o", help="Option of the method, as NAME=VALUE; may be repeated."),

@@ -54,6 +54,8 @@ _METHOD = (
 _INPUT_HELP = (
     "Drawing (.dxf), COMPAS data (.json), mesh (.obj, .ply, .stl, .glb, .gltf), or a folder of meshes."
 )
+_LIVE_HELP = "Live force on every movable block as a multiple of its weight, at the centroid."
+_LIVE_LAYER_HELP = "DXF: Live force on the blocks of a layer, in place of --live; may be repeated."
 
 
 @command(mo.draw, file=typer.Argument(help="File to write (.png, .svg, .pdf)."))
@@ -123,8 +125,8 @@ def _direction(text: str) -> str | tuple[float, ...]:
     mo.read_compas,
     mo.read_mesh,
     labels=("DXF", "COMPAS", "meshes"),
-    live=typer.Option(metavar="X,Y[,Z]", parser=_forces("--live")),
-    live_layers=typer.Option(metavar="LAYER=X,Y[,Z]", parser=_of_layer),
+    live=typer.Option(metavar="X,Y[,Z]", help=_LIVE_HELP, parser=_forces("--live")),
+    live_layers=typer.Option(metavar="LAYER=X,Y[,Z]", help=_LIVE_LAYER_HELP, parser=_of_layer),
     along=typer.Option(metavar="x|y|z|X,Y,Z", parser=_direction),
     space=typer.Option(
         "--space/--plane",

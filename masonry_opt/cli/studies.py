@@ -58,6 +58,7 @@ _VERTICAL = typer.Option(
 _direction = numbers("--direction {}: write it as X,Y or X,Y,Z, such as 0,-1")
 _point = numbers("--point {}: write it as X,Y or X,Y,Z, such as 0.5,2")
 _POINT_HELP = "With --block: point whose displacement is followed. Default: centroid of the block."
+_BLOCK_HELP = "Block whose displacement is followed. Default: the points at which the live load acts."
 _TRIAL_LIMIT = "With --load: time limit in seconds for each value of the parameter."
 _SPECTRUM = (
     "CSV file of the spectrum for a seismic check: each line has a period (s) and an acceleration (g)."
@@ -72,7 +73,9 @@ _REPORT_FILE_HELP = "Page to write (.html). Default: CASE_report.html in the cur
     mo.Capacity.save,
     labels=("", "", "With --spectrum", ""),
     leave="model solver tolerance incremental ultimate secant row",
+    block=typer.Option(metavar="NAME", help=_BLOCK_HELP),
     point=typer.Option(metavar="X,Y[,Z]", help=_POINT_HELP, parser=_point),
+    table=typer.Option("--table", help="Print every state of the curve too."),
     spectrum=typer.Option(metavar="FILE", help=_SPECTRUM),
     plot=PICTURE,
 )
@@ -123,7 +126,15 @@ def capacity(
     return curve.reaches_zero and not onset.time_limit_reached
 
 
-@command(mo.crossing, mo.solve, mo.Crossing.save, leave="position", axles=_AXLES, load_case=_IN_CASE)
+@command(
+    mo.crossing,
+    mo.solve,
+    mo.Crossing.save,
+    leave="position",
+    axles=_AXLES,
+    load_case=_IN_CASE,
+    table=typer.Option("--table", help="Print λ at every position too."),
+)
 def crossing(
     arguments: CommandArguments, case: Path, plot: Path | None = None, table: bool = False, json: bool = False
 ) -> bool:

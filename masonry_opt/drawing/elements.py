@@ -224,7 +224,7 @@ def heading(result: Outcome) -> str:
         shows_last_motion = movement and result.status is not Status.UNSTABLE
         drawn = f"; drawn: {movement}" if shows_last_motion else ""
         return f"no load factor ({result.status}){drawn}"
-    load_factor = numeral(result.load_factor, ".5f")
+    load_factor = numeral(result.load_factor, ".6g")
     line = f"collapses at the load factor λ = {load_factor} (method {result.method})"
     tilt = result.tilt_angle
     if tilt is None:

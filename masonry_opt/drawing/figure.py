@@ -178,8 +178,9 @@ def finish(
     """
     for handle in handles:
         handle.set_label(textwrap.fill(str(handle.get_label()), _ROW_LENGTH - _SAMPLE_WIDTH))
-    columns = _legend_columns([str(handle.get_label()) for handle in handles])
-    rows = -(-len(handles) // columns)
+    labels = [str(handle.get_label()) for handle in handles]
+    columns = _legend_columns(labels)
+    rows = _lines_of_legend(labels, columns)
     lines = [line for note in notes for line in textwrap.wrap(printable(note), _NOTE_LENGTH)]
     axis_labels = _AXIS_LABELS + axes.get_xlabel().count("\n") * _LINE_HEIGHT if axes.axison else 0.1
     at_legend = axis_labels + (_COLOUR_BAR if colours is not None else 0.0)
@@ -208,6 +209,12 @@ def _legend_columns(labels: list[str]) -> int:
         if width <= _ROW_LENGTH:
             return columns
     return 1
+
+
+def _lines_of_legend(labels: list[str], columns: int) -> int:
+    """Return the number of lines of text of a legend: the lines of its column with the most lines."""
+    parts = np.array_split(labels, columns)
+    return max(sum(str(label).count("\n") + 1 for label in part) for part in parts)
 
 
 def handles(marks: list[Marks]) -> list[Handle]:
@@ -290,7 +297,12 @@ def letters_in(name: str, wide: float) -> float:
 
     Font size and width are in points.
     """
-    return min(wide / (_LETTER_WIDTH * len(name)), _MAX_LETTERS)
+    return min(wide / width_of(name, 1.0), _MAX_LETTERS)
+
+
+def width_of(name: str, letters: float) -> float:
+    """Return the width of a name, in the unit of the font size ``letters``."""
+    return _LETTER_WIDTH * len(name) * letters
 
 
 def _handle(label: str, alike: list[Marks]) -> Line2D:
@@ -392,11 +404,13 @@ def curve_picture(result: Outcome) -> Picture:
         axes.set_yticks([tick for tick in axes.get_yticks() if 0 <= tick <= (1 + _ABOVE_HIGHEST) * top])
         axes.axhline(0.0, color=HATCH, linewidth=0.6)
         handles += jumps
-        handles += [
+        starts: list[Handle] = [
             _starts(axes, result, column) for column in _MOTION_START_STYLES if curve[column].map(bool).any()
         ]
-        reasons = [reason for reason in result.reasons if reason.code is Code.CURVE]
-        finish(made, axes, handles, sentences(reasons))
+        notes = sentences([reason for reason in result.reasons if reason.code is Code.CURVE])
+        if starts:
+            notes += ("numbers below the curve: joints that start to slide or to open",)
+        finish(made, axes, handles + starts, notes)
     return made
 
 
@@ -433,7 +447,7 @@ def _levels(axes: Axes, result: Outcome, highest: float) -> tuple[list[Handle], 
         if value is None:
             continue
         far = value > _LARGEST_DRAWN_RATIO * highest
-        label = f"{name} λ = {numeral(value, '.5g')}{', above' if far else ''}"
+        label = f"{name} λ = {numeral(value, '.6g')}{', above' if far else ''}"
         look: dict[str, Any] = {"color": colour, "dashes": dashes, "linewidth": 0.9}
         handles.append(Line2D([], [], label=label, **look))
         if not far:

@@ -414,7 +414,7 @@ def utilisation_marks(result: Outcome) -> Iterable[Marks]:
     used, steps = result.joints["utilisation"].to_numpy()[joint], len(colours.UTILISATION)
     step = np.where(np.isnan(used), -1, np.clip(np.nan_to_num(used) * steps, 0, steps - 1)).astype(int)
     for number, colour in enumerate((colours.IDLE_COLOUR, *colours.UTILISATION), start=-1):
-        label, name = ("idle joint", "idle") if number < 0 else ("", "used")
+        label, name = ("joint without force", "idle") if number < 0 else ("", "used")
         # Lines are wider at larger utilisation, so that a grey print shows the utilisation too.
         width = 1.6 if number < 0 else 2.0 + 1.6 * number / (steps - 1)
         lines = Marks(name, label, "line", colour, width * shrink_of(result.assembly), ends[step == number])

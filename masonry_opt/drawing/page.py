@@ -30,6 +30,7 @@ from masonry_opt.drawing.solids import ViewAngles, best_view, refuse_view, surfa
 from masonry_opt.drawing.svg import Canvas, blocks_svg, group, legend_svg, marks_svg
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import WRITER
+from masonry_opt.reporting.names import unbroken_values
 from masonry_opt.reporting.page import (
     answer,
     begins,
@@ -128,6 +129,7 @@ def page(result: Outcome, kind: str = "mechanism", view: ViewAngles | None = Non
     values |= {"choices": _choices(layers, kind), "legends": _legends(elements, layers)}
     values["history"] = "" if frames is None else fill_template("page_history.html")
     values["details"] = _curve(result) + certificate(result) + described(result) + _foot(result)
+    values |= {part: unbroken_values(values[part]) for part in ("answer", "details")}
     scripts = {"style": "page.css", "figure_script": f"page_{name}.js"}
     scripts |= {"history_script": "page_history.js", "script": "page.js"}
     values |= {key: folder.joinpath(file).read_text(encoding="utf-8") for key, file in scripts.items()}

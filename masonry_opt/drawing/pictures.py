@@ -10,6 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PathCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.path import Path
+from shapely import Polygon
 
 from masonry_opt.drawing import figure
 from masonry_opt.drawing.colours import AT_REST, UTILISATION
@@ -21,16 +22,21 @@ from masonry_opt.drawing.solids import Solids, ViewAngles, best_view, refuse_vie
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.reporting.sentences import sentences
+from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.contacts.joints import refuse_floating
 from masonry_opt.scene.mistakes import suggests_arguments
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.solids import Solid
 from masonry_opt.solution.outcome import Outcome
 from masonry_opt.solution.sense import warnings_of
 
 #: Smallest font size of block names in scenes of up to ``_MANY_BLOCKS`` blocks, in points. A name of this
 #: size may be wider than its block.
 _SMALLEST_NAME_SIZE = 3.0
+#: Factor by which a name that does not fit into its block is made smaller, repeatedly. A larger factor finds
+#: the largest size more exactly.
+_SMALLER = 0.9
 #: Smallest font size of block names in scenes of more than ``_MANY_BLOCKS`` blocks, in points. Names of this
 #: size are legible only if the picture is enlarged.
 _TINY_NAME = 1.0
@@ -196,6 +202,17 @@ def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> N
         figure.draw_marks(axes, mark_group, mark_group.moved(share) + origin)
 
 
+def _fits(block: Block | Solid, polygon: Polygon, at: np.ndarray, letters: float) -> bool:
+    """Return True if the name of a block, written at a point in its outline, is inside the outline.
+
+    ``letters`` is the height of the letters in the unit of length. The name of a support has its middle at
+    the point, and the name of any other block is above the point.
+    """
+    half, below = figure.width_of(block.name, letters) / 2, letters / 2 if block.fixed else 0.0
+    name = shapely.box(at[0] - half, at[1] - below, at[0] + half, at[1] - below + letters)
+    return bool(shapely.covers(polygon, name))
+
+
 def _draw_names(axes: Axes, elements: Elements, share: float) -> None:
     """Write the name of each block in the block, as large as possible.
 
@@ -215,9 +232,12 @@ def _draw_names(axes: Axes, elements: Elements, share: float) -> None:
         middle = shapely.centroid(polygon)
         if not shapely.contains(polygon, middle):
             middle = shapely.point_on_surface(polygon)
-        at = moved(shapely.get_coordinates(middle)[0], share * elements.motion[number]) + origin
+        place = shapely.get_coordinates(middle)[0]
+        at = moved(place, share * elements.motion[number]) + origin
         wide, high = (east - west) * points_per_unit, (north - south) * points_per_unit
         letters = max(min(figure.letters_in(block.name, 0.9 * wide), 0.45 * high), least)
+        while letters > least and not _fits(block, polygon, place, letters / points_per_unit):
+            letters = max(_SMALLER * letters, least)
         # Arrows of loads start in the middle of a block. Write the name of a block just above the middle, and
         # the name of a support, which has no loads, in the middle.
         look = {"xytext": (0, 0 if block.fixed else 1), "textcoords": "offset points", "clip_on": True}

@@ -464,11 +464,12 @@ class Capacity:
             ),
             "end": self.message,
         }
+        texts = []
         for _, row in events.iloc[: -1 if self.reaches_zero else None].iterrows():
             pairs = ", ".join(f"{first!r}–{second!r}" for first, second in row["pairs"][:3])
-            at = f"{numeral(row['displacement'], '.4g')}, λ = {numeral(row['load_factor'], '.4g')}"
-            lines[f"at {at}"] = f"{row['event']} {pairs}".strip()
-        return lines
+            at, load_factor = (numeral(row[name], ".4g") for name in ("displacement", "load_factor"))
+            texts.append(f"displacement {at}, λ = {load_factor}: {row['event']} {pairs}".strip())
+        return lines | {"events": "\n".join(texts)}
 
     def as_dict(self) -> dict[str, Any]:
         """Return the curve as plain numbers, strings and lists."""

@@ -45,12 +45,13 @@ def curve_picture(result: Result, table: "pd.DataFrame", mover: str, message: st
     with style():
         scene = result.assembly.scene
         picture, axes = curve_axes(scene, heading, f"displacement of {mover}, in the length unit of the case")
-        # A line of a single point would be invisible without a marker.
-        marker = "o" if len(table) == 1 else ""
-        axes.plot(table["displacement"], table["load_factor"], color=BLACK, marker=marker, zorder=3)
+        drawn = axes.plot(table["displacement"], table["load_factor"], color=BLACK, zorder=3)
         axes.axhline(0.0, color=HATCH, linewidth=0.6)
         axes.set_ylim(bottom=min(0.0, -0.02 * result.required()))
         handles: list[Handle] = []
+        if len(table) == 1:  # a line of a single point would be invisible
+            drawn[0].set(marker="o", linestyle="none", label="onset of collapse, without a curve")
+            handles += drawn
         for code, (label, colour, marker) in _MARKED_EVENTS.items():
             rows = table[table["event"] == str(code)]
             if len(rows):
@@ -91,5 +92,5 @@ def displaced_picture(
         sides = np.concatenate([placed(ends, poses[block][:, None]) for block in blocks])
         marks.append(Marks("separates", "separated joint", "line", SEPARATING_COLOUR, 1.6, sides))
     at = numeral(state["displacement"], ".4g")
-    heading = f"blocks to scale at λ = {numeral(state['load_factor'], '.5f')} and a displacement of {at}"
+    heading = f"blocks to scale at λ = {numeral(state['load_factor'], '.6g')} and a displacement of {at}"
     return elements_picture(Elements(displaced_assembly, heading, "", 0 * poses, [], {"mechanism": marks}))

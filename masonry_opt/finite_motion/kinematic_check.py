@@ -171,15 +171,16 @@ class KinematicCheck:
         non_linear = "satisfied" if self.non_linear else "not satisfied"
         if self.warnings:
             non_linear += ", if the gravity is correct"
+        unit = " (in the length unit of the case)"
         short = "" if self.complete else " (the true d*_0 is larger, because the curve ends before λ = 0)"
         used, demanded = numeral(self.ultimate, ".5g"), numeral(self.demand_displacement, ".5g")
         lines = {
             "check": self.code,
-            "mass": f"e* = {self.mass_fraction:.4f}, M* = {self.mass:.6g}",
+            "mass": f"e* = {self.mass_fraction:.4f}, M* = {self.mass:.5g} (unit of force / unit of gravity)",
             "linear": linear,
             "non-linear": f"d*_u = {used}, demand {demanded} at T_s = {self.period:.4g} s: {non_linear}",
             "rests on": self.rests_on,
-            "displacement": f"d*_0 = {numeral(self.displacement, '.5g')}{short}",
+            "displacement": f"d*_0 = {numeral(self.displacement, '.5g')}{unit}{short}",
             "gravity": f"{self.gravity:g}{self._unit_of_length()}",
             "not checked": self._struts_in_words(),
         }

@@ -25,6 +25,11 @@ def warning_lines(sentences: Iterable[str]) -> list[str]:
     return [f"{WARNING}{sentence}" for sentence in dict.fromkeys(sentences)]
 
 
+def unbroken_values(page: str) -> str:
+    """Return an HTML page in which no line is broken before or after the equals sign of a load factor."""
+    return page.replace("λ = ", "λ\u00a0=\u00a0")
+
+
 def blocks(names: list[str]) -> str:
     """Return the names of blocks after the word "block" or "blocks", such as "blocks 'A', 'B'"."""
     return f"{'block' if len(names) == 1 else 'blocks'} {some([repr(name) for name in names])}"

@@ -91,12 +91,16 @@ def _try_another_solver(v: dict[str, Any]) -> str:
 def numeral(value: float, spec: str) -> str:
     """Return a number as text (a numeral), in a format such as ".6g".
 
-    A number whose digits are all zero has no sign. Large numbers have a power of ten instead of decimals.
+    A number whose digits are all zero has no sign and no power of ten. Large numbers have a power of ten
+    instead of decimals.
     """
     if spec.endswith("f") and _LARGEST_WITH_DECIMALS <= abs(value) < inf:
         spec = f"{spec[:-1]}e"
     text = format(value + 0.0, spec)
-    return text if any(digit in text.partition("e")[0] for digit in "123456789nf") else text.lstrip("+-")
+    digits, power, _ = text.partition("e")
+    if any(digit in digits for digit in "123456789nf"):
+        return text
+    return "0" if power else text.lstrip("+-")
 
 
 def _carried(v: dict[str, Any]) -> str:

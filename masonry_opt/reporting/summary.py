@@ -356,7 +356,8 @@ def _reference(result: Outcome) -> str:
     if load_factor is not None and reference.value:
         percent = numeral(100 * (load_factor / reference.value - 1), "+.3f")
         difference = f"; the {kind}λ of this result differs from the reference by {percent} %"
-    return f"{kind}{reference.value} ({reference.source}{_name_in_case(known, name, result)}){difference}"
+    value = numeral(reference.value, ".7g")
+    return f"{kind}{value} ({reference.source}{_name_in_case(known, name, result)}){difference}"
 
 
 def _name_in_case(known: Mapping[str, Reference], name: str, result: Outcome) -> str:
@@ -367,7 +368,7 @@ def _name_in_case(known: Mapping[str, Reference], name: str, result: Outcome) ->
     """
     if name in (result.method, "associative"):
         return ""
-    mpec = f", which also has 'mpec' = {known['mpec'].value}" if "mpec" in known else ""
+    mpec = f", which also has 'mpec' = {numeral(known['mpec'].value, '.7g')}" if "mpec" in known else ""
     return f"; value '{name}' of the case file{mpec}"
 
 

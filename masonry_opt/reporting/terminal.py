@@ -33,6 +33,8 @@ _RESIDUAL_COLUMNS = (
     "virtual_work",
     "complementarity",
 )
+#: Number formats of columns, by a part of the column's name. Other numbers have five decimals.
+_FORMATS = {"%": "+.3f", "(s)": ".2f", "(°)": "g", "vertical / horizontal": "g"}
 
 #: Seconds between two lines of progress, if the output is a file or a pipe instead of a terminal. A smaller
 #: value makes logs longer.
@@ -200,9 +202,11 @@ def frame_text(frame: "pd.DataFrame", title: str) -> str:
     for record in frame.to_dict("records"):
         # Cells are Text objects, because Rich would interpret square brackets in a string as markup.
         table.add_row(*(Text(_cell(str(column), value)) for column, value in record.items()))
-    # The width is fixed, so that a table looks the same in a pipe, in a file and on a terminal.
+    # The width is fixed, so that a table looks the same in a pipe, in a file and on a terminal. Without
+    # ``force_jupyter``, Rich shows the table as an output of a notebook's cell, and the text is empty.
+    # Without ``force_terminal``, the text has codes of colours if FORCE_COLOR is set, as in notebooks.
     text = io.StringIO()
-    Console(file=text, width=150).print(table)
+    Console(file=text, width=150, force_jupyter=False, force_terminal=False).print(table)
     return "\n".join(line.rstrip() for line in text.getvalue().splitlines()) + "\n"
 
 
@@ -215,13 +219,6 @@ def _cell(column: str, value: object) -> str:
         return str(value)
     if math.isnan(value):
         return "–"
-    spec = (
-        ".1e"
-        if column in _RESIDUAL_COLUMNS
-        else "+.3f"
-        if "%" in column
-        else ".2f"
-        if "(s)" in column
-        else ".5f"
-    )
-    return numeral(value, spec)
+    if column in _RESIDUAL_COLUMNS:
+        return numeral(value, ".1e")
+    return numeral(value, next((spec for part, spec in _FORMATS.items() if part in column), ".5f"))

@@ -1,6 +1,7 @@
 """Read TOML or JSON case files as scenes, and write them, with errors that name file, key and block."""
 
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal, TypeVar
@@ -24,6 +25,10 @@ from masonry_opt.scene.tables import as_path, read_tables, write_file
 from masonry_opt.scene.walls import Column, Facade, Wall
 
 _G = TypeVar("_G", bound=AnyGenerator)
+
+#: Pattern of a TOML list that extends over several lines and contains no nested list or table.
+_LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")
+_LINE_BREAK = re.compile(r"\n\s*")  #: Pattern of a line break and the indentation of the next line.
 
 #: Generators of one kind: a single table, such as [arch], or a list of tables, such as [[arch]].
 OneOrMore = Annotated[list[_G], BeforeValidator(lambda value: value if isinstance(value, list) else [value])]
@@ -214,8 +219,9 @@ def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None
 
 
 def toml_text(scene: SceneKeys) -> str:
-    """Return a scene, or the content of a case file, as TOML."""
-    return tomli_w.dumps(scene.model_dump(by_alias=True, exclude_defaults=True))
+    """Return a scene, or the content of a case file, as TOML, with each innermost list on one line."""
+    text = tomli_w.dumps(scene.model_dump(by_alias=True, exclude_defaults=True))
+    return _LIST.sub(lambda match: "[" + _LINE_BREAK.sub(" ", match[1]) + "]", text)
 
 
 def case_folder(named: Path | None = None) -> Path:

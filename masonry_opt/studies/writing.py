@@ -26,7 +26,7 @@ import psutil
 
 from masonry_opt.errors import OptionError, printable, remainder
 from masonry_opt.files import WRITER, write_whole, writing
-from masonry_opt.reporting.names import labelled, some, warning_lines
+from masonry_opt.reporting.names import labelled, some, unbroken_values, warning_lines
 from masonry_opt.solution.frames import unsigned
 from masonry_opt.studies.warning_codes import StudyCode, study_warning
 
@@ -322,4 +322,4 @@ def render(template: str, **values: object) -> str:
     loader, strict = jinja2.PackageLoader("masonry_opt.studies"), jinja2.StrictUndefined
     trimmed: dict[str, Any] = {"trim_blocks": True, "lstrip_blocks": True}
     environment = jinja2.Environment(loader=loader, autoescape=True, undefined=strict, **trimmed)
-    return environment.get_template(template).render(writer=WRITER, **values)
+    return unbroken_values(environment.get_template(template).render(writer=WRITER, **values))

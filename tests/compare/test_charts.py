@@ -24,7 +24,7 @@ ROWS = [
     line(scene="a", model="pyomo", solver="highs", wall=60.0, tolerance=1e-4, ended="time limit")
     | {"load_factor": None},
     line(scene="a", method="nonassociative", wall=3.0, load_factor=0.88),
-    line(scene="a", method="coulomb", wall=5.0, load_factor=0.76),
+    line(scene="a", method="coulomb", model="matrices", solver="newton", wall=5.0, load_factor=0.76),
 ]
 
 

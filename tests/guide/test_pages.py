@@ -306,17 +306,23 @@ def test_pictures_of_matplotlib_and_altair_are_shown_once_and_below_each_other(r
 
 
 @pytest.mark.parametrize(
-    ("code", "is_short"),
-    [("--plot FILE", True), ("cases/examples/arch_piers.toml", False), ("scene/settings.py", False)],
+    ("code", "in_text", "in_table"),
+    [
+        ("--plot FILE", True, True),
+        ("sweep --vary axles.uniform.to=6:26:11 --out results/train", True, False),
+        ("cases/examples/segmental_arch_on_columns.toml", False, False),
+        ("scene/settings.py", True, False),
+    ],
 )
-def test_short_words_of_code_are_marked_so_that_hyphens_do_not_break_them(records, code, is_short):
+def test_short_words_of_code_are_marked_so_that_hyphens_do_not_break_them(records, code, in_text, in_table):
     from docutils import nodes, utils
     from short_code import mark
 
-    doctree = utils.new_document("page")
-    doctree += nodes.literal(code, code)
+    doctree, table = utils.new_document("page"), nodes.table()
+    doctree += [nodes.literal(code, code), table]
+    table += nodes.literal(code, code)
     mark(None, doctree)
-    assert ("short" in doctree[0]["classes"]) == is_short
+    assert ["short" in node["classes"] for node in doctree.findall(nodes.literal)] == [in_text, in_table]
 
 
 #: Examples of the paper, of which the guide runs a few.

@@ -259,6 +259,8 @@ def test_a_curve_that_ends_because_joints_slide_says_by_how_much():
     curve = mo.capacity(mo.solve(block_on_floor(friction=0.4), "static"))
     assert "the largest slip is 93 % of the speed of the fastest corner" in curve.message
     assert curve.message.endswith("(a joint with a slip of up to 0.2 % counts as a hinge)")
+    (named,) = curve.plot().legends[0].get_texts()
+    assert named.get_text() == "onset of collapse, without a curve"
     assert curve.end.values["slip"] == pytest.approx(1 / math.hypot(1, 0.4), rel=1e-6)
     below = mo.capacity(mo.solve(mo.load(CASES / "gilbert/two_blocks.toml"), incremental=False))
     assert 0.002 < below.end.values["slip"] < 2

@@ -28,6 +28,13 @@ def frame(mechanisms, load_factors):
     return pd.DataFrame(columns).assign(incremental=np.nan, which="lowest found")
 
 
+def test_the_page_of_a_sweep_has_the_title_of_the_scene_and_no_empty_layers(tmp_path):
+    scene = block_on_floor().replace(title="A  block")
+    mo.sweep(scene, {NAME: [0.3, 0.4]}, method="static", out=tmp_path, workers=1)
+    assert "<h1>Sweep of A block</h1>" in (tmp_path / "charts.html").read_text("utf-8")
+    assert all(len(rows) for _, rows, _ in layers(against(frame(["sliding", "hinging"], [0.3, 0.4]))))
+
+
 def against(swept):
     (drawing,) = drawings(swept, [NAME])
     return drawing

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pandas as pd
 
+from masonry_opt.reporting.sentences import numeral
+
 #: Columns that the page omits. The times are measured in one run on one machine.
 LEFT_OUT = ["method", "NLPs", "time (s)", "published (s)"]
 
@@ -44,7 +46,7 @@ def _cell(column: str, value: object) -> str:
     if not isinstance(value, float):
         return str(value).replace(" × ", "\u00a0×\u00a0")  # a size stays on one line
     digits = ".5f" if value > 1e-2 else ".1e"
-    return format(value, "+.3f" if "%" in column else digits)
+    return numeral(value, "+.3f" if "%" in column else digits)
 
 
 def tables(folder: Path) -> dict[str, str]:

@@ -1,6 +1,7 @@
 """Tests that commands have the options of their functions, as signatures and docstrings define them."""
 
 import gc
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import typer
 from scenes import run_command
 from typer.testing import CliRunner
 
+import masonry_opt as mo
 from masonry_opt.cli.app import COMMANDS, load
 from masonry_opt.cli.command import CommandArguments, command, reader
 from masonry_opt.errors import OptionError
@@ -103,6 +105,14 @@ def test_every_option_of_every_command_says_what_it_is(name):
     found = load(name)
     assert found.help.startswith(COMMANDS[name])
     assert all(option.help for option in found.params)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_help_of_commands_does_not_refer_to_classes(name):
+    """Users of the command line do not know the classes of the Python interface."""
+    texts = [option.help for option in load(name).params]
+    within_sentences = {word for text in texts for word in re.findall(r"(?<=[a-z,;] )[A-Z]\w+", text)}
+    assert within_sentences.isdisjoint(mo.__all__)
 
 
 @pytest.mark.parametrize("name", COMMANDS)

@@ -96,7 +96,9 @@ known = table[table["answer"] == "paper's loop"]
 axes.loglog(known["LP variables"], known["time (s)"], "X", color="#009E73", label="the paper's loop, here")
 for size, of in table.groupby("openings"):
     place = of["LP variables"].iloc[0], of["time (s)"].min()
-    axes.annotate(size, place, xytext=(0, -14), textcoords="offset points", ha="center", fontsize=9)
+    axes.annotate(
+        size.replace("x", " × "), place, xytext=(0, -14), textcoords="offset points", ha="center", fontsize=9
+    )
 axes.grid(color="#EEEEEE", which="both")
 axes.legend(fontsize=8, loc="upper left")
 

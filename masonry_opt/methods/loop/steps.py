@@ -92,7 +92,7 @@ def sub_problems(
 
     The caller decides when to stop, which is step 3. If a sub-problem has no optimum, the solver's result is
     yielded in its place, and the loop ends. Only the shear limits of the driver's model are changed. The
-    function :func:`corrected` is step 6. Raises OptionError if the option ``revise`` returns no ShearLimits.
+    function ``corrected`` is step 6. Raises OptionError if the option ``revise`` returns no ShearLimits.
     """
     alpha, next_alpha = float("nan"), parameters.alpha
     small_cohesion = added_cohesion = np.zeros(len(problem.sliding))

@@ -94,7 +94,7 @@ def read_compas(  # noqa: PLR0913 - options of the public API are keywords
     tolerance: Length below which faces count as flat and gaps are ignored. The default is 1e-5 of the size of
         a block for faces, and the default of :class:`Scene` for gaps.
     contact_tolerance: Largest gap or overlap of edges (in space: faces) that are in contact, such as the
-        width of mortar that is not drawn; see :class:`Scene`.
+        width of mortar that is not drawn. :class:`Scene` explains it.
     """
     path = as_path(path, "a COMPAS file", ".json")
     data = parse_file(path)

@@ -129,10 +129,10 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
     net: True if lines are joints, and the cells between the lines are blocks.
     window_layers: Words that mark windows in a net. A region is not a block if lines enclose it that are on
         layers with one of these words in their names.
-    tolerance: Length below which gaps and overlaps between blocks are ignored (default: as in
-        :class:`Scene`).
+    tolerance: Length below which gaps and overlaps between blocks are ignored (default: 1e-6 of the diagonal
+        round the movable blocks).
     contact_tolerance: Largest gap or overlap of facing edges that are in contact, such as the width of mortar
-        that is not drawn; see :class:`Scene`.
+        that is not drawn. :class:`Scene` explains it.
     outline_tolerance: Largest gap between two ends of lines that are joined to an outline, if no third end is
         as near. Ends within 1e-6 of the drawing's diagonal are joined first. The default is the tolerance,
         or 1e-6 of the diagonal if no tolerance is given. In a net, this option is the largest gap over which
@@ -142,9 +142,8 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
         diagonal). The ends of the chords are on the curve.
     to_metres: True to scale the drawing from its own unit ($INSUNITS) to metres. All other arguments are then
         in metres.
-    thickness: Thickness to which the blocks are extruded, which makes a scene in space; see :func:`extrude`.
-        The x axis of the drawing becomes x, its y axis becomes z, and blocks extend from y = 0 to the
-        thickness.
+    thickness: Thickness to which the blocks are extruded, which makes a scene in space. The x axis of
+        the drawing becomes x, its y axis becomes z, and blocks extend from y = 0 to the thickness.
     """
     return read_with_layers(path, DxfDrawing.of(locals())).scene
 

@@ -114,7 +114,7 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
         The default is twice the unit of the last decimal place if all coordinates are rounded to few decimal
         places and this length is small relative to the blocks. Otherwise the default is as in :class:`Scene`.
     contact_tolerance: Largest gap or overlap of faces that are in contact, such as the width of mortar that
-        is not drawn; see :class:`Scene`.
+        is not drawn. :class:`Scene` explains it.
     """
     path = as_path(path, "a mesh")
     drawing = MeshDrawing.of(locals())

@@ -118,7 +118,8 @@ def _time_error(summary: pd.DataFrame, question: str) -> NamedChart:
     lines = {"color": raw, "detail": "pair:N", "opacity": _OPACITY, "order": "rung:Q"}
     # Only the layer of point marks has a legend, because a click cannot select the entries of a legend that
     # several layers share.
-    coded = {"color": alt.Color("engine:N", scale=alt.Scale(domain=[*colours], range=[*colours.values()]))}
+    drawn = {engine: colour for engine, colour in colours.items() if engine in {*rows["engine"]}}
+    coded = {"color": alt.Color("engine:N", scale=alt.Scale(domain=[*drawn], range=[*drawn.values()]))}
     coded |= {"shape": alt.Shape("method:N", sort=[*METHODS], **legend(certified.any()))}
     coded |= {"opacity": _OPACITY, "tooltip": tooltip}
     lettered = {"text": "letter:N", "color": raw, "opacity": _OPACITY, "tooltip": tooltip}

@@ -162,6 +162,8 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> NamedChart:
     notes = [_RING] if marks["least"].any() else []
     notes += [_DASHED] if len(incremental_marks) else []
     notes += _note_on_equal_lines(frame, names) + _names_of_load_factors(frame) + _note_on_axles(frame)
+    # Vega warns of layers without rows. The first layer is kept, because it has the axis of λ.
+    layers[1:] = [layer for layer in layers[1:] if len(layer.data)]
     return NamedChart(file, f"{_LABEL} against {_label(name)}", alt.layer(*layers), "; ".join(notes))
 
 

@@ -77,7 +77,8 @@ def least(  # noqa: PLR0913 - options of the public API are keywords
     make: Function of the value (a friction, a thickness, ...) that returns a scene or the path of a case
         file.
     lower, upper: Ends of the searched range. The scene must fail at ``lower`` and hold at ``upper``.
-    load: Load factor that the scene must carry, computed with ``method``. If None, live loads are ignored.
+    load: Load factor that the scene must carry, computed with the given method. If None, live loads are
+        ignored.
     method, **options: As for :func:`~masonry_opt.solve`, with ``model`` and ``solver``; only with
         ``load``. ``incremental`` is False by default, because only λ of the method is needed.
     tolerance: Width of the final interval that contains the threshold, relative to the threshold.

@@ -11,6 +11,7 @@ from typing import Any
 import pandas as pd
 
 from masonry_opt.analysis import prepare
+from masonry_opt.drawing.elements import title_of
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.reporting.load_factors import meaning
@@ -123,7 +124,7 @@ def sweep(  # noqa: PLR0913 - options of the public API are keywords
     output = None if out is None else StudyOutput(Path(out), chart_files(chart_names(list(vary))), force)
     frame = run_many(study, points, output=output, by=(workers, dask), progress=progress)
     if output is not None:
-        title = f"Sweep of {varied_scene.called}" if varied_scene else "Sweep"
+        title = f"Sweep of {title_of(varied_scene)}" if varied_scene else "Sweep"
         output.write(frame, charts_if_installed(title, lambda: _drawings(frame, list(vary))))
     return frame
 

@@ -3,7 +3,6 @@
 Each kind of answer becomes a ``ReportPart`` of the page; the template ``report.html`` arranges the parts.
 """
 
-import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date
@@ -75,8 +74,6 @@ _LEFT_OPEN_WITHOUT_LIVE_LOAD = (
     "impact, settlement and people is not known."
 )
 _MOTIONS = ("slides", "hinges", "separates", "crushes")  #: Motions of joints in a mechanism.
-#: Pattern of a TOML list that extends over several lines and contains no nested list.
-_LIST = re.compile(r"\[\n\s*([^][{}]*?),?\n\s*\]")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -448,12 +445,9 @@ def _cell(value: object) -> str:
 def _case_text(scene: Scene) -> str:
     """Return the content of the case file of a scene, or "" if it is too long to print.
 
-    Generators are not expanded, and innermost lists take one line each.
+    Generators are not expanded.
     """
-    text, previous = toml_text(scene.case or scene), ""
-    while text != previous:
-        previous = text
-        text = _LIST.sub(lambda match: f"[{' '.join(match[1].split())}]", text)
+    text = toml_text(scene.case or scene)
     return text if text.count("\n") <= _MOST_CASE_FILE_LINES else ""
 
 

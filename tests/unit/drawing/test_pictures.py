@@ -4,7 +4,7 @@ refused."""
 import json
 import re
 from html import unescape
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import matplotlib as mpl
@@ -42,6 +42,7 @@ from masonry_opt.drawing.figure import (
     _grouped_numbers,
     _legend_columns,
     draw_marks,
+    finish,
     remove_overlapping_texts,
     write_name,
 )
@@ -173,6 +174,17 @@ def test_the_label_below_a_curve_is_narrower_than_the_axis_and_above_the_legend(
     assert label.y0 > below.get_window_extent().y1
 
 
+def test_entries_of_two_lines_in_a_legend_are_above_the_notes():
+    made = Picture()
+    axes = made.add_subplot()
+    handles = [*axes.plot([0, 1], label="a long entry " * 8), *axes.plot([1, 2], label="a short entry")]
+    finish(made, axes, handles, ("a note",))
+    FigureCanvasAgg(made).draw()
+    (note,) = made.texts
+    assert "\n" in made.legends[0].get_texts()[0].get_text()
+    assert made.legends[0].get_window_extent().y0 > note.get_window_extent().y1
+
+
 def test_numbers_that_would_overlap_below_a_curve_are_added():
     grouped = _grouped_numbers([0.0, 0.9, 1.0, 1.5, 4.0], [1, 2, 4, 8, 16], 1.0)
     assert grouped == [(0.0, 3), (1.0, 12), (4.0, 16)]
@@ -237,6 +249,17 @@ def test_letters_that_the_font_lacks_are_boxes_without_a_warning(tmp_path, endin
     scene = block_on_floor().replace(title="石塔", blocks={"A": {"name": "石塔 क"}})
     with mpl.rc_context({"font.family": ["DejaVu Sans"]}):
         mo.draw(scene, tmp_path / f"a.{ending}", names=True)
+
+
+def test_names_of_inclined_stones_do_not_overlap():
+    """The stones of a ring are as wide as high in their bounding boxes, but much narrower."""
+    ring = mo.Arch(radius=4, angles=(180, 0), thickness=1.2, voussoirs=35, unit_weight=20)
+    scene = mo.Scene(title="ring", joints=mo.JointDefaults(friction=0.9), blocks=ring.blocks())
+    figure = mo.draw(scene, names=True)
+    FigureCanvasAgg(figure).draw()
+    boxes = [text.get_window_extent() for text in figure.axes[0].texts if text.get_text().startswith("v")]
+    assert len(boxes) == 35
+    assert not any(one.overlaps(other) for one, other in combinations(boxes, 2))
 
 
 ARCH = CASES / "casapulla_lauro" / "arch.toml"

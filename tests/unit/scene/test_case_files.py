@@ -88,6 +88,18 @@ def test_scene_survives_being_written(tmp_path, scene, ending):
     assert mo.load(path) == scene
 
 
+def test_a_written_file_has_a_point_on_each_line_and_names_as_they_are(tmp_path):
+    upper = mo.Block(name="[up], {b}", vertices=[(0, 1), (1, 1), (1, 2), (0, 2)], weight=1)
+    pairs = [("two  spaces, a", "floor"), ("two  spaces, a", "[up], {b}")]
+    joints = [mo.Joint(between=pair, friction=0.1) for pair in pairs]
+    scene = on_floor(SQUARE.replace(name="two  spaces, a"), upper, exceptions=joints)
+    mo.save(scene, tmp_path / "case.toml")
+    assert mo.load(tmp_path / "case.toml") == scene
+    lines = (tmp_path / "case.toml").read_text("utf-8").splitlines()
+    assert "    [0.0, 1.0]," in lines
+    assert 'between = ["two  spaces, a", "floor"]' in lines
+
+
 def test_wall_generator_expands_courses_gaps_and_repeats():
     courses = {"courses": ["u", [1, 1, 1]], "course": {"u": [0.5, 1, -1, 0.5]}, "repeat": 2}
     wall = mo.Wall(block=(4, 2), weight=3, live=(0.5, 0), **courses)
