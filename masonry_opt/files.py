@@ -53,8 +53,8 @@ _MARKS = {
     ".html": rf'<meta name="generator" content="{WRITER}">',
 }
 
-#: Name of the file that records the SHA-256 digests of all files that this package wrote to a folder. Digests
-#: identify tables and charts, which cannot contain ``MARK``.
+#: Name of the file that records the SHA-256 digests of files that this package wrote to a folder. By its
+#: digest, a later run recognises a file without ``MARK``, such as a table or a chart.
 RECORD = ".masonry_opt.json"
 
 #: Number of bytes at the start and at the end of a file that are searched for the mark of this package. Only

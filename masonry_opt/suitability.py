@@ -79,8 +79,8 @@ def _without_live_load(scene: Scene) -> str:
         )
     if case is not None:
         return (
-            f"{prefix}none of the live loads ({case}) acts on a block: name another group of loads, or add "
-            "loads to these groups"
+            f"{prefix}none of the live loads ({case}) acts on a block: name other load groups in this load "
+            "case, or add loads to its groups"
         )
     return (
         f"no block carries a live load: add {_LIVE_LOAD_KEYS[scene.dimension]}. For a scene without "

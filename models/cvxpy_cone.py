@@ -27,10 +27,12 @@ class Senses(NamedTuple):
     #: Unit vector e of each direction of slip, as two components in the plane of the contact. The shape is
     #: (2, m) for m directions.
     along: np.ndarray
-    #: True if the polygons are inscribed in the friction circles. All forces are then inside the friction
-    #: cones, and the corners of a polygon are the shear forces opposite to the directions e. False if the
-    #: polygons are circumscribed. All mechanisms then satisfy the flow rule of the cones, and the polygon
-    #: touches the circle at the shear forces opposite to the directions e.
+    #: Kind of the polygons.
+    #:
+    #: - True: each polygon is inscribed in its friction circle. Its corners are the shear forces opposite to
+    #:   the directions e. Every force within the polygon is inside the friction cone.
+    #: - False: each polygon is circumscribed about its friction circle. It touches the circle at the shear
+    #:   forces opposite to the directions e. Every mechanism satisfies the flow rule of the friction cone.
     inside: bool
 
 
@@ -72,8 +74,8 @@ class ConeMechanism(CvxpyMechanism):
     The slope is the opening per unit slip, as a parameter or as numbers. If ``senses`` is passed, linear
     conditions replace γ ≥ |w|:
 
-    - polygons inside the circle: γ ≥ e·w for each direction e;
-    - polygons around the circle: w = Σ e p, γ = Σ p and p ≥ 0.
+    - inscribed polygons: γ ≥ e·w for each direction e;
+    - circumscribed polygons: w = Σ e p, γ = Σ p and p ≥ 0.
     """
 
     def __init__(

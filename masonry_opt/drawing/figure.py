@@ -84,7 +84,7 @@ _LARGEST_DRAWN_RATIO = 2.0
 
 #: Styles of the marks at states in which joints start to slide or open. The keys are columns of the table
 #: ``result.curve``. Each tuple contains a verb for labels, a colour, a marker, and its size in points. The
-#: last entry is the height at which numbers of joints are written, relative to the height of the axes.
+#: last entry is the height of the texts that count the joints, relative to the height of the axes.
 _MOTION_START_STYLES = {
     "starts_sliding": ("slide", SLIDING_COLOUR, "s", 10.0, 0.085),
     "starts_opening": ("open", HINGING_COLOUR, "o", 6.0, 0.025),

@@ -63,7 +63,7 @@ _PRESSURE = 0.1  #: Length of the arrow of the largest pressure of fill, relativ
 
 
 def load_marks(assembly: Assembly, motion: np.ndarray, live: bool = True) -> Iterable[Marks]:
-    """Generate marks of fill and of loads. Each kind of load has its own scale of arrows.
+    """Generate marks of fill, and arrows of loads. Arrow lengths are scaled separately for each kind of load.
 
     ``motion`` is the full motion of blocks, see :func:`~.marks.moved`. If ``live`` is False, live loads are
     omitted.

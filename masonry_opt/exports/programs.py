@@ -125,12 +125,17 @@ _EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
     "mcp": _mcp,
 }
 
-#: Map from Pyomo's names of the parts of a complementarity condition to the prefixes of their names in the
-#: file. The parts are the slack variable "z", the constraint "slack" that defines z, the constraint "product"
-#: (z p ≤ ε), and the constraint "pair" (z is complementary to p).
+#: Pyomo divides each complementarity condition into variables and constraints. The keys are their names in
+#: Pyomo. The values are the first parts of their names in the exported file:
+#:
+#: - "z": slack variable,
+#: - "slack": constraint that defines z,
+#: - "product": constraint z p ≤ ε,
+#: - "pair": constraint that z is complementary to p.
 _PAIR_NAMES = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
-#: Map from the components of a program to the prefixes of their names in the file. These components have one
-#: variable or row for each yield condition. The name of the yield condition follows the prefix.
+#: Components of a program that have one variable or row for each yield condition. The values are the first
+#: parts of the names of these variables and rows in the exported file. The name of the yield condition
+#: follows.
 _OF_FACES = {"p": "p", "y": "y", "within_yield": "yield", "at_rest": "at_rest", "at_yield": "at_yield"}
 #: Names of the components of a program that consist of a single variable or row.
 _SINGLE_COMPONENTS = ("load_factor", "live_work", "raising", "objective")
@@ -213,7 +218,11 @@ def program_texts(assembly: Assembly, method: str, ending: str) -> dict[str, str
 
 
 def refuse_program(path: Path, method: str, force: bool) -> None:
-    """Raise OptionError if a method solves several programs, or if the file cannot contain the program."""
+    """Raise OptionError if the program of a method cannot be exported to a file.
+
+    This is the case if the method is unknown or solves several programs, if the file format cannot represent
+    the program, or if a file must not be replaced.
+    """
     ending = path.suffix.lower()
     if method not in _EXPORTS:
         if method not in METHODS:

@@ -70,7 +70,7 @@ def point_forces(assembly: Assembly) -> tuple[Forces, Forces]:
         difference = problem.by_block(forces.about(centroid)) / units - problem.by_block(load)
         if np.abs(difference).max(initial=0.0) > RELATIVE_ROUNDING * max(1.0, np.abs(load).max()):
             follows = "a capacity curve can be computed only for weights, forces at points and loads on edges"
-            cause = "the scene also has loads whose points of action on displaced blocks are unknown"
+            cause = "the scene has other loads, whose points of action on displaced blocks are unknown"
             left_out = "omit [[fill]], or " if assembly.scene.fills else ""
             remedy = f"{left_out}use 'solve' to compute only the load factor"
             raise OptionError(f"{assembly.scene.called}: {follows}: {cause}: {remedy}")

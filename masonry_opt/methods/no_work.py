@@ -35,9 +35,9 @@ from masonry_opt.solution.thresholds import LEAST_OPPOSING_WORK
 from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import find_solver
 
-#: The work of the live load and the energy z·p count as zero below this fraction of the dead load's work. The
-#: loop of linear programs leaves energies of this size, because its sliding joints contract by 10⁻³ μ per
-#: unit slip.
+#: The work of the live load, and the energy z·p (slacks times rates of the yield conditions), count as zero
+#: below this fraction of the dead load's work. In the mechanisms of the loop of linear programs, z·p is of
+#: this size instead of zero, because a sliding joint closes by 10⁻³ μ when it slips by 1.
 _NEGLIGIBLE_WORK = 1e-3
 
 #: Fractions σ of the dead load that grow in proportion to the live load, in the order in which they are

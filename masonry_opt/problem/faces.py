@@ -52,10 +52,10 @@ _RISING_KNOTS = np.linspace(0.0, np.sqrt(0.5), _CHORDS_PER_SIDE + 1) ** 2
 #: is a quarter of the next knot.
 _LOW_STRESS_KNOTS = _RISING_KNOTS[1] / 4.0 ** np.arange(_LOW_KNOTS, 0, -1)
 
-#: All knots x = n / (f_c L) of the chords, from x = 0 to x = 1.
+#: All knots x = n / (f_c L) of the moment parabola, from x = 0 to x = 1. Chords connect neighbouring knots.
 _KNOTS = np.concatenate([[0.0], _LOW_STRESS_KNOTS, _RISING_KNOTS[1:], 1 - _RISING_KNOTS[-2::-1]])
 
-#: Coefficients of the chords of the moment parabola. Each chord connects two neighbouring knots.
+#: Coefficients of the chords of the moment parabola.
 CHORDS = ChordCoefficients(1 - _KNOTS[:-1] - _KNOTS[1:], _KNOTS[:-1] * _KNOTS[1:])
 
 #: Largest relative error of the moment limit if chords replace the parabola. The error is largest at the

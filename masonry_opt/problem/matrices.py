@@ -118,9 +118,11 @@ class Matrices:
         return self.B[:, FORCE_COMPONENTS * self.joints :]
 
     def faces(self, sliding: np.ndarray, crushing: np.ndarray, bounded: Bounded) -> Faces:
-        """Return the yield conditions of given sliding joints, crushing joints and limited forces.
+        """Return the table of yield conditions (called faces) of all joints and limited forces.
 
-        The two masks of ``bounded`` mark the forces with a lower limit and the forces with an upper limit.
+        ``sliding`` and ``crushing`` are the indices of the joints that can slide and of those that can crush.
+        Limited forces are forces with a lower or an upper limit, such as the force in a tie. The two masks of
+        ``bounded`` mark the forces with a lower limit and the forces with an upper limit.
         Equal arguments return one shared object, so all joint laws share its computed arrays.
         """
         key = tuple(array.tobytes() for array in (sliding, crushing, *bounded))

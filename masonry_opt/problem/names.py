@@ -19,28 +19,28 @@ _LONGEST_LABEL = 200
 #: Characters that some solvers reject in names of LP files.
 _ILLEGAL = r"[^A-Za-z0-9_.]"
 
-#: Names of the joint forces by dimension, in the order of the columns of B.
+#: Names of the joint forces in the order of the columns of B, for each dimension of the scene (2 or 3).
 _FORCE_KINDS: dict[int, tuple[str, ...]] = {2: ("n1", "n2", "s"), 3: ("n", "s", "t")}
 
-#: Names of the joint motions Bᵀd by dimension, in the order of the columns of B.
+#: Names of the joint motions Bᵀd in the order of the columns of B, for each dimension of the scene (2 or 3).
 _MOTION_KINDS: dict[int, tuple[str, ...]] = {
     2: ("opening_1", "opening_2", "slip"),
     3: ("opening", "slip_s", "slip_t"),
 }
 
-#: Names of the block velocities by dimension, in the order of the rows of B.
+#: Names of the block velocities in the order of the rows of B, for each dimension of the scene (2 or 3).
 _VELOCITY_KINDS: dict[int, tuple[str, ...]] = {
     2: ("vx", "vy", "omega"),
     3: ("vx", "vy", "vz", "wx", "wy", "wz"),
 }
 
-#: Names of the equations of equilibrium by dimension, in the order of the rows of B.
+#: Names of the equilibrium equations in the order of the rows of B, for each dimension of the scene (2 or 3).
 _BALANCE_KINDS: dict[int, tuple[str, ...]] = {
     2: ("fx", "fy", "moment"),
     3: ("fx", "fy", "fz", "mx", "my", "mz"),
 }
 
-#: Names of the rocking conditions of a joint by dimension.
+#: Names of the rocking conditions of a joint, for each dimension of the scene (2 or 3).
 _ROCK_KINDS = {2: ("rock_1", "rock_2"), 3: ("open",)}
 
 

@@ -23,7 +23,7 @@ from masonry_opt.scene.scene import Scene
 Movements = Mapping[str, Sequence[float]] | Iterable[tuple[str, Sequence[float]]]
 
 #: To find the displaced blocks below a road, the road is raised by their largest rise plus this clearance, in
-#: multiples of the scene's tolerance. A road may cut into a block to a depth of two tolerances. If the
+#: multiples of the scene's tolerance. A road may cut into a block to a depth of twice the tolerance. If the
 #: clearance is smaller than this depth, the raised road may still cut into a displaced block.
 _CLEARANCE = 4.0
 

@@ -283,7 +283,7 @@ def _incremental_line(result: Outcome) -> LoadFactorLine:
 
 
 def _incremental_remark(result: Outcome) -> str:
-    """Return the remark on the end of the load history, and on the load that moving blocks carry."""
+    """Return the remark on how equilibrium is lost, and on the load factor after the collapse begins."""
     state = result.solution.at_incremental
     assert state is not None
     remark = next(

@@ -301,7 +301,7 @@ def _undecided_history(v: dict[str, Any]) -> str:
     if v["method"] not in ("", "incremental"):
         return ended
     larger = "set a larger value in mo.IncrementalSettings, or " if "setting" in v["word"] else ""
-    remedy = "use method 'coulomb', which also looks for a collapse state without a load history"
+    remedy = "use method 'coulomb', which also searches for a collapse state by other algorithms"
     return f"{ended}: {larger}{remedy}"
 
 

@@ -107,9 +107,9 @@ def _print_lines(lines: Sequence[str], bold_line: int | None) -> None:
 
 
 def _wrapped(line: str, width: int) -> str:
-    """Wrap a line between words, and align its continuation lines with the text after its last wide space.
+    """Wrap a line between words, and align its continuation lines with the text after its last gap.
 
-    A wide space (gap) has at least two characters. Gaps that end beyond ``_DEEPEST_COLUMN`` have no effect.
+    A gap is a sequence of at least two spaces. Gaps that end beyond ``_DEEPEST_COLUMN`` have no effect.
     Lines of tables are not wrapped.
     """
     gaps = [gap.end() for gap in re.finditer(r" {2,}(?=\S)", line)]

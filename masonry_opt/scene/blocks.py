@@ -35,8 +35,9 @@ NonNegative = Annotated[Number, Field(ge=0)]
 Positive = Annotated[Number, Field(gt=0)]
 Point = tuple[Number, Number]
 YesNo = Annotated[bool, Strict()]
-#: For each key, the key that a new value removes, because both describe the same property of a record. No
-#: angle needs to be removed, because angles are stored as their tangents.
+#: Keys that describe the same property of a record, so that only one of them may have a value. If a key of
+#: this map gets a new value, the value of the key to which it is mapped is removed. A record never stores
+#: an angle, only its tangent (``friction``, ``dilatancy``), so no entry removes an angle.
 EXCLUSIVE_KEYS = {
     "weight": "unit_weight",
     "unit_weight": "weight",

@@ -57,8 +57,8 @@ class AnyGenerator(Record):
     def _mistakes(self) -> Iterator[str]:
         if self.size > MOST_BLOCKS_GENERATED:
             yield (
-                f"the generator has {self.size} blocks, but at most {MOST_BLOCKS_GENERATED} are allowed: "
-                "use larger blocks, or split the scene"
+                f"the generator would make {self.size} blocks, but at most {MOST_BLOCKS_GENERATED} are "
+                "allowed: use larger blocks, or split the scene"
             )
 
     @property

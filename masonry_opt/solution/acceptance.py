@@ -128,8 +128,8 @@ FEASIBILITY_TOLERANCE = 1e-11
 LARGEST_FLOW_VIOLATION = 1e-6
 
 #: Magnitude below which a slip rate, a shear force or a violation of the associative flow rule counts as a
-#: rounding error. The magnitude refers to motions with velocities from −1 to 1, and to the problem's unit of
-#: force.
+#: rounding error. Motions are scaled so that all velocities are between −1 and 1, and forces are in the
+#: problem's unit of force.
 ROUNDING = 1e-11
 
 #: Largest accepted error of the margin of stability under dead load. The unit is the work of a median block

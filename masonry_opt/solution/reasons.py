@@ -108,8 +108,8 @@ class Code(StrEnum):
     # these joints, and ``status`` is the status of the analysis.
     JOINTS = "joints"
     # The live load does not drive the mechanism. The value ``fixed`` is True if equilibrium alone determines
-    # all forces, so that no other load factor above zero exists. The value ``against`` is True if the
-    # mechanism moves against the live load.
+    # all forces, so that the scene does not collapse at any other load factor above zero. The value
+    # ``against`` is True if the live load does negative work in the mechanism.
     NO_WORK = "no work"
     # The time limit ended the analysis. Values:
     # - ``seconds``: the time limit.
@@ -169,8 +169,8 @@ class Code(StrEnum):
     # linear programs also found no collapse. The value ``searched`` is True if a later search for exact
     # collapse states also found none.
     UNDECIDED = "undecided"
-    # In the load history, the live load grows without limit, beyond λ of the answer. Value: ``carried``, the
-    # largest load factor of the load history.
+    # The load history passes the λ of the answer without a collapse. Value: ``carried``, the largest load
+    # factor that the load history reached.
     CARRIES_MORE = "carries more"
     # There is no load history, because the dilatancy falls with stress. The message needs no values.
     DILATANCY_FALLS = "dilatancy falls"

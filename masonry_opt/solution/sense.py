@@ -81,18 +81,18 @@ _OTHER_UNITS = 300.0
 _OTHER_THICKNESS = 50.0
 
 #: If the strength or prestress of a tie or prop exceeds this multiple of the sum of all dead loads, a
-#: warning asks for the same unit of forces and weights. A larger value would miss a strength in N in a large
-#: scene with weights in kN.
+#: warning asks the user to check that forces and weights are in the same unit. With a larger value, the
+#: warning would miss a strength in N in a large scene with weights in kN.
 _DEAD_LOADS_TO_STRENGTH = 20.0
 
-#: If the strength of a tie or prop is below both of two limits, a warning asks for the same unit of forces
-#: and weights. The limits are the sum of all dead loads divided by this value, and a fifth of the median
-#: block weight. With a larger value, fewer strengths cause the warning.
+#: If the strength of a tie or prop is below both of two limits, a warning asks the user to check that forces
+#: and weights are in the same unit. The limits are the sum of all dead loads divided by this value, and a
+#: fifth of the median block weight. With a larger value, fewer strengths cause the warning.
 _SUM_TO_STRENGTH = 300.0
 
-#: If a block weighs more than this multiple of a dead force on it, a warning asks if forces and weights have
-#: the same unit. The same warning is issued for a prestress below the median block weight divided by this
-#: value. With a larger value, warnings miss forces in MN together with weights in kN.
+#: If a block weighs more than this multiple of a dead force on it, a warning asks the user to check that
+#: forces and weights are in the same unit. The same warning is issued for a prestress below the median block
+#: weight divided by this value. With a larger value, warnings miss forces in MN together with weights in kN.
 _WEIGHT_TO_FORCE_RATIO = 1000.0
 
 #: A force causes a warning if its distance from its block exceeds this fraction of the block's width (square

@@ -105,10 +105,10 @@ def uneven_sides(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _errors(assembly: Assembly, first: np.ndarray, second: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Return the position error of a corner that would explain the angle between two joints, shape (pairs,).
+    """Return the position errors of corners that would cause the angles between joints, shape (pairs,).
 
-    The joints of each pair are ``first`` and ``second``. The position error is the displacement of a corner
-    of the shorter joint.
+    The joints of each pair, ``first`` and ``second``, are assumed to be parallel in reality. The position
+    error is the displacement of a corner of the shorter joint.
     """
     accuracy = assembly.joints.accuracy
     return np.asarray(angle * assembly.geometry.tolerance / np.maximum(accuracy[first], accuracy[second]))

@@ -296,8 +296,8 @@ def _decide(
     The first program is solved by ``solver``, further programs by the simplex method. In space, the further
     programs replace the friction circles alternately by two kinds of polygons:
 
-    - polygons inside the circles, whose forces are within the cones;
-    - polygons around the circles, whose mechanisms follow the cones.
+    - inscribed polygons: every force within such a polygon is inside the friction cone;
+    - circumscribed polygons: every mechanism satisfies the flow rule of the friction cone.
 
     Each polygon gets additional corners or sides in the directions of the last slips and shears, so the two
     kinds approach each other. Raises DeadLoadUndecided if neither forces nor a mechanism are verified.
@@ -326,7 +326,7 @@ def _finer(
 ) -> Senses:
     """Return the slip directions of finer polygons, which replace the friction circles in the next program.
 
-    Polygons inside the circles alternate with polygons around the circles. The first directions are evenly
+    Inscribed polygons alternate with circumscribed polygons. The first directions are evenly
     spaced. If ``motion_and_forces`` is not None, directions from the last program are added: the slips of its
     velocities, shape (3b,), and the opposites of the shears in its forces, shape (3c + t,).
     """

@@ -48,9 +48,10 @@ class StudyCode(StrEnum):
     #: record has the ``end`` ("least" or "greatest"), the ``reaction`` of the answer, and ``incremental``,
     #: the reaction at the end of the load history.
     HISTORY_ENDS_NEARER = "history ends nearer"
-    #: The search for the least (greatest) reaction found an exact state above (below) the reaction at rest.
-    #: The record has the ``end`` ("least" or "greatest"), the ``reaction`` of the state, and the reaction
-    #: ``at_rest``.
+    #: The search for the least reaction of a support found an exact state with a reaction above the reaction
+    #: at rest, or the search for the greatest reaction found a state with a reaction below the reaction at
+    #: rest. The record has the ``end`` ("least" or "greatest"), the ``reaction`` of the state, and the
+    #: reaction ``at_rest``.
     STATE_ACROSS_REST = "state across rest"
 
 

@@ -67,7 +67,7 @@ LEAST_TIME = 1.0
 #: used if the bounds on λ still differ and time remains.
 RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
-#: Relative margin by which the largest λ of the programs exceeds the lowest known λ. Without a margin, the
+#: The programs limit λ to the lowest known λ, increased by this relative margin. Without a margin, the
 #: feasible set would have no interior, which interior-point methods need.
 _LOAD_FACTOR_MARGIN = 1e-4
 

@@ -128,7 +128,11 @@ class ExactPrograms:
         return np.asarray(self._motion.mechanism.d.value)
 
     def _follow_dilatancy(self, slope: np.ndarray) -> None:
-        """Set the dilatancy, shape (k,). A change discards the program that computes a mechanism."""
+        """Set the dilatancy of the joints that can slide, shape (k,).
+
+        If the dilatancy changes, the compiled program for mechanisms is discarded, because it contains the
+        old dilatancy.
+        """
         if not np.array_equal(slope, self._slope):
             self._slope = slope
             self.__dict__.pop("_motion", None)

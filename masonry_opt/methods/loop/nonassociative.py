@@ -169,7 +169,7 @@ def nonassociative(task: Task) -> Solution:
 
 
 def _declared(task: Task, problem: Problem, solver: Solver, tolerance: float | None) -> Driver:
-    """Return a driver that solves the linear program of the sub-problems with a solver and a tolerance."""
+    """Return a driver that solves the linear programs of the loop with a given solver and tolerance."""
     # If sub-problems are solved to a large tolerance, divide forces by the dead load of the loaded blocks.
     # Otherwise the errors of the solver would grow with the size of the scene.
     of_load = tolerance is not None

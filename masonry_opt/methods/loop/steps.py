@@ -52,9 +52,9 @@ class LimitUpdate:
     #: Small cohesion c⁰ of each joint that can slide, shape (k,). The next sub-problem adds it to the shear
     #: limits of joints with less dilatancy than friction.
     small_cohesion: np.ndarray
-    #: Weighted mean of each joint's normal forces in the last two sub-problems (weight β for the later one),
-    #: shape (c,). If a joint's next normal force equals this mean, its next shear limit is Coulomb's limit,
-    #: plus the small cohesion if any.
+    #: Normal forces n about which the next shear limits are linearised, shape (c,). They are weighted means
+    #: of the normal forces of the last two sub-problems, with weight β for the later sub-problem. Where the
+    #: next normal force equals n, the shear limit is Coulomb's limit plus the small cohesion, if any.
     about: np.ndarray
 
     @property

@@ -56,9 +56,10 @@ class AlignmentSettings:
 
 DEFAULT_SETTINGS = AlignmentSettings()
 
-#: Smallest sine of the angle between two directions whose cross product determines a third direction. With a
-#: smaller value, errors are amplified. With a larger value, more directions are made perpendicular to only
-#: one other direction.
+#: A direction that must be perpendicular to two other directions is their cross product, if the sine of the
+#: angle between these two is at least this value. Otherwise it is made perpendicular to only one of the two.
+#: With a smaller value, cross products amplify errors. With a larger value, fewer directions are made
+#: perpendicular to both.
 _SINE_OF_DISTINCT_DIRECTIONS = 0.1
 
 #: The intersection of planes is computed with a pseudo-inverse of their unit normals. Singular values below
@@ -127,7 +128,7 @@ class Group:
 
     @cached_property
     def _points(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return, for each contact point on the group's planes, the plane's index and the coordinates.
+        """Return the contact points on the group's planes: index of the plane, and coordinates of the point.
 
         The index refers to ``members``. A point that is on several planes is repeated.
         """
@@ -331,8 +332,9 @@ def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: Cont
             number, partner = of_block.where(block[plane])
             plane = plane[number]
             sine = _deviations(drawn.normal[partner], planes.direction[plane])
-            # Accept deviations of up to three times the sum of both accuracies, because both planes may be
-            # nearly parallel to a third plane with a direction between their directions.
+            # Accept deviations of up to three times the sum of both accuracies. The planes of a group may
+            # deviate from each other by more than this sum, because each plane is compared only with the
+            # first plane of the group.
             is_near = sine <= 3 * (planes.accuracy[plane] + drawn.accuracy[partner])
             has_partner[plane[is_near & (partner != planes.joint[plane])]] = True
     return has_partner

@@ -258,7 +258,7 @@ def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
     """Join consecutive segments of one pair of blocks into chains, and yield each chain in simplified form.
 
     In a chain, each segment is followed by the segment that begins nearest to its end. The distance may be at
-    most two tolerances, or a fifth of the widest gap between the edges, whichever is larger.
+    most twice the tolerance, or a fifth of the widest gap between the edges, whichever is larger.
     """
     reach = max(tolerance, SMALL_LENGTH_RATIO * float(parts.most.max()))
     distance = np.hypot(*np.moveaxis(parts.end[:, None] - parts.start[None], 2, 0))

@@ -91,8 +91,9 @@ class Joints:
     #: Blocks that rest on the overlap of two supports, shape (k, 3). Each row has the index of the block, of
     #: the support that has the joint on the overlap, and of the other support.
     overlaps: np.ndarray
-    #: Length (in space: area) of the overlap in each row of ``overlaps``, relative to the smaller of the
-    #: block's joints with the two supports, shape (k,). Both joints include the overlap.
+    #: Length (in space: area) of the overlap in each row of ``overlaps``, shape (k,). It is relative to the
+    #: smaller of two joints: the block of the row with its first support, and with its second support. The
+    #: length of each joint includes the overlap.
     overlap_ratio: np.ndarray
     fixed_pairs: int  #: number of pairs of blocks that touch but have no joint because both are fixed
     gaps: Gaps  #: small gaps between blocks, with the largest width of each gap
@@ -106,9 +107,9 @@ class Joints:
     #: Value of ``tolerance`` that makes the sides of the gaps in ``bridged`` parallel. The value is 0 if the
     #: sides are parallel already, or if such a ``tolerance`` would remove joints of solids.
     aligning: float
-    #: Segments that show the small gaps, midway between the two sides of each gap. Each segment is given by
-    #: its two ends, shape (segments, 2, 2) or (segments, 2, 3). In space the segments are the sides of the
-    #: polygon that the two faces at a gap share.
+    #: Segments that show the small gaps, midway between the two blocks at each gap. Each segment is given by
+    #: its two ends, shape (segments, 2, 2) or (segments, 2, 3). In space, the segments of a gap are the edges
+    #: of a polygon: the region in which the faces of the two blocks are opposite to each other.
     facing: np.ndarray
     #: Pairs of blocks (indices) that touch at a point where they have no joint, because the contact has no
     #: normal. The contact is between two corners or, in space, between a corner and an edge. Pairs in

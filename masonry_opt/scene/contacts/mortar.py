@@ -77,7 +77,7 @@ class Bridge:
     widest: tuple[int, int]  #: indices of the two blocks at the widest gap
     joints: int  #: number of joints that ``closing`` adds
     blocks: int  #: number of floating blocks that ``closing`` connects to supports
-    remaining: np.ndarray  #: indices of the blocks that remain without support
+    remaining: np.ndarray  #: indices of the floating blocks that ``closing`` does not connect to supports
     #: For each block at a gap, the index of the block across the gap, and the width of the gap.
     neighbour: dict[int, tuple[int, float]]
     #: True if the scene's ``tolerance`` is as large as a mortar joint. The advice is then to remove

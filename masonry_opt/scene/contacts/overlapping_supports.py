@@ -45,8 +45,9 @@ def count_once(
         Blocks that rest on the overlap of two supports: the block, the support that has the joint on the
         overlap, and the other support. The rows are in ascending order.
     overlap_ratio : ndarray, shape (k,)
-        Length (in space: area) of each overlap, relative to the smaller of the block's joints with the two
-        supports. Both joints include the overlap.
+        Length (in space: area) of each overlap. It is relative to the smaller of two joints: the block of
+        the row with its first support, and with its second support. The length of each joint includes the
+        overlap.
     """
     ends = pairs[shared.pair]
     is_fixed = scene.fixed[ends]

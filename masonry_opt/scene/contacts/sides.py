@@ -311,10 +311,10 @@ class BlockCorners(ABC):
         """
 
     def touches(self, pairs: np.ndarray, asked: np.ndarray, shared: Facing) -> Touches:
-        """Return the contacts at corners and edges, except near shared sides and near other contacts.
+        """Return the contacts at corners and edges, without those near a side that the pair shares.
 
-        Contacts are ordered by pair, then by kind, then by decreasing length. A contact is left out if an
-        earlier contact of its pair is near.
+        Contacts are ordered by pair, then by kind, then by decreasing length. If contacts of a pair are near
+        each other, only the first of them in this order is returned.
 
         Parameters
         ----------

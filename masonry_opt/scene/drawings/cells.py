@@ -161,7 +161,6 @@ def _refuse_single_faces(points: np.ndarray, edges: dict[Edge, list[int]]) -> No
     edge = next(edge for edge, edge_faces in edges.items() if len(edge_faces) > 2)
     start, end = (place(points[corner]) for corner in edge)
     raise ValueError(
-        f"a face between two parts is drawn only once, at the edge from {start} to {end}: if the parts are "
-        "stones, draw the faces of each stone, or export each stone as an object of its own; if not, delete "
-        "the face"
+        f"at the edge from {start} to {end}, two parts share a single face: if the parts are stones, draw "
+        "the face once for each stone, or export each stone as a separate object; if not, delete the face"
     )

@@ -65,7 +65,8 @@ class _Pieces(NamedTuple):
 def convex_solids(mesh: Mesh, tolerance: float) -> list[MeshSolid]:
     """Divide a closed mesh into convex solids, which are the parts of one block.
 
-    1. If the corners are at most four tolerances away from the planes of the sides, the sides are flattened.
+    1. If the corners are at most four times the tolerance away from the planes of the sides, the sides are
+       flattened.
     2. A solid that is convex within the tolerance is one part.
     3. If the volume of the convex hull exceeds the volume of the solid by at most the tolerance times the
        surface area of the solid, the hull is the only part.
@@ -115,8 +116,8 @@ def convex_parts(block: MeshSolid, tolerance: float) -> list[MeshSolid]:
     plane of a side. Each resulting cell is divided along the planes of the sides in it, until no cell
     contains a side. Sides that cut off only empty space are chosen first, and then sides that cut the fewest
     other sides. A cell is a part if the winding number of the block's surface at the middle of the cell is 1.
-    Parts thinner than two tolerances are omitted. If the block has several closed surfaces, which may touch,
-    the parts fill all of them.
+    Parts thinner than twice the tolerance are omitted. If the block has several closed surfaces, which may
+    touch, the parts fill all of them.
 
     Raises ValueError if the sides do not form a closed surface, if they cross each other, if there are too
     many parts, or if there is no part.
@@ -257,8 +258,8 @@ def _clip(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> list[
 def _parts_in_cell(cell: list[np.ndarray], surface: np.ndarray, tolerance: float) -> list[MeshSolid]:
     """Return a list with the convex polyhedron that fills a cell, or an empty list if the cell is not a part.
 
-    A cell is not a part if it is outside the block or thinner than two tolerances. Raises ValueError if
-    the cell is inside a surface that crosses itself.
+    A cell is not a part if it is outside the block or thinner than twice the tolerance. Raises ValueError
+    if the cell is inside a surface that crosses itself.
     """
     points = np.concatenate(cell)
     middle = points.mean(axis=0)
@@ -276,7 +277,7 @@ def _parts_in_cell(cell: list[np.ndarray], surface: np.ndarray, tolerance: float
 
 
 def _hull(corners: np.ndarray, tolerance: float) -> MeshSolid | None:
-    """Return the convex hull of points, or None if the hull is thinner than two tolerances.
+    """Return the convex hull of points, or None if the hull is thinner than twice the tolerance.
 
     The surface of the hull is closed in spite of rounding errors of the points.
     """

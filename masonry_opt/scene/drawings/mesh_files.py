@@ -87,10 +87,10 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
 
     A DrawingWarning names movable blocks that consist of several closed surfaces.
 
-    Faces in one plane are merged. If the corners of a block are at most four tolerances away from the planes
-    of its faces, its faces are flattened. Other faces that are not flat are divided into triangles. If the
-    convex hull of a block adds less volume than the tolerance times the block's surface, the hull replaces
-    the block. Other blocks that are not convex are divided into convex parts.
+    Faces in one plane are merged. If the corners of a block are at most four times the tolerance away from
+    the planes of its faces, its faces are flattened. Other faces that are not flat are divided into
+    triangles. If the convex hull of a block adds less volume than the tolerance times the block's surface,
+    the hull replaces the block. Other blocks that are not convex are divided into convex parts.
 
     Raises CaseError if a file cannot be read, if a block is not a closed surface, or if there are no
     supports. The message names the file and each wrong block. Raises OptionError if an STL file is given and

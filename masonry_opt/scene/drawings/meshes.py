@@ -188,7 +188,7 @@ def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
 def flattened(mesh: Mesh, tolerance: float) -> MeshSolid | None:
     """Return a mesh as a solid with exactly flat sides, or None if its sides are not nearly flat.
 
-    The sides are nearly flat if the corners are at most four tolerances away from the planes of their sides.
+    The sides are nearly flat if the corners are at most four times the tolerance away from their planes.
     Each corner moves along the shortest line onto these planes.
     """
     noise = _NOISE * tolerance
@@ -326,7 +326,7 @@ def from_smallest(ring: list[int]) -> tuple[int, ...]:
 
 
 def first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
-    """Return, for each point, the index of the first point of its group of points near each other.
+    """Group points that nearly coincide, and return, for each point, the lowest index in its group.
 
     Points are in one group if a chain of points, with steps of at most the tolerance, connects them.
     """

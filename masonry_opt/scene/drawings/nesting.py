@@ -28,13 +28,14 @@ _LIMIT_PRECISION = 1.01
 #: value 1, a block with one hole would count as a frame.
 _FEWEST_IN_FRAME = 2
 
-#: A hole that shares a side with the outline of its block counts as a copy of the block if its area exceeds
-#: this fraction of the block's area. With a larger value, small copies become holes. With a smaller value,
-#: large openings at the edge of a wall are refused.
+#: An outline inside another outline is read as a hole, unless it seems to be a smaller copy of the outer
+#: outline. If both share a side, the inner outline counts as a copy if its area exceeds this fraction of the
+#: outer area. With a larger value, small copies are read as holes. With a smaller value, large openings at
+#: the edge of a wall are refused as copies.
 _LARGEST_OPENING = 0.5
 
-#: A hole counts as a copy of its block if the mean thickness of the ring between them is below this fraction
-#: of the block's width. With a larger value, thin pipes are refused.
+#: An inner outline also counts as a copy of the outer outline if the mean thickness of the ring between them
+#: is below this fraction of the outer outline's width. With a larger value, thin pipes are refused.
 _THINNEST_RING = 0.02
 
 #: A hole shares a side with the outline of its block if the length that they share exceeds this multiple of
@@ -290,7 +291,7 @@ def add_frames(
 def add_smaller_copies(found: Sequence[Outline], tolerance: float, defects: Defects) -> None:
     """Add a defect for each hole that seems to be a smaller copy of its block.
 
-    One of these conditions is satisfied:
+    A hole seems to be a smaller copy of the block's outline in two cases:
 
     - The hole shares a side with the outline of the block, and has more than half of its area.
     - Only a thin ring remains of the block.

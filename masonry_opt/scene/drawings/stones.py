@@ -230,8 +230,8 @@ def _warn_of_several_surfaces(path: Path, meshes: Sequence[Mesh]) -> None:
     is_single = len(divided_blocks) == 1
     warning = (
         f"{path}: {'block' if is_single else 'blocks'} {listed_names(divided_blocks)} "
-        f"{'consists' if is_single else 'consist'} of several closed surfaces, which cannot move relative to "
-        "each other: if the surfaces are stones, export each stone as a separate object"
+        f"{'consists' if is_single else 'consist'} of several closed surfaces, but each block moves as one "
+        "rigid body: if the surfaces are stones, export each stone as a separate object"
     )
     warnings.warn(printable(warning), DrawingWarning, stacklevel=4)
 

@@ -338,8 +338,9 @@ class Plan(SolidGenerator):
                 tolerance >= min(abs(piece.start - other_piece.line), abs(piece.end - other_piece.line))
                 for piece, other_piece in orders
             ]
-            # In a butted bond, a wall that ends is built against a wall that continues. If both end or both
-            # continue, the wall that is listed later is built against the wall that is listed earlier.
+            # In a butted bond, one of two walls that meet passes through the junction, and the other is built
+            # against it. A wall that ends at the junction is built against a wall that continues. If both end
+            # or both continue, the wall that is listed later is built against the wall listed earlier.
             passes_through = i < j if ends[0] == ends[1] else ends[1]
             passes = (passes_through, passes_through) if self.bond == "butted" else (i < j, i > j)
             crossings[i].append(WallCrossing(*second.faces, second.wall.leaves, second.courses, passes))

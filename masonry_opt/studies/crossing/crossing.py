@@ -407,5 +407,5 @@ def _solve_equal_positions(by_case: list[search.PassageTrials]) -> None:
 
 
 def _solve(session: Session, passage: search.Passage, effort: Effort) -> search.SolveLive:
-    """Return a function that applies the session's method to the scene of a passage, for any live load."""
+    """Return a function that solves the scene of a passage under a given live load, by the chosen method."""
     return lambda live: session.pushed(passage.loaded(live), lambda _: None, effort)

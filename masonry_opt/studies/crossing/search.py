@@ -410,7 +410,7 @@ def _inverse(load_factor: float) -> float:
 
 
 def least_coulomb(solved: PassageTrials, within: float) -> None:
-    """Search for the position at which the load factor of a Coulomb method is least.
+    """Search for the position of the axles at which the load factor of a Coulomb method is least.
 
     The associative load factors of the passage must be known; they are upper bounds. The search proves no
     lower bound: at a position that was not solved, the load factor may be lower. The steps are:

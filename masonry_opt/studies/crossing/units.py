@@ -14,12 +14,12 @@ from masonry_opt.studies.warning_codes import StudyCode, study_warning
 #: Required unit of the unit weights if a scene uses a predefined set of axles, because the predefined sets
 #: are in kN and m.
 _UNIT_OF_SETS = "kN/m³"
-#: Least plausible load, in kN, of the heaviest axle of a vehicle. A smaller load causes a warning. If this
-#: value were smaller, axles in kN would cause no warning in a scene with weights in N or kg.
+#: Least plausible load, in kN, of the heaviest axle of a vehicle. A smaller load causes a warning. With a
+#: smaller value, warnings would miss axle loads in kN in a scene with weights in N or kg.
 _LIGHTEST_AXLE = 3.0
 #: Greatest plausible load of the heaviest axle of a vehicle, in kN. A greater load causes a warning. Axle
-#: loads in design standards reach 800 kN, including partial factors. With a larger value, axles in kg or N
-#: would cause no warning in a scene with weights in kN.
+#: loads in design standards reach 800 kN, including partial factors. With a larger value, warnings would
+#: miss axle loads in kg or N in a scene with weights in kN.
 _HEAVIEST_AXLE = 1500.0
 #: The loads of a group of axles count as relative, without a unit, if the largest is below this value. An
 #: example is a load of 1 for each axle. The ``factor`` of the group is not included. With a larger value,

@@ -54,11 +54,11 @@ _SYMBOLS = {
     "joints.dilatancy_angle": "dilatancy angle φ₀ [°]",
     "joints.cohesion": "cohesion c",
 }
-#: The axis ends below a load factor that is at least this multiple of the next smaller one. This load factor
-#: and all larger ones are drawn in the strip at the top of the chart.
+#: Outliers are drawn in a strip at the top of the chart, so that the axis shows the differences between all
+#: other load factors. The smallest outlier is at least this multiple of the next smaller load factor.
 _FAR_RATIO = 10.0
-#: Largest fraction of the load factors that may be above the end of the axis. If there are at least three
-#: load factors, the largest may be above the end even if this fraction does not allow it.
+#: Largest fraction of the load factors that may be outliers. If there are at least three load factors, the
+#: largest may be an outlier even if this fraction does not allow it.
 _FAR_SHARE = 0.25
 _LABEL = "load factor λ"  #: Title of the axis of load factors.
 #: Height in pixels of the two strips of a chart. The top strip is for load factors above the end of the axis,

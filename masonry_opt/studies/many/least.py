@@ -39,8 +39,8 @@ Tried = Callable[[Trial], None]  #: Type of a function that is called with every
 THRESHOLD_TOLERANCE = 1e-6
 #: Default number of evenly spread values, between the ends of the range, that are tried before the search.
 SAMPLES = 5
-#: The tolerance of the search is relative to the threshold or, if the threshold is smaller, to this fraction
-#: of the searched range.
+#: The search ends when its interval is narrower than the tolerance times the threshold. If the threshold is
+#: below this fraction of the searched range, the fraction of the range replaces the threshold.
 _LEAST_SCALE = 1e-3
 _LEAST_RTOL = 4 * np.finfo(float).eps  #: Least relative tolerance that Brent's method accepts.
 #: Largest number of iterations of Brent's method. With the default tolerance, bisection alone needs about 30.
@@ -197,7 +197,7 @@ class _Search:
         return trial
 
     def _solved(self, scene: Scene) -> tuple[float, Certificate | None, SceneAnswer]:
-        """Solve the scene, and return its load factor, its certificate and the whole answer.
+        """Solve the scene, and return its load factor, its certificate, and the answer that contains both.
 
         Under dead load alone, the margin of stability replaces the load factor.
         Axles move over the scene, unless only its dead load is examined. If the method finds no load factor,

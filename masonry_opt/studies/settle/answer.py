@@ -89,7 +89,7 @@ class Settlement(StudyAnswer):
 
     @property
     def usable(self) -> bool:
-        """True if a reaction makes the scene stable, and both limits are known or proven to be infinite."""
+        """True if the least and the greatest reaction that keep the scene stable are known or infinite."""
         known = (end.reaction is not None or end.unlimited for end in self.ends.values())
         return not self.fallen and all(known)
 

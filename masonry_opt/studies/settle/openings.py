@@ -62,8 +62,9 @@ def joint_openings(result: Result) -> pd.DataFrame:
 
 def movement_of_supports(result: Result) -> float:
     """Return the velocity with which the supports move in a mechanism."""
-    # The live load acts only on the supports, along their movement. Its power divided by the sum of its force
-    # magnitudes is the velocity of the supports.
+    # The live load acts only on the supports, in the direction of their movement, and all supports move at
+    # one velocity. The power of the live load is therefore this velocity times the sum of its force
+    # magnitudes.
     problem, d = result.assembly.problem, result.solution.d
     assert d is not None
     return float(problem.live @ d) / float(problem.force_sizes(problem.live).sum())

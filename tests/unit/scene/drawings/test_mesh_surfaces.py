@@ -35,7 +35,7 @@ def read(tmp_path, name, data, **keys):
 @pytest.mark.parametrize("word", ["o", "g"])
 def test_a_warning_names_an_object_of_several_stones(tmp_path, word):
     """Programs that write layers as groups join all stones of a layer."""
-    several = r"block 'wall' \(2 surfaces\) consists of several closed surfaces, which cannot move"
+    several = r"block 'wall' \(2 surfaces\) consists of several closed surfaces, but each block moves"
     with pytest.warns(DrawingWarning, match=several) as warned:
         scene = read(tmp_path, "a.obj", obj({"wall": joined(LOW, HIGH), "fixed": GROUND}, word=word))
     assert len(scene.blocks) == 2

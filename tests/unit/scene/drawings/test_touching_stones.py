@@ -169,9 +169,9 @@ def test_a_common_face_that_is_drawn_once_is_refused_with_its_place(tmp_path):
             read(tmp_path / name, data)
         message = str(refusal.value)
         place = r"\((0|2), (0|1), (0|1)\)"
-        pattern = rf"{name}: a face between two parts is drawn only once, at the edge from {place} to {place}"
+        pattern = rf"{name}: at the edge from {place} to {place}, two parts share a single face"
         assert re.search(pattern, message)
-        assert "export each stone as an object of its own" in message
+        assert "export each stone as a separate object" in message
 
 
 def random_boxes(rng):
