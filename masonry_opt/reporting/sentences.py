@@ -315,7 +315,7 @@ def _bracket(v: dict[str, Any]) -> str:
 
 def _imposed(v: dict[str, Any]) -> str:
     """Return the bounds on rates and forces that method "global" assumes, as text."""
-    limits = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
+    limits = [] if v["rates"] is None else [f"a sum of all slips and edge openings of at most {v['rates']:g}"]
     limits += ["normal forces of at most ten times the sum of all loads"] if v["forces"] else []
     return f"{' and '.join(limits)} (assumed limits)"
 
@@ -391,8 +391,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + _by_loop(v, "raise 'max_iterations', or lower 'beta'")
     ),
     Code.GROWS: lambda v: (
-        f"λ grows without limit in the loop of linear programs (λ = {rounded(v['load_factor'])} after "
-        f"{counted(v['count'], 'sub-problem')}), because the compression of joints grows with the load; real "
+        f"λ still grows after {counted(v['count'], 'sub-problem')} of the loop of linear programs "
+        f"(λ = {rounded(v['load_factor'])}), because the compression of joints grows with the load; real "
         "joints would crush: check the direction of 'live', the supports and the friction"
     ),
     Code.REPEATS: _repeats,

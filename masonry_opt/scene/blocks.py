@@ -35,8 +35,8 @@ NonNegative = Annotated[Number, Field(ge=0)]
 Positive = Annotated[Number, Field(gt=0)]
 Point = tuple[Number, Number]
 YesNo = Annotated[bool, Strict()]
-#: For each key, the key that a new value removes, because both describe the same property of a record. No
-#: angle needs to be removed, because angles are stored as their tangents.
+#: Map from a key to the key that is removed when the first key is set, because both describe the same
+#: property. Angles are stored as tangents, so no angle is ever removed.
 EXCLUSIVE_KEYS = {
     "weight": "unit_weight",
     "unit_weight": "weight",
