@@ -192,7 +192,7 @@ def refuse_unwritable(path: Path, force: bool = False) -> None:
             f"{path}: cannot be written, because the folder {path.parent} does not exist: create the folder"
         )
     if path.is_dir() or not os.access(path.parent, os.W_OK):
-        obstacle = "it is a folder" if path.is_dir() else f"the folder {path.parent} is not writable"
+        obstacle = "a folder has this name" if path.is_dir() else f"the folder {path.parent} is not writable"
         raise OptionError(f"{path}: cannot be written, because {obstacle}: choose another path")
     refuse_replacing(path, force)
 

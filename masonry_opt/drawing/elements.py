@@ -212,7 +212,7 @@ def _movement(result: Outcome) -> str:
         return "the mechanism of collapse, magnified"
     if result.status is Status.UNSTABLE:
         return "failure mechanism under the dead load, magnified"
-    return "motion with which the method ended, magnified; no collapse was found"
+    return "last motion of the analysis, magnified; no collapse was found"
 
 
 def heading(result: Outcome) -> str:

@@ -243,7 +243,7 @@ def pressure_marks(result: Outcome) -> Iterable[Marks]:
         tip = np.array([action.point for action in actions])
         direction = np.array([action.force for action in actions])
         tail = tip - _PRESSURE * size_of(assembly) / most * force[:, None] * direction
-        label = f"horizontal force of fill; longest arrow: {most:.3g}, in the case's unit of force"
+        label = f"earth pressure as a force; longest arrow: {most:.3g}, in the case's unit of force"
         yield Marks("earth", label, "arrow", colours.FILL, 1.0, np.stack([tail, tip], axis=1))
 
 

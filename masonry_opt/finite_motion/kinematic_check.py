@@ -305,11 +305,11 @@ def kinematic_check(
 
 
 def _rocking_height(displacement: float, acceleration: float) -> float:
-    """Return the height of a slender rocking block that has the capacity curve of an equivalent oscillator.
+    """Return the height of the slender rocking block that has the same capacity curve as the oscillator.
 
-    The oscillator has the displacement d*_0 at λ = 0 and the acceleration λ / e*, in g, at the onset. A block
-    of width b and height H has d*_0 = b / 2 and λ / e* = b / H. The height is infinite if the acceleration is
-    zero.
+    The mechanism's equivalent oscillator has the displacement d*_0 at λ = 0 and the acceleration λ / e*, in
+    g, at the onset. A block of width b and height H has d*_0 = b / 2 and λ / e* = b / H. The height is
+    infinite if the acceleration is zero.
     """
     return 2 * displacement / acceleration if acceleration > 0 else math.inf
 

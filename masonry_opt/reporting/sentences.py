@@ -73,10 +73,9 @@ def _sentence(reason: Reason, method: str) -> str:
 
 
 def _by_loop(v: dict[str, Any], advice: str) -> str:
-    """Return advice on options of method "nonassociative", which runs the loop of linear programs.
+    """Return advice on options of method "nonassociative", and to use this method if another was used.
 
-    If another method was used, the text first advises to use method "nonassociative". ``advice`` names the
-    options to change.
+    ``advice`` names the options to change.
     """
     return advice if v["method"] == "nonassociative" else f"use method 'nonassociative' and {advice}"
 
@@ -91,8 +90,7 @@ def _try_another_solver(v: dict[str, Any]) -> str:
 def numeral(value: float, spec: str) -> str:
     """Return a number as text (a numeral), in a format such as ".6g".
 
-    A number whose digits are all zero has no sign and no power of ten. Large numbers have a power of ten
-    instead of decimals.
+    A number that rounds to zero has neither sign nor exponent. Large numbers have an exponent, no decimals.
     """
     if spec.endswith("f") and _LARGEST_WITH_DECIMALS <= abs(value) < inf:
         spec = f"{spec[:-1]}e"
@@ -307,15 +305,14 @@ def _undecided_history(v: dict[str, Any]) -> str:
 
 def _bracket(v: dict[str, Any]) -> str:
     """Return the bracket of the least load factor as inequalities, such as "1.2 ≤ λ ≤ 1.3"."""
-    # A bound can be negative only because of rounding errors, so it is replaced by zero. Adding 0.0 removes
-    # the sign of a negative zero.
+    # Rounding errors can make a bound negative; zero replaces it. Adding 0.0 removes the sign of a zero.
     least, most = (max(v[bound], 0.0) + 0.0 for bound in ("bound", "load_factor"))
     return f"{least:.6g} ≤ λ ≤ {most:.6g}"
 
 
 def _imposed(v: dict[str, Any]) -> str:
     """Return the bounds on rates and forces that method "global" assumes, as text."""
-    limits = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
+    limits = [] if v["rates"] is None else [f"a sum of all slips and edge openings of at most {v['rates']:g}"]
     limits += ["normal forces of at most ten times the sum of all loads"] if v["forces"] else []
     return f"{' and '.join(limits)} (assumed limits)"
 
@@ -391,8 +388,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + _by_loop(v, "raise 'max_iterations', or lower 'beta'")
     ),
     Code.GROWS: lambda v: (
-        f"λ grows without limit in the loop of linear programs (λ = {rounded(v['load_factor'])} after "
-        f"{counted(v['count'], 'sub-problem')}), because the compression of joints grows with the load; real "
+        f"λ still grows after {counted(v['count'], 'sub-problem')} of the loop of linear programs "
+        f"(λ = {rounded(v['load_factor'])}), because the compression of joints grows with the load; real "
         "joints would crush: check the direction of 'live', the supports and the friction"
     ),
     Code.REPEATS: _repeats,

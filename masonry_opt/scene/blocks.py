@@ -35,9 +35,8 @@ NonNegative = Annotated[Number, Field(ge=0)]
 Positive = Annotated[Number, Field(gt=0)]
 Point = tuple[Number, Number]
 YesNo = Annotated[bool, Strict()]
-#: Keys that describe the same property of a record, so that only one of them may have a value. If a key of
-#: this map gets a new value, the value of the key to which it is mapped is removed. A record never stores
-#: an angle, only its tangent (``friction``, ``dilatancy``), so no entry removes an angle.
+#: Map from a key to the key that is removed when the first key is set, because both describe the same
+#: property. Angles are stored as tangents, so no angle is ever removed.
 EXCLUSIVE_KEYS = {
     "weight": "unit_weight",
     "unit_weight": "weight",

@@ -131,7 +131,7 @@ def steps_round(ring: Sequence[int]) -> Iterator[tuple[int, int]]:
 def combine(
     first1: np.ndarray, count1: np.ndarray, first2: np.ndarray, count2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """For each k, pair all integers in range k of one list of ranges with all integers in range k of another.
+    """Return all pairs of an integer of range k of one list and an integer of range k of another, for all k.
 
     Range k of the first list has ``count1[k]`` integers and begins with ``first1[k]``. Range k of the second
     list has ``count2[k]`` integers and begins with ``first2[k]``. A pair consists of an integer i from range

@@ -73,7 +73,7 @@ def joint_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame":
 
 
 def contact_frame(assembly: Assembly, solution: Solution) -> "pd.DataFrame | None":
-    """Return a table with the force and the relative velocity at each contact point; None for a plane scene.
+    """Return a table with the force and the relative velocity at each contact point; None in the plane.
 
     The force acts on the first block of the joint. The velocity is that of the first block relative to the
     second block. Unknown forces and velocities are NaN.

@@ -72,7 +72,8 @@ class Outcome:
     time_limit_reached: True if the time limit ended the analysis. The attribute ``load_factor`` is then the
         lowest load factor found within the time limit, or None.
     stability: safety margins of a stable scene without live load, see
-        :class:`~.solution.stability.Stability`. None if a live load acts, or if the scene is unstable.
+        :class:`~.solution.stability.Stability`. None in all other cases (a live load acts, the scene is
+        unstable, or its stability is undecided).
     kind: kind of the answer, such as "associative" or "exact", which determines the limits of its residuals.
     load_factor: load factor λ; None unless ``status.usable``.
     certificate: residuals of equilibrium, yield, flow and complementarity, computed from the matrices alone;
@@ -272,7 +273,7 @@ class Outcome:
 
     @cached_property
     def contacts(self) -> "pd.DataFrame | None":
-        """Table with one row for each contact point in space, ordered by joint; None for a plane scene.
+        """Table with one row for each contact point in space, ordered by joint; None in the plane.
 
         - ``joint``: number of the joint's row in ``joints``; ``first``, ``second``: names of its blocks.
         - ``x``, ``y``, ``z``: the point.

@@ -134,8 +134,8 @@ class Code(StrEnum):
     # sub-problems that were solved. The values ``lowest`` and ``highest`` are the smallest and the largest λ
     # of the last ``LONGEST_PERIOD`` sub-problems (see ``methods/loop/run.py``).
     STILL_CHANGES = "still changes"
-    # λ grows without limit in the loop. The value ``load_factor`` is λ of the last sub-problem. The value
-    # ``count`` is the number of sub-problems.
+    # λ was still growing when the loop stopped. The value ``load_factor`` is λ of the last sub-problem. The
+    # value ``count`` is the number of sub-problems.
     GROWS = "grows"
     # The load factors of the loop repeat in a cycle of ``period`` sub-problems, with values from ``lowest``
     # to ``highest``. The value ``exact`` is True if the loop ends with an exact state.
@@ -215,8 +215,8 @@ class Code(StrEnum):
     # code has these four values:
     # - ``bound``: lower bound on λ.
     # - ``load_factor``: λ of the answer.
-    # - ``rates``: largest sum of rates for which the bound is valid, or None if the method assumed no such
-    #   limit.
+    # - ``rates``: largest sum of all slips and edge openings for which the bound is valid, or None if the
+    #   method assumed no such limit.
     # - ``forces``: True if the method assumed a limit on normal forces.
 
     # The lower bound agrees with the lowest load factor, and was computed without assumed limits on rates and
@@ -294,8 +294,8 @@ class Code(StrEnum):
     # Some supports have no function, because no movable block, fill, tie or prop touches them. Value:
     # ``blocks``, the names of these supports.
     IDLE_SUPPORTS = "idle supports"
-    # Some joints transfer friction only because of self-stress. Value: ``pairs``, the two blocks of each such
-    # joint.
+    # Some joints at supports resist by friction although no load presses their blocks together. Value:
+    # ``pairs``, the two blocks of each such joint.
     HELD_BY_CLAMPING = "held by clamping"
     # Some blocks are far away from all other blocks. The value ``blocks`` lists the names of the blocks far
     # away. The value ``distance`` is the distance of the nearest group of these blocks from the box around

@@ -38,7 +38,7 @@ def test_small_scenes_are_proved_without_any_assumption(no_proof, path):
 
 
 def test_a_proof_of_the_default_needs_no_programs_of_products():
-    """For a running bond, the default's proof provides a bound that does not assume limits of rates."""
+    """For a running bond, the default's proof provides a bound that does not assume limits on rates."""
     result = solved(small_wall(4, 1), "global")
     assert result.status is mo.Status.OPTIMAL
     assert result.load_factor == pytest.approx(0.479263, abs=1e-6)
@@ -61,7 +61,7 @@ def test_the_bracket_of_a_running_bond_closes_below_the_rates_assumed(no_proof):
 
 
 def test_limits_of_forces_that_are_assumed_leave_nothing_proven(no_proof, failing):
-    """If HiGHS fails in the programs of force bounds, the limits of forces are assumed and nothing is proven.
+    """If HiGHS fails in the programs of force bounds, the limits on forces are assumed and nothing is proven.
 
     Only these programs have no time limit, which is how the fixture selects them.
     """

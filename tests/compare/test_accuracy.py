@@ -1,4 +1,4 @@
-"""Certified bounds of the associative load factor enclose closed forms and published values, closely."""
+"""Certified bounds on the associative load factor enclose closed forms and published values, closely."""
 
 import dataclasses
 

@@ -20,7 +20,7 @@ SMALL_ENTRY = 1e-8
 def out_of_balance(
     wall: Points, friction: float, enough: float, too_much: float, most: float
 ) -> tuple[float, float]:
-    """Return a lower and an upper bound of the least Σ|B q + dead| over all forces q within friction.
+    """Return a lower and an upper bound on the least Σ|B q + dead| over all forces q within friction.
 
     The upper bound uses polygons inside the circles of friction, and normal forces up to ``most``. The lower
     bound uses polygons outside the circles, and any normal forces. The polygons are refined in the directions

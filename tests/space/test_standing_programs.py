@@ -38,7 +38,7 @@ def stands(scene: mo.Scene, effort: Effort | None = None) -> bool:
 
 
 def bounds(scene: mo.Scene) -> tuple[float, float]:
-    """Return bounds of the least unbalanced force by the second program, in median block weights."""
+    """Return bounds on the least unbalanced force by the second program, in median block weights."""
     wall = points_of(scene)
     weight = np.median(np.linalg.norm(wall.dead.reshape(-1, 6)[:, :3], axis=1))
     limits = CARRY * weight, FALL * weight, MOST * weight

@@ -11,7 +11,7 @@ def test_loop_with_rough_sub_problems():
     """With rough sub-problems, the loop ends in another state, lower than the published one, with a valid
     certificate.
 
-    Its λ is an upper bound of the least of the many Coulomb states. The example "fig13" has accurate
+    Its λ is an upper bound on the least of the many Coulomb states. The example "fig13" has accurate
     sub-problems.
     """
     result = solved(CASES / "orduna_lourenco" / "wall.toml", "nonassociative")

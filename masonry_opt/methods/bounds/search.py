@@ -244,7 +244,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
                 return
 
     def _refuted(self, theory: Theory, conditions: np.ndarray) -> bool:
-        """Set chosen slacks or rates to zero. Return False if the program is then feasible, otherwise True.
+        """Return True unless the program stays feasible when chosen slacks or rates are set to zero.
 
         The mask ``conditions`` selects the yield conditions whose slacks (in statics) or rates (in
         kinematics) are set to zero. If the program is infeasible, the search learns a minimal conflict of
@@ -353,7 +353,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
 
 
 def _refutes(theory: Theory, conditions: np.ndarray) -> Refutation | None:
-    """Set chosen slacks or rates to zero. If the program is then infeasible, return a refutation.
+    """Return a refutation if the program is infeasible when chosen slacks or rates are zero; otherwise None.
 
     The mask ``conditions``, shape (faces,), selects the yield conditions whose slacks (in statics) or rates
     (in kinematics) are set to zero. None is returned if the program is feasible, if HiGHS does not decide, or

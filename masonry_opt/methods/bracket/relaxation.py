@@ -79,14 +79,14 @@ _WORTH_REPEATING = 0.5
 #: products are skipped, because they would need too much memory.
 _MOST_PRODUCTS = 400_000
 
-#: If kinematics does not limit the sum of all rates, method "global" assumes a limit. The limit is at least
-#: this multiple of the mean velocity of the points at which the live load acts. A smaller multiple may
-#: exclude states with large rates.
+#: If kinematics does not limit the sum of all slips and edge openings, method "global" assumes a limit. The
+#: limit is at least this multiple of the mean velocity of the points at which the live load acts. A smaller
+#: multiple may exclude states with large rates.
 _LEAST_RATES = 100.0
 
-#: If kinematics does not limit the sum of all rates, method "global" assumes that the sum is at most this
-#: multiple of its value in the lowest known state. The assumed limit is never below the limit that
-#: ``_LEAST_RATES`` defines. A smaller multiple may exclude states with large rates.
+#: If kinematics does not limit the sum of all slips and edge openings, method "global" assumes that the sum
+#: is at most this multiple of its value in the lowest known state. The assumed limit is never below the limit
+#: that ``_LEAST_RATES`` defines. A smaller multiple may exclude states with large rates.
 _OVER_KNOWN = 10.0
 
 
@@ -103,7 +103,8 @@ class StateBounds:
     #: True if statics implies the limits on the forces. If False, some limits are assumed, and bounds on λ
     #: are valid only for states within these limits.
     forces_derived: bool
-    #: True if kinematics implies the limit on the sum of the rates. If False, the limit is assumed.
+    #: True if kinematics implies the limit on the sum of all slips and edge openings. If False, the limit is
+    #: assumed.
     rates_derived: bool
 
     def allow(self, problem: Problem, q: np.ndarray, d: np.ndarray) -> bool:

@@ -198,10 +198,11 @@ class Alternation:
     def _in_turn(
         self, q: np.ndarray, d: np.ndarray | None, weights: Iterable[float], before_each: Callable[[], None]
     ) -> Answer | None:
-        """Solve both programs alternately. Return the last exact state, or else the last nearly exact state.
+        """Solve both programs alternately. Return the last exact or else the last nearly complementary state.
 
-        A state is nearly exact if its energy z·p is at most the setting ``largest_energy``, and its residuals
-        are within the limits for ``Kind.NEARLY_COMPLEMENTARY``. Return None if no state is nearly exact.
+        A state is nearly complementary if its energy z·p is at most the setting ``largest_energy``, and its
+        residuals are within the limits for ``Kind.NEARLY_COMPLEMENTARY``. Return None if no state is nearly
+        complementary.
         """
         problem, scaled = self._problem, self._scaled
         # Start with the load factor at which the unbalanced forces are smallest. The given forces, such as

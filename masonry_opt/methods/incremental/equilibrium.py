@@ -14,8 +14,9 @@ solves
 
 by Newton's method until the residual is at most half of the unbalanced forces at the start of the step. The
 first iteration alone is often enough (linearly implicit Euler method, Deuflhard 1985). If contacts open,
-close, slip or stick, Newton's method may fail. Then the direction of the first iteration is halved until its
-error is small enough. The damping decreases after a complete step and increases after a shortened step.
+close, slip or stick, Newton's method may fail. Then the displacement of the first iteration is halved until
+the error of its linear prediction is at most half of the unbalanced forces at the start. The damping
+decreases after a complete step and increases after a shortened step.
 """
 
 from dataclasses import dataclass
@@ -277,7 +278,7 @@ class EquilibriumSolver:
         """Return an implicit Euler step of the damped motion, and its length as a fraction of the full step.
 
         Newton's method continues as long as each iteration halves the residual. If the method fails, the
-        direction of the first iteration is shortened. The step is None if it would become too short.
+        displacement of the first iteration is shortened. The step is None if it would become too short.
         """
         size = self.size(start.unbalanced)
         limit = 2 * size

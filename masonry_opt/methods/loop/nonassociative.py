@@ -52,7 +52,7 @@ def less_slope(last: Attempt) -> Attempt | None:
     """Return the settings of a further run with α reduced to a third, or None if α is at its minimum.
 
     A shear limit |s| ≤ c − αμn with contracting flow also limits n to c / (αμ). A smaller slope α raises the
-    limit of n.
+    limit on n.
     """
     if last.parameters.alpha <= last.parameters.alpha_min:
         return None

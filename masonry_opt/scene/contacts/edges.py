@@ -133,9 +133,9 @@ class FacingEdges(sides.Facing):
         return to_line(points, self.start[number], self.end[number])
 
     def overlap(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the length of the overlap of collinear segments, for each pair of segments.
+        """Return the length of the overlap of each pair of collinear segments, as extent and as breadth.
 
-        The length is returned twice; see :meth:`.Facing.overlap`.
+        See :meth:`.Facing.overlap`.
         """
         low, high = self._interval_along(one, other)
         length = np.maximum(np.minimum(high, self.extent[one]) - np.maximum(low, 0.0), 0.0)

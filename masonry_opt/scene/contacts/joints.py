@@ -415,8 +415,8 @@ def _describe_neighbour(scene: Scene, shapes: Extents, block: int, bridge: Bridg
     is_near = gap <= MORTAR * shapes.width[[block, neighbour]].min()
     if is_near and not has_sides_at_small_angle(scene, shapes, block, neighbour):
         return (
-            f"{gap_text}, but 'contact_tolerance' cannot bridge the gap, because the angle between facing "
-            "sides is 20° or more: close the gap, draw the blocks as wedges with parallel sides at the gap, "
-            "or remove the block"
+            f"{gap_text}, but 'contact_tolerance' cannot bridge the gap, because no two facing "
+            "sides are parallel within 20°: close the gap, draw the blocks as wedges with parallel sides at "
+            "the gap, or remove the block"
         )
     return f"{gap_text}: close the gap, or remove the block"

@@ -32,6 +32,8 @@ _TRIANGLES = 4
 _STRIP = 5
 #: Code of a primitive whose corners form a fan of triangles.
 _FAN = 6
+#: Codes of all primitives with triangles.
+_TRIANGLE_MODES = (_TRIANGLES, _STRIP, _FAN)
 
 #: Beginnings of the names of glTF extensions that do not change shapes. A file that requires only
 #: extensions with such names can be read.
@@ -60,7 +62,7 @@ def read_gltf(data: bytes, path: Path, largest: int) -> list[Mesh]:
     """Return the nodes of a glTF file that have a mesh, with their transformations applied.
 
     The name of a mesh is empty if neither its node nor the mesh of the file has a name. Only the nodes of the
-    default scene are read. A DrawingWarning reports the number of other nodes with a mesh.
+    default scene are read. A DrawingWarning reports the number of other nodes whose mesh has triangles.
 
     Raises ValueError if the file is not valid, is compressed, or refers to a .bin file that is missing, is
     outside the folder, or does not belong to the file.
@@ -76,26 +78,17 @@ def read_gltf(data: bytes, path: Path, largest: int) -> list[Mesh]:
     """
     try:
         content = _Gltf.of(data, path.parent, largest)
-        meshes = content.meshes()
-        _warn_of_other_nodes(path, content.tree.get("nodes", []), content.visited)
+        meshes, unread = content.meshes()
     except (KeyError, IndexError, TypeError, AttributeError, OverflowError, struct.error, RecursionError):
         raise ValueError("the file is not valid glTF: a part is missing; export the blocks again") from None
-    return meshes
-
-
-def _warn_of_other_nodes(path: Path, nodes: list[dict[str, Any]], visited_nodes: set[int]) -> None:
-    """Issue a DrawingWarning if nodes with a mesh were not read, and state their number."""
-    other_nodes = [
-        number for number, node in enumerate(nodes) if "mesh" in node and number not in visited_nodes
-    ]
-    if other_nodes:
-        number = counted(len(other_nodes), "mesh", "meshes")
-        verb = "was" if len(other_nodes) == 1 else "were"
+    if unread:
+        verb = "was" if unread == 1 else "were"
         warning = (
-            f"{path}: {number} outside the default scene of the file {verb} left out; "
-            "to read all meshes, export the blocks in one scene"
+            f"{path}: {counted(unread, 'mesh', 'meshes')} outside the default scene of the file {verb} left "
+            "out; to read all meshes, export the blocks in one scene"
         )
-        warnings.warn(printable(warning), DrawingWarning, stacklevel=6)
+        warnings.warn(printable(warning), DrawingWarning, stacklevel=5)
+    return meshes
 
 
 @dataclass(frozen=True)
@@ -107,7 +100,6 @@ class _Gltf:
     folder: Path  #: folder of the file, and of .bin files to which it refers
     largest: int  #: largest total size of the buffers, in bytes
     buffers: dict[int, bytes] = field(default_factory=dict)  #: buffers that were read, by number
-    visited: set[int] = field(default_factory=set)  #: numbers of the nodes that were read
 
     @classmethod
     def of(cls, data: bytes, folder: Path, largest: int) -> "_Gltf":
@@ -145,11 +137,17 @@ class _Gltf:
         entry: dict[str, Any] = self.tree[key][number]
         return entry
 
-    def meshes(self) -> list[Mesh]:
-        """Return one mesh for each node with triangles, with the names of its parent nodes as layers."""
+    def meshes(self) -> tuple[list[Mesh], int]:
+        """Return one mesh for each node of the scene with triangles, and the number of unread meshes.
+
+        The names of the parent nodes are the layers of a mesh. A mesh is unread if it has triangles, and its
+        node is not in the default scene.
+        """
         meshes = []
         corners = 0
-        for node, matrix, layers in self._nodes():
+        read = set()
+        for number, node, matrix, layers in self._nodes():
+            read.add(number)
             if "mesh" not in node:
                 continue
             _refuse_extensions([name for name in node.get("extensions", {}) if "instancing" in name])
@@ -162,22 +160,34 @@ class _Gltf:
                 placed_points = points @ matrix[:3, :3].T + matrix[:3, 3]
                 mesh_name = stones.block_name(str(node.get("name", mesh.get("name", ""))))
                 meshes.append(used(mesh_name, placed_points, faces, stones.block_name(layers)))
-        return meshes
+        nodes = self.tree.get("nodes", [])
+        unread = [
+            node for number, node in enumerate(nodes) if number not in read and self._has_triangles(node)
+        ]
+        return meshes, len(unread)
 
-    def _nodes(self) -> Iterator[tuple[dict[str, Any], np.ndarray, str]]:
-        """Yield each node of the scene, its transformation, and the names of all nodes above it."""
+    def _has_triangles(self, node: dict[str, Any]) -> bool:
+        """Return True if the mesh of a node has triangles, not only points or lines."""
+        if "mesh" not in node:
+            return False
+        primitives = self._entry("meshes", node["mesh"])["primitives"]
+        return any(primitive.get("mode", _TRIANGLES) in _TRIANGLE_MODES for primitive in primitives)
+
+    def _nodes(self) -> Iterator[tuple[int, dict[str, Any], np.ndarray, str]]:
+        """Yield the number, node and transformation of each node of the scene, and the names above it."""
         nodes = self.tree.get("nodes", [])
         scenes = self.tree.get("scenes", [])
         roots = scenes[self.tree.get("scene", 0)].get("nodes", []) if scenes else range(len(nodes))
         # Store the nodes in reverse order, because the last entry of the queue is processed first.
         queue = [(int(number), np.eye(4), "") for number in reversed(roots)]
+        visited: set[int] = set()
         while queue:
             number, parent_matrix, layers = queue.pop()
-            if number in self.visited:
+            if number in visited:
                 raise ValueError(
                     "the file is not valid glTF: a node has two parents; export the blocks again"
                 )
-            self.visited.add(number)
+            visited.add(number)
             node = self._entry("nodes", number)
             try:
                 matrix = parent_matrix @ _transformation(node)
@@ -185,7 +195,7 @@ class _Gltf:
                 raise ValueError(
                     "the file is not valid glTF: a node has a wrong transformation; export the blocks again"
                 ) from None
-            yield node, matrix, layers
+            yield number, node, matrix, layers
             child_layers = f"{layers} {node.get('name', '')}"
             queue += [(int(child), matrix, child_layers) for child in reversed(node.get("children", []))]
 

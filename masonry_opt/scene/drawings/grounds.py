@@ -78,7 +78,7 @@ def lines_warning(slabs: Sequence[Curve]) -> str:
     )
     return (
         f"{len(slabs)} {read_as} ({'; '.join(places)}): move lines that are not surfaces, such as axes, to a "
-        "separate layer, and omit the separate layer with 'without_layers' (--without-layer)"
+        "separate layer, and omit that layer with 'without_layers' (--without-layer)"
     )
 
 

@@ -213,18 +213,24 @@ def _numbers(words: list[bytes], kind: str) -> np.ndarray:
     try:
         numbers = np.array([float(word) for word in words])
     except ValueError:
-        wrong_word = next(word for word in words if not _is_number(word))
+        is_number = np.array([_is_number(word) for word in words])
+        raise ValueError(f"'{_first_wrong(words, is_number)}' is not a number") from None
+    if kind[0] == "f":
+        return numbers
+    is_whole = numbers == np.round(numbers)
+    if not is_whole.all():
         raise ValueError(
-            f"'{stones.block_name(wrong_word.decode('utf-8', 'replace'))[:60]}' is not a number"
-        ) from None
-    if kind[0] != "f":
-        is_whole = (np.abs(numbers) < _LARGEST_INTEGER) & (numbers == np.round(numbers))
-        if not is_whole.all():
-            text = words[int(np.argmin(is_whole))].decode("utf-8", "replace")
-            raise ValueError(
-                f"'{stones.block_name(text)[:60]}' is not a whole number, but its property has integer type"
-            )
+            f"'{_first_wrong(words, is_whole)}' is not a whole number, but its property has integer type"
+        )
+    is_small = np.abs(numbers) < _LARGEST_INTEGER
+    if not is_small.all():
+        raise ValueError(f"'{_first_wrong(words, is_small)}' is too large for an integer property")
     return numbers
+
+
+def _first_wrong(words: list[bytes], is_right: np.ndarray) -> str:
+    """Return the first word that is not right, as text for a message; ``is_right`` is a mask of the words."""
+    return stones.block_name(words[int(np.argmin(is_right))].decode("utf-8", "replace"))[:60]
 
 
 def _is_number(word: bytes) -> bool:

@@ -232,7 +232,7 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
 def _statics(problem: Problem, conic: bool) -> _Convex:
     """Return the static program of eq. (9) in the variables (q, λ): equilibrium and yield conditions.
 
-    In space the yield conditions are n ≥ 0, the cones |(s, t)| ≤ c + μ n, and limits of forces.
+    In space the yield conditions are n ≥ 0, the cones |(s, t)| ≤ c + μ n, and limits on forces.
     """
     A = sp.hstack([problem.B, problem.live[:, None]], format="csr")
     width = A.shape[1]

@@ -167,7 +167,7 @@ def _raised_by_parabola(answer: CrossingLoadFactors) -> dict[str, float]:
 def _why_undecided(answer: CrossingLoadFactors, required: float) -> str:
     """Return the reason why the comparison with the required load factor is undecided; "" if it is decided.
 
-    The upper bounds of the load factor must not be less than the required load factor.
+    The upper bounds on the load factor must not be less than the required load factor.
     """
     if answer.interrupted:
         by_limit = "the time limit ended the crossing"

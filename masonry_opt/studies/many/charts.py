@@ -320,7 +320,7 @@ def sensitivity(title: str, correlations: pd.DataFrame, sure: str, own: str) -> 
         left_out = ": no parameter has an influence"
     chart = (limits + marks).properties(height=28 * max(len(known.head(_MOST_CORRELATIONS)), 2))
     notes = (
-        f"with {sure}, the lines of a load factor contain all its true correlations; "
-        "a hollow mark means that the correlation may be zero"
+        f"the horizontal lines are confidence intervals; with at least {sure}, all intervals of a load "
+        "factor contain the true correlations; a hollow mark means that the correlation may be zero"
     )
     return NamedChart("sensitivity", f"Sensitivity, {title}{left_out}", chart, notes)

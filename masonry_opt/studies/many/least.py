@@ -274,8 +274,8 @@ class _Search:
         exceptions = ", ".join(f"{trial.value:.6g}" for trial in row if trial.holds != low.holds)
         if exceptions:
             return (
-                f"{at} and at {high.value:g}, but {not_so} at {exceptions}: choose an end of the range at "
-                f"which the scene {not_so}"
+                f"{at} and at {high.value:g}, but {not_so} at {exceptions}: end or begin the range at one of "
+                "these values"
             )
         remedies, count = ", or ".join(self._remedies(low, high)), len(row) - 2
         return (

@@ -287,8 +287,8 @@ class Sample(StudyAnswer):
         omitted.
 
         The interval uses Fisher's transform, with the variance (1 + r²/2) / (n − 3) of Bonett and Wright
-        (2000). The confidence is the probability that all intervals of a load factor contain the true
-        correlations (Bonferroni correction).
+        (2000). All intervals of a load factor contain the true correlations with a probability of at least
+        ``confidence`` (Bonferroni correction).
 
         Raises
         ------

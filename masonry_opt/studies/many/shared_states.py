@@ -133,7 +133,7 @@ class Screen:
     def of(cls, problem: Problem, states: Sequence[FoundState]) -> Self:
         """Return a quick test that shows which states cannot be exact in another run.
 
-        The problems of all runs have equal matrices and loads, but may have different limits of forces.
+        The problems of all runs have equal matrices and loads, but may have different limits on forces.
         ``problem`` is the problem of any of these runs.
         """
         power = np.array([abs(problem.live @ state.d) for state in states])
@@ -149,7 +149,7 @@ class Screen:
     def possible(self, problem: Problem, states: Sequence[FoundState]) -> list[FoundState]:
         """Return the states that may be exact states of a problem, in their original order.
 
-        States that exceed the limit of a force, or have joints that slide below their shear limit, are
+        States that exceed the limit on a force, or have joints that slide below their shear limit, are
         excluded.
         """
         rows = [self.row[state.run] for state in states]

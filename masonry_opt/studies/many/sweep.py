@@ -52,7 +52,7 @@ def sweep(  # noqa: PLR0913 - options of the public API are keywords
     If the scene has axles, they cross the scene in each run. λ is then the least of all positions and of all
     load cases with axles, as :func:`~masonry_opt.crossing` finds it.
 
-    Runs that differ only in limits of forces, such as the strength of a tie, share exact states. A lower
+    Runs that differ only in limits on forces, such as the strength of a tie, share exact states. A lower
     state of another run replaces the answer of a run if the run's own matrices certify the state as exact.
     Only methods that look for the lowest state share states: "coulomb", "mpec" and "global".
 

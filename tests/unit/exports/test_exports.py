@@ -219,7 +219,7 @@ def test_a_format_carries_a_program_or_is_refused_with_those_that_do(tmp_path, m
 
 def test_a_program_is_not_written_without_its_names(tmp_path):
     (tmp_path / "two.col").mkdir()
-    with pytest.raises(mo.OptionError, match=r"two\.col: cannot be written, because it is a folder"):
+    with pytest.raises(mo.OptionError, match=r"two\.col: cannot be written, because a folder has this name"):
         mo.export(two_blocks(), tmp_path / "two.nl", "mcp")
     assert not (tmp_path / "two.nl").exists()
 

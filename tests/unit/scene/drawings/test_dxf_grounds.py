@@ -68,7 +68,8 @@ def test_a_warning_names_the_lines_that_are_read_as_supports(tmp_path):
         scene = mo.read_dxf(path, **GIVEN)
     (message,) = [str(warning.message) for warning in warned]
     assert message.startswith(f"{path}: 1 straight line is read as the surface of a support (LWPOLYLINE ")
-    assert " on layer 'fixed' near (2, 0.5)): move lines that are not surfaces, such as axes, to" in message
+    advice = "move lines that are not surfaces, such as axes, to a separate layer, and omit that layer with"
+    assert f" on layer 'fixed' near (2, 0.5)): {advice} 'without_layers'" in message
     assert mo.solve(scene, "static").load_factor is None
     path = drawing(tmp_path, [((-1, 0), (0.9, 0)), ((1.1, 0), (3, 0))], layer="fixed")
     with pytest.warns(

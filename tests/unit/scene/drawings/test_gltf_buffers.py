@@ -2,6 +2,7 @@
 
 import base64
 import json
+import warnings
 
 import numpy as np
 import pytest
@@ -207,3 +208,21 @@ def test_a_warning_counts_meshes_outside_the_default_scene(tmp_path):
     with pytest.warns(DrawingWarning, match="1 mesh outside the default scene of the file was left out"):
         scene = mo.read_mesh(path, **GIVEN)
     assert [block.name for block in scene.blocks] == ["fixed", "low"]
+
+
+@pytest.mark.parametrize("mode", [0, 1, 2, 3, 4, 5, 6])
+def test_a_warning_counts_no_meshes_of_points_or_lines(tmp_path, mode):
+    """Codes 0 to 3 are points and lines, codes 4 to 6 are triangles (glTF 2.0, section 3.7.2.1)."""
+    path = write(tmp_path, "stones", STONES)
+    tree = json.loads(path.read_text())
+    nodes = {node["name"]: number for number, node in enumerate(tree["nodes"])}
+    for primitive in tree["meshes"][tree["nodes"][nodes["high"]]["mesh"]]["primitives"]:
+        primitive["mode"] = mode
+    tree["scenes"] = [{"nodes": [nodes["fixed"], nodes["low"]]}]
+    path.write_text(json.dumps(tree))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        mo.read_mesh(path, **GIVEN)
+    counted = [str(warning.message) for warning in caught if "default scene" in str(warning.message)]
+    assert len(counted) == (mode >= 4)
+    assert all("1 mesh outside the default scene of the file was left out" in text for text in counted)

@@ -225,8 +225,14 @@ BROKEN_PLY = {
     "binary, a huge count": (BINARY.replace(b"vertex 32", b"vertex 999999999999"), "it is cut off"),
     "a decimal comma": (HEAD.replace(b"\n-1.0 ", b"\n-1,0 "), "'-1,0' is not a number"),
     "a missing corner": (HEAD.replace(b"\n4 0 3", b"\n4 0 99"), "a face refers to a corner that does not ex"),
-    "half a corner": (HEAD.replace(b"\n4 0 3", b"\n4 0 3.5"), "'3.5' is not a whole number"),
-    "a large corner": (HEAD.replace(b"\n4 0 3", b"\n4 0 1e99"), "'1e99' is not a whole number"),
+    "half a corner": (
+        HEAD.replace(b"\n4 0 3", b"\n4 0 3.5"),
+        "'3.5' is not a whole number, but its property has integer type",
+    ),
+    "a large corner": (
+        HEAD.replace(b"\n4 0 3", b"\n4 0 1e99"),
+        "'1e99' is too large for an integer property",
+    ),
     "a negative length": (HEAD.replace(b"\n4 0 3", b"\n-4 0 3"), "a list has -4 values"),
 }
 
