@@ -6,7 +6,7 @@ import pytest
 
 
 def slow(*values: object) -> list[object]:
-    """Return values as parameters of slow tests. A tuple has the values of several arguments."""
+    """Return values as parameters of slow tests. A tuple contains one value for each argument of the test."""
     return [
         pytest.param(*(value if isinstance(value, tuple) else (value,)), marks=pytest.mark.slow)
         for value in values

@@ -54,14 +54,14 @@ Name = Annotated[str, Strict(), Field(min_length=1, max_length=200, pattern=rf"^
 Text = Annotated[str, Strict(), Field(max_length=2000, pattern=rf"^(?:[^{_INVISIBLE}]|[\t\n\r])*$")]
 
 
-def _check_direction(line: list[tuple[float, float]]) -> list[tuple[float, float]]:
+def _check_left_to_right(line: list[tuple[float, float]]) -> list[tuple[float, float]]:
     for (previous_x, _), (next_x, _) in itertools.pairwise(line):
         if next_x <= previous_x:
             raise ValueError(f"must run from left to right, but x = {next_x:g} follows x = {previous_x:g}")
     return line
 
 
-RoadLine = Annotated[list[Point], Field(min_length=2), AfterValidator(_check_direction)]
+RoadLine = Annotated[list[Point], Field(min_length=2), AfterValidator(_check_left_to_right)]
 Ring = Annotated[list[Point], Field(min_length=3)]  #: Corners of a polygon in order.
 
 

@@ -329,16 +329,17 @@ def least_width(piece: shapely.Geometry) -> float:
     return float(np.ptp(corners @ normals.T, axis=0).min())
 
 
-def raise_for(blocks: Sequence[int] | np.ndarray, scene: Scene, why: str) -> None:
+def raise_for(blocks: Sequence[int] | np.ndarray, scene: Scene, reason: str) -> None:
     """Raise CaseError about the given blocks, if there are any.
 
-    In the message ``why``, ``{}`` is replaced by the names of the blocks, of which at most four are listed.
+    In the message ``reason``, ``{}`` is replaced by the names of the blocks, of which at most four are
+    listed.
     """
     if len(blocks) == 0:
         return
     names = [repr(scene.blocks[index].name) for index in blocks]
     addition = f" (likewise {len(names) - 1} more: {', '.join(names[1:4])})" if len(names) > 1 else ""
-    raise CaseError(f"{scene.origin}: {why.replace('{}', f'block {names[0]}{addition}', 1)}")
+    raise CaseError(f"{scene.origin}: {reason.replace('{}', f'block {names[0]}{addition}', 1)}")
 
 
 def mean_thickness(size: np.ndarray, boundary: np.ndarray) -> np.ndarray:
@@ -403,7 +404,7 @@ class Profile:
         return np.maximum(self.line - self.y, 0.0)
 
 
-def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str) -> Profile:
+def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, line_name: str) -> Profile:
     """Return the uppermost block edges below a line.
 
     Parameters
@@ -414,7 +415,7 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
         Shapes of the blocks of the scene.
     points : ndarray, shape (points, 2)
         Points of the line from left to right, relative to the geometry's origin.
-    where : str
+    line_name : str
         Name of the line in errors.
 
     Raises
@@ -428,7 +429,7 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
     for index in touched_blocks[shapely.intersects(line, shrunken_polygons)]:
         name = scene.blocks[index].name
         raise CaseError(
-            f"{scene.origin}: {where} runs through block '{name}': move the line onto or above the blocks"
+            f"{scene.origin}: {line_name} runs through block '{name}': move the line onto or above the blocks"
         )
     tail, tip, owner = shapes.edges
     # Select the upper edges, which run leftwards because a block lies to the left of its edges.

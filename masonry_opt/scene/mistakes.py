@@ -105,12 +105,12 @@ def called(record: type[BaseModel], values: Mapping[str, Any]) -> str:
     return f"{record.model_config.get('title') or record.__name__} {_entry_name(values)}".rstrip()
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str:
+def did_you_mean(name: str, known_names: Iterable[str]) -> str:
     """Return a clause that suggests a known name similar to an unknown name, or an empty text.
 
     The comparison ignores upper and lower case.
     """
-    by_lower_case = {entry.lower(): entry for entry in known}
+    by_lower_case = {entry.lower(): entry for entry in known_names}
     matches = difflib.get_close_matches(name.lower(), by_lower_case, n=1)
     return f"; did you mean '{by_lower_case[matches[0]]}'?" if matches else ""
 
@@ -136,9 +136,9 @@ def suggests_arguments(function: Callable[P, R]) -> Callable[P, R]:
     return checked
 
 
-def instead_of(name: object, known: Iterable[str]) -> str:
+def instead_of(name: object, known_names: Iterable[str]) -> str:
     """Return a clause that suggests a valid name similar to ``name``, if any, and lists all valid names."""
-    names = [*known]
+    names = [*known_names]
     suggestion = did_you_mean(str(name), names)
     name_list = ", ".join(names)
     return f"{suggestion} Choose from: {name_list}" if suggestion else f"; choose from: {name_list}"

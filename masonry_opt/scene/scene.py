@@ -106,8 +106,8 @@ class Scene(SceneKeys):
         facts += [key for key in ("tilt", "earthquake") if getattr(self, key)]
         if self.load_case:
             facts.append(f"in load case {self.load_case.name!r}")
-        setting = "the plane" if self.dimension == 2 else "space"
-        return f"<Scene {self.called!r} in {setting}\n {', '.join(facts)}>"
+        where = "the plane" if self.dimension == 2 else "space"
+        return f"<Scene {self.called!r} in {where}\n {', '.join(facts)}>"
 
     __str__ = __repr__
 

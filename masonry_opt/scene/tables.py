@@ -37,20 +37,20 @@ _PART = r"""(?:"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+'|(?<![\w-])[\w-]++)"""
 _LONG_KEY = re.compile(rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{_MOST_KEY_PARTS}}}")
 
 
-def as_path(path: str | Path, of: str, *ends: str) -> Path:
+def as_path(path: str | Path, description: str, *ends: str) -> Path:
     """Convert the path of a file to a ``Path`` object, and check its ending.
 
-    ``of`` describes the file in error messages. Raises CaseError if ``path`` is neither a text nor a path, or
-    if it does not have one of the endings ``ends``.
+    ``description`` names the file in error messages. Raises CaseError if ``path`` is neither a text nor a
+    path, or if it does not have one of the endings ``ends``.
     """
     try:
         path = Path(path)
     except TypeError:
         raise CaseError(
-            f"the path of {of} must be text or a pathlib.Path (found {type(path).__name__})"
+            f"the path of {description} must be text or a pathlib.Path (found {type(path).__name__})"
         ) from None
     if ends and path.suffix.lower() not in ends:
-        raise CaseError(f"{path}: the name of {of} must end in {' or '.join(ends)}")
+        raise CaseError(f"{path}: the name of {description} must end in {' or '.join(ends)}")
     return path
 
 

@@ -1,6 +1,7 @@
 """Scenes in space without a load factor: unlimited ones, and one that only self-stress would support."""
 
 import pytest
+from speeds import slow
 
 import masonry_opt as mo
 from masonry_opt.solution.reasons import Code, Status
@@ -27,9 +28,13 @@ def floor(end: float = 3.0) -> mo.Solid:
 
 
 @pytest.mark.parametrize(
-    "live", [SIDEWAYS, *(pytest.param(live, marks=pytest.mark.slow) for live in DOWNWARDS)]
+    ("method", "live"),
+    [
+        *((method, SIDEWAYS) for method in METHODS),
+        ("static", DOWNWARDS[0]),
+        *slow(("static", DOWNWARDS[1]), *((method, live) for method in METHODS[1:] for live in DOWNWARDS)),
+    ],
 )
-@pytest.mark.parametrize("method", METHODS)
 def test_nothing_brings_down_a_box_that_is_pushed_against_fixed_walls(method, live):
     """A box between fixed walls is unlimited, with a proof for any flow rule.
 

@@ -80,18 +80,18 @@ class AlignedContacts:
     shift: np.ndarray  #: distance by which each contact point was moved, shape (points,)
 
 
-def aligned(drawn: DrawnContacts, settings: AlignmentSettings = DEFAULT_SETTINGS) -> AlignedContacts:
+def aligned(contacts: DrawnContacts, settings: AlignmentSettings = DEFAULT_SETTINGS) -> AlignedContacts:
     """Align the contacts of a drawing, to correct its small errors.
 
     Joints that are nearly parallel become parallel, and joints that are nearly perpendicular become
     perpendicular. Contact points near a common line (in space: plane) are moved onto it.
     """
-    joints, points = len(drawn.normal), len(drawn.point)
+    joints, points = len(contacts.normal), len(contacts.point)
     if joints < 2:
-        return AlignedContacts(drawn.normal, drawn.point, np.zeros(joints), np.zeros(points))
-    planes = drawn.planes()
-    parallel = _parallel_planes(drawn, settings, planes)
-    groups = [Group(drawn, settings, planes, members) for members in parallel]
+        return AlignedContacts(contacts.normal, contacts.point, np.zeros(joints), np.zeros(points))
+    planes = contacts.planes()
+    parallel = _parallel_planes(contacts, settings, planes)
+    groups = [Group(contacts, settings, planes, members) for members in parallel]
     square = _square_pairs(groups, planes)
     _make_square(groups, square)
     if any(group.differs for group in groups):
@@ -101,25 +101,25 @@ def aligned(drawn: DrawnContacts, settings: AlignmentSettings = DEFAULT_SETTINGS
             _make_square(groups, square)
     direction = planes.direction.copy()
     place = np.full(len(planes.direction), np.nan)
-    for group in _moved_groups(drawn, planes, groups):
+    for group in _moved_groups(contacts, planes, groups):
         group.settle(direction, place)
-    normal = direction[: len(drawn.normal)]
-    turn = np.where((normal == drawn.normal).all(axis=1), 0.0, _sines(normal, drawn.normal))
-    point = _move_points(drawn, settings, planes, direction, place)
-    return AlignedContacts(normal, point, turn, lengths(point - drawn.point))
+    normal = direction[: len(contacts.normal)]
+    turn = np.where((normal == contacts.normal).all(axis=1), 0.0, _sines(normal, contacts.normal))
+    point = _move_points(contacts, settings, planes, direction, place)
+    return AlignedContacts(normal, point, turn, lengths(point - contacts.point))
 
 
 class Group:
     """Group of planes of several joints; the alignment makes all planes of the group parallel."""
 
     def __init__(
-        self, drawn: DrawnContacts, settings: AlignmentSettings, planes: ContactPlanes, members: np.ndarray
+        self, contacts: DrawnContacts, settings: AlignmentSettings, planes: ContactPlanes, members: np.ndarray
     ) -> None:
         self.members = members
-        self._drawn, self._planes, self._normals = drawn, planes, planes.direction[members]
+        self._contacts, self._planes, self._normals = contacts, planes, planes.direction[members]
         self._accuracy = np.minimum(planes.accuracy[members], settings.most_turn)
         self.accuracy = float(self._accuracy.min())
-        self._rounding = drawn.rounding / drawn.tolerance * planes.accuracy[members]
+        self._rounding = contacts.rounding / contacts.tolerance * planes.accuracy[members]
         # If all planes agree up to rounding, the direction of the most accurate plane is used unchanged.
         self.direction = self._normals[0]
         self.differs = bool((_sines(self._normals, self.direction) > self._rounding).any())
@@ -133,7 +133,7 @@ class Group:
         The index refers to ``members``. A point that is on several planes is repeated.
         """
         number, points = self._planes.by_plane.where(self.members)
-        return number, self._drawn.point[points]
+        return number, self._contacts.point[points]
 
     def turn_to(self, direction: np.ndarray) -> None:
         """Replace the group's direction by a new direction if they differ by more than rounding errors.
@@ -154,7 +154,7 @@ class Group:
         plane = self._common_planes()[number]
         count = np.bincount(plane)
         middle = np.column_stack([np.bincount(plane, x) / count for x in positions.T])
-        offset = (positions - middle[plane]) / self._drawn.tolerance
+        offset = (positions - middle[plane]) / self._contacts.tolerance
         self.turn_to(_fit_direction(self._normals, self._accuracy, offset.T @ offset))
 
     def settle(self, direction: np.ndarray, place: np.ndarray) -> None:
@@ -169,17 +169,17 @@ class Group:
         mean = np.bincount(plane, height) / np.bincount(plane)
         spread = np.zeros(len(mean))
         np.maximum.at(spread, plane, np.abs(height - mean[plane]))
-        moves = turns & (spread[of_plane] > self._drawn.rounding)
+        moves = turns & (spread[of_plane] > self._contacts.rounding)
         place[self.members[moves]] = (sign * mean[of_plane])[moves]
 
     def _common_planes(self) -> np.ndarray:
         """Return the index of the common plane to which each plane of the group belongs, shape (members,)."""
         number, positions = self._points
         height = np.bincount(number, positions @ self.direction)
-        return _group_values(height / np.bincount(number), self._drawn.tolerance)
+        return _group_values(height / np.bincount(number), self._contacts.tolerance)
 
 
-def _moved_groups(drawn: DrawnContacts, planes: ContactPlanes, groups: list[Group]) -> list[Group]:
+def _moved_groups(contacts: DrawnContacts, planes: ContactPlanes, groups: list[Group]) -> list[Group]:
     """Return the groups of planes that the alignment moves or rotates by more than rounding errors.
 
     All other groups do not change. In an exact drawing no group changes.
@@ -190,24 +190,24 @@ def _moved_groups(drawn: DrawnContacts, planes: ContactPlanes, groups: list[Grou
     owner = np.repeat(np.arange(len(groups)), [len(group.members) for group in groups])
     number, points = planes.by_plane.where(members)
     direction = np.stack([group.direction for group in groups])[owner]
-    height = dots(drawn.point[points], direction[number])
+    height = dots(contacts.point[points], direction[number])
     mean = np.bincount(number, height) / np.bincount(number)
     # Sort the planes of each group by their distance from the origin.
     order = np.lexsort((mean, owner))
     # A new common plane begins where two neighbouring distances differ by more than the tolerance.
-    begins = (np.diff(owner[order]) != 0) | (np.diff(mean[order]) > drawn.tolerance)
+    begins = (np.diff(owner[order]) != 0) | (np.diff(mean[order]) > contacts.tolerance)
     run = np.empty(len(members), dtype=int)
     run[order] = np.cumsum(np.append(0, begins))
     lowest, highest = np.full(len(members), np.inf), np.full(len(members), -np.inf)
     np.minimum.at(lowest, run[number], height)
     np.maximum.at(highest, run[number], height)
     is_moved = np.array([group.differs for group in groups])
-    is_moved[owner[(highest - lowest)[run] > drawn.rounding]] = True
+    is_moved[owner[(highest - lowest)[run] > contacts.rounding]] = True
     return [group for group, moves in zip(groups, is_moved.tolist(), strict=True) if moves]
 
 
 def _parallel_planes(
-    drawn: DrawnContacts, settings: AlignmentSettings, planes: ContactPlanes
+    contacts: DrawnContacts, settings: AlignmentSettings, planes: ContactPlanes
 ) -> Iterator[np.ndarray]:
     """Find groups of planes of different joints that are parallel within the drawing's accuracy.
 
@@ -217,8 +217,8 @@ def _parallel_planes(
     plane with the largest rotation first.
     """
     accuracy = np.minimum(planes.accuracy, settings.most_turn)
-    links = _Links(drawn, settings, accuracy[: len(drawn.normal)])
-    is_free = _has_partner(drawn, settings, planes)
+    links = _Links(contacts, settings, accuracy[: len(contacts.normal)])
+    is_free = _has_partner(contacts, settings, planes)
     joint_of, planes_of = planes.joint.tolist(), planes.by_joint
     for leader in np.argsort(accuracy, kind="stable").tolist():
         if not is_free[leader]:
@@ -255,11 +255,11 @@ class _Links:
     if all joints of the chain are parallel or perpendicular to the plane.
     """
 
-    def __init__(self, drawn: DrawnContacts, settings: AlignmentSettings, accuracy: np.ndarray) -> None:
-        self._drawn, self._accuracy, self._most = drawn, accuracy, settings.most_one_by_one
+    def __init__(self, contacts: DrawnContacts, settings: AlignmentSettings, accuracy: np.ndarray) -> None:
+        self._contacts, self._accuracy, self._most = contacts, accuracy, settings.most_one_by_one
         self._crowded = settings.most_neighbours
         # Lists are faster than arrays if few joints are linked.
-        self._ends, self._normals = drawn.ends.tolist(), drawn.normal.tolist()
+        self._ends, self._normals = contacts.ends.tolist(), contacts.normal.tolist()
         self._accuracies = accuracy.tolist()
 
     def linked_to(self, joint: int, direction: np.ndarray, accuracy: float) -> np.ndarray:
@@ -272,9 +272,9 @@ class _Links:
         joints = self._search_joints(joint, direction, accuracy)
         if joints is not None:
             return joints
-        is_aligned = _deviations(self._drawn.normal, direction) <= accuracy + self._accuracy
+        is_aligned = _deviations(self._contacts.normal, direction) <= accuracy + self._accuracy
         is_aligned[joint] = True
-        return _component_of(joint, np.flatnonzero(is_aligned), self._drawn.ends)
+        return _component_of(joint, np.flatnonzero(is_aligned), self._contacts.ends)
 
     def _search_joints(self, joint: int, direction: np.ndarray, accuracy: float) -> np.ndarray | None:
         """Search from block to block; return the joints found, or None if there are too many joints."""
@@ -303,11 +303,11 @@ class _Links:
 
         Other joints are left out only if the block has many joints.
         """
-        of_block = self._drawn.joints_of_block
+        of_block = self._contacts.joints_of_block
         first, count = of_block.first[block], of_block.count[block]
         joints = of_block.item[first : first + count]
         if count > self._crowded:
-            sine = _deviations(self._drawn.normal[joints], direction)
+            sine = _deviations(self._contacts.normal[joints], direction)
             # Select joints coarsely, with twice the permitted deviation. The caller compares each selected
             # joint with the permitted deviation itself.
             joints = joints[sine <= 2 * (accuracy + self._accuracy[joints])]
@@ -315,27 +315,27 @@ class _Links:
         return candidates
 
 
-def _has_partner(drawn: DrawnContacts, settings: AlignmentSettings, planes: ContactPlanes) -> np.ndarray:
+def _has_partner(contacts: DrawnContacts, settings: AlignmentSettings, planes: ContactPlanes) -> np.ndarray:
     """Return a mask of the planes that may be parallel or perpendicular to another joint, shape (planes,).
 
     The other joint, called partner, belongs to the same block. For planes of blocks with very many joints,
     the mask is True without a comparison.
     """
-    of_block = drawn.joints_of_block
+    of_block = contacts.joints_of_block
     is_crowded = of_block.count > settings.most_neighbours
-    has_partner: np.ndarray = is_crowded[drawn.ends].any(axis=1)[planes.joint]
+    has_partner: np.ndarray = is_crowded[contacts.ends].any(axis=1)[planes.joint]
     for side in range(2):
-        block = drawn.ends[planes.joint, side]
+        block = contacts.ends[planes.joint, side]
         remaining_planes = np.flatnonzero(~has_partner & ~is_crowded[block])
         for chunk in chunks(of_block.count[block[remaining_planes]]):
             plane = remaining_planes[chunk]
             number, partner = of_block.where(block[plane])
             plane = plane[number]
-            sine = _deviations(drawn.normal[partner], planes.direction[plane])
+            sine = _deviations(contacts.normal[partner], planes.direction[plane])
             # Accept deviations of up to three times the sum of both accuracies. The planes of a group may
             # deviate from each other by more than this sum, because each plane is compared only with the
             # first plane of the group.
-            is_near = sine <= 3 * (planes.accuracy[plane] + drawn.accuracy[partner])
+            is_near = sine <= 3 * (planes.accuracy[plane] + contacts.accuracy[partner])
             has_partner[plane[is_near & (partner != planes.joint[plane])]] = True
     return has_partner
 
@@ -427,7 +427,7 @@ def _group_values(values: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def _move_points(
-    drawn: DrawnContacts,
+    contacts: DrawnContacts,
     settings: AlignmentSettings,
     planes: ContactPlanes,
     direction: np.ndarray,
@@ -440,17 +440,17 @@ def _move_points(
     or NaN for a plane that does not move.
     """
     is_moved = np.isfinite(place[planes.plane])
-    of_point = Lists.of(planes.point[is_moved], planes.plane[is_moved], len(drawn.point))
-    shift = np.zeros_like(drawn.point)
+    of_point = Lists.of(planes.point[is_moved], planes.plane[is_moved], len(contacts.point))
+    shift = np.zeros_like(contacts.point)
     for count in np.unique(of_point.count[of_point.count > 0]).tolist():
         points = np.flatnonzero(of_point.count == count)
         plane = of_point.where(points)[1].reshape(-1, count)
         normals = direction[plane]
-        offset = place[plane] - np.einsum("pij,pj->pi", normals, drawn.point[points])
+        offset = place[plane] - np.einsum("pij,pj->pi", normals, contacts.point[points])
         full_shift = np.einsum("pij,pj->pi", np.linalg.pinv(normals, rcond=_LEAST_SPREAD_OF_NORMALS), offset)
-        is_far = lengths(full_shift) > settings.most_shift * drawn.tolerance
+        is_far = lengths(full_shift) > settings.most_shift * contacts.tolerance
         shift[points] = np.where(is_far[:, None], offset[:, :1] * normals[:, 0], full_shift)
-    return drawn.point + shift
+    return contacts.point + shift
 
 
 def _fit_direction(

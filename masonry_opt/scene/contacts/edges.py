@@ -48,7 +48,7 @@ class FacingEdges(sides.Facing):
     def between(
         cls,
         pair: np.ndarray,
-        most: np.ndarray,
+        largest_gap: np.ndarray,
         ends: tuple[np.ndarray, np.ndarray],
         accuracy: np.ndarray,
         lean: tuple[np.ndarray, np.ndarray],
@@ -62,7 +62,7 @@ class FacingEdges(sides.Facing):
         # Edges run counter-clockwise around their block, so the normal into the first block points to the
         # left of the edge.
         normal = -_tangent((end - start) / extent[:, None])
-        return cls(pair, most, extent, (start + end) / 2, normal, accuracy, *lean, start, end)
+        return cls(pair, largest_gap, extent, (start + end) / 2, normal, accuracy, *lean, start, end)
 
     @classmethod
     def of(cls, corners: "PlaneCorners", pair: np.ndarray, i: np.ndarray, j: np.ndarray) -> "FacingEdges":
@@ -96,9 +96,9 @@ class FacingEdges(sides.Facing):
         # Move each end to the middle between the edges, unless the edges coincide up to rounding.
         ends = corner + np.where(width > _COINCIDENT_EDGE_TOLERANCE * tolerance, 0.5, 0.0)[..., None] * gap
         sine = np.abs(along_i[:, 0] * along_j[:, 1] - along_i[:, 1] * along_j[:, 0])[is_facing]
-        most, extent = width.max(axis=0), x_ends[1] - x_ends[0]
+        largest_gap, extent = width.max(axis=0), x_ends[1] - x_ends[0]
         is_long = (extent > tolerance) & (
-            (most <= tolerance) | sides.faces_across(sine, most, extent - tolerance)
+            (largest_gap <= tolerance) | sides.faces_across(sine, largest_gap, extent - tolerance)
         )
         accuracy_first, accuracy_second = (
             _accuracy(tip[edge] - tail[edge], tolerance)[is_long] for edge in (i, j)
@@ -106,7 +106,7 @@ class FacingEdges(sides.Facing):
         lean = sine[is_long], tolerance / np.maximum(accuracy_first, accuracy_second)
         start, end = ends[:, is_long]
         accuracy = (accuracy_first + accuracy_second) / 2
-        return cls.between(pair[is_long], most[is_long], (start, end), accuracy, lean)
+        return cls.between(pair[is_long], largest_gap[is_long], (start, end), accuracy, lean)
 
     @property
     def inner_points(self) -> np.ndarray:
@@ -132,28 +132,28 @@ class FacingEdges(sides.Facing):
         """Return the distance of each point from the segment with the index ``number``, shape (points,)."""
         return to_line(points, self.start[number], self.end[number])
 
-    def overlap(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def overlap(self, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the length of the overlap of each pair of collinear segments, as extent and as breadth.
 
         See :meth:`.Facing.overlap`.
         """
-        low, high = self._interval_along(one, other)
-        length = np.maximum(np.minimum(high, self.extent[one]) - np.maximum(low, 0.0), 0.0)
+        low, high = self._interval_along(first, second)
+        length = np.maximum(np.minimum(high, self.extent[first]) - np.maximum(low, 0.0), 0.0)
         return length, length
 
-    def uncovered(self, row: int, others: np.ndarray, tolerance: float) -> "FacingEdges":
+    def uncovered(self, row: int, other_rows: np.ndarray, tolerance: float) -> "FacingEdges":
         """Return the parts of a segment that other segments do not cover; see :class:`.Facing`."""
-        intervals = zip(*self._interval_along(np.full(len(others), row), others), strict=True)
+        intervals = zip(*self._interval_along(np.full(len(other_rows), row), other_rows), strict=True)
         parts = spaces(0.0, float(self.extent[row]), intervals, tolerance)
         start, end = (
             self.start[row] + np.outer(x, self._direction[row]) for x in np.reshape(parts, (-1, 2)).T
         )
-        columns = (self.pair, self.most, self.accuracy, self.angle, self.shorter)
-        pair, most, accuracy, *lean = (np.full(len(parts), column[row]) for column in columns)
-        segments = FacingEdges.between(pair, most, (start, end), accuracy, (lean[0], lean[1]))
+        columns = (self.pair, self.largest_gap, self.accuracy, self.angle, self.shorter_side)
+        pair, largest_gap, accuracy, *lean = (np.full(len(parts), column[row]) for column in columns)
+        segments = FacingEdges.between(pair, largest_gap, (start, end), accuracy, (lean[0], lean[1]))
         # Return only uncovered parts that are long compared with the gap between their edges, or with the
         # tolerance.
-        is_long = (most <= SMALL_LENGTH_RATIO * segments.extent) | (
+        is_long = (largest_gap <= SMALL_LENGTH_RATIO * segments.extent) | (
             segments.extent >= _SHORTEST_PARALLEL * tolerance
         )
         return segments.where(is_long)
@@ -213,13 +213,13 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
             "raise 'tolerance', or draw the blocks with fewer corners"
         )
     parts = FacingEdges.of(corners, *near_items(shapes, pairs, far, 2 * (corners.edges,)))
-    is_touching = parts.most <= shapes.contact_tolerance
-    gap_segments = parts.where(~is_touching & (parts.most <= far[parts.pair]))
+    is_touching = parts.largest_gap <= shapes.contact_tolerance
+    gap_segments = parts.where(~is_touching & (parts.largest_gap <= far[parts.pair]))
     segments = _join_parts(parts.where(is_touching), shapes.tolerance)
     # Leave out segments that are short compared with the gap between their edges. Such segments occur at
     # bends of curved edges that are drawn as chains of short edges.
-    is_wide = segments.extent > SMALL_LENGTH_RATIO * segments.most
-    segments = segments.where((segments.most <= shapes.tolerance) | is_wide)
+    is_wide = segments.extent > SMALL_LENGTH_RATIO * segments.largest_gap
+    segments = segments.where((segments.largest_gap <= shapes.tolerance) | is_wide)
     if shapes.contact_tolerance == shapes.tolerance:
         segments = _drop_corner_contacts(segments, shapes.tolerance)
     all_segments = segments.then(gap_segments)
@@ -249,7 +249,7 @@ def _drop_corner_contacts(segments: FacingEdges, tolerance: float) -> FacingEdge
     relative to the distance between the edges; see :data:`~.sides.SMALL_LENGTH_RATIO`. Very short segments of
     parallel edges are left out too.
     """
-    is_long = segments.most <= SMALL_LENGTH_RATIO * segments.extent
+    is_long = segments.largest_gap <= SMALL_LENGTH_RATIO * segments.extent
     is_parallel = segments.angle <= _LARGEST_ANGLE
     return segments.where(is_long | (is_parallel & (segments.extent >= _SHORTEST_PARALLEL * tolerance)))
 
@@ -260,7 +260,7 @@ def _chains(parts: FacingEdges, tolerance: float) -> Iterator[FacingEdges]:
     In a chain, each segment is followed by the segment that begins nearest to its end. The distance may be at
     most twice the tolerance, or a fifth of the widest gap between the edges, whichever is larger.
     """
-    reach = max(tolerance, SMALL_LENGTH_RATIO * float(parts.most.max()))
+    reach = max(tolerance, SMALL_LENGTH_RATIO * float(parts.largest_gap.max()))
     distance = np.hypot(*np.moveaxis(parts.end[:, None] - parts.start[None], 2, 0))
     np.fill_diagonal(distance, np.inf)
     followed_parts = np.flatnonzero(distance.min(axis=1) <= 2 * reach)
@@ -287,16 +287,16 @@ def _simplify_chain(chain: FacingEdges, tolerance: float, distance: float) -> Fa
     inner_points = (chain.end[:-1] + chain.start[1:]) / 2
     line = shapely.LineString(np.concatenate([chain.start[:1], inner_points, chain.end[-1:]]))
     corners = shapely.get_coordinates(shapely.simplify(line, distance, preserve_topology=False))
-    values = chain.pair[0], chain.most.max(), chain.angle.max(), chain.shorter.min()
-    pair, most, *lean = (np.full(len(corners) - 1, value) for value in values)
+    values = chain.pair[0], chain.largest_gap.max(), chain.angle.max(), chain.shorter_side.min()
+    pair, largest_gap, *lean = (np.full(len(corners) - 1, value) for value in values)
     accuracy = _accuracy(np.diff(corners, axis=0), tolerance)
-    return FacingEdges.between(pair, most, (corners[:-1], corners[1:]), accuracy, (lean[0], lean[1]))
+    return FacingEdges.between(pair, largest_gap, (corners[:-1], corners[1:]), accuracy, (lean[0], lean[1]))
 
 
 class PlaneCorners(sides.BlockCorners):
     """Corners of all blocks in the plane. From each corner, an edge runs to the next corner (``tip``)."""
 
-    apart = 2.0
+    near_distance_ratio = 2.0
     tip: np.ndarray  #: end point of the edge that begins at each corner, shape (corners, 2)
     edges: Items  #: edges of all blocks, in the order of the corners at which they begin
 
@@ -304,7 +304,7 @@ class PlaneCorners(sides.BlockCorners):
         self.shapes = shapes
         self.point, self.tip, block = shapes.edges
         self.start = self.end = self.point
-        self.corners = self.met = Items(block, self.point, self.point)
+        self.corners = self.compared_items = Items(block, self.point, self.point)
         self.edges = Items(block, np.minimum(self.point, self.tip), np.maximum(self.point, self.tip))
 
     def kinds(self, pairs: np.ndarray) -> list[Touches]:

@@ -102,18 +102,18 @@ class FacingFaces(sides.Facing):
             shapely.distance(plane_points, self.polygon[number]), self.frame.above(points, number)
         )
 
-    def overlap(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def overlap(self, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the area and the mean breadth of the intersection of two polygons; see :class:`.Facing`."""
-        intersection = shapely.intersection(self.polygon[one], self._projections(one, other))
+        intersection = shapely.intersection(self.polygon[first], self._projections(first, second))
         area = shapely.area(intersection)
         return area, mean_thickness(area, shapely.length(intersection))
 
-    def uncovered(self, row: int, others: np.ndarray, tolerance: float) -> "FacingFaces":
+    def uncovered(self, row: int, other_rows: np.ndarray, tolerance: float) -> "FacingFaces":
         """Return the parts of a polygon that other polygons in its plane do not cover.
 
         See :class:`.Facing`.
         """
-        cover = shapely.union_all(self._projections(np.full(len(others), row), others))
+        cover = shapely.union_all(self._projections(np.full(len(other_rows), row), other_rows))
         remainder = np.array([shapely.difference(self.polygon[row], cover)])
         pieces, _ = _remove_tails(remainder, np.zeros(1, dtype=int), NARROWEST * tolerance)
         pieces = without_straight_corners(pieces, tolerance / 2)
@@ -274,7 +274,7 @@ class SolidCorners(sides.BlockCorners):
     An edge is the segment from ``start`` to ``end``.
     """
 
-    apart = NARROWEST
+    near_distance_ratio = NARROWEST
     outer: OuterFaces  #: outer faces of all blocks
     direction: np.ndarray  #: unit vector along each edge, shape (edges, 3)
     #: Sum of two unit vectors, one into each face at the edge (``first`` and ``last``), shape (edges, 3).
@@ -309,7 +309,7 @@ class SolidCorners(sides.BlockCorners):
         self.last = sums(number[runs_along], inwards[runs_along], len(edge))
         self.first = sums(number[~runs_along], inwards[~runs_along], len(edge))
         low, high = np.minimum(tail, tip), np.maximum(tail, tip)
-        self.edges = self.met = Items(block[edge], low[edge], high[edge])
+        self.edges = self.compared_items = Items(block[edge], low[edge], high[edge])
         corner = np.unique(first_alike(np.column_stack([block, tail_grid])))
         self.point = tail[corner]
         self.corners = Items(block[corner], self.point, self.point)

@@ -35,7 +35,7 @@ def widest_gaps(pairs: np.ndarray, across: Facing) -> Gaps:
     ``across`` has the sides that face each other across the gaps.
     """
     gaps: Gaps = {}
-    for (i, j), width in zip(pairs[across.pair].tolist(), across.most.tolist(), strict=True):
+    for (i, j), width in zip(pairs[across.pair].tolist(), across.largest_gap.tolist(), strict=True):
         gaps[i, j] = max(gaps.get((i, j), 0.0), width)
     return gaps
 
@@ -54,7 +54,7 @@ class Closing(NamedTuple):
 
 
 def near_misses(
-    touching: tuple[Facing | Touches, ...], apart: Facing, pairs: int, *, drawn_apart: bool = False
+    touching: tuple[Facing | Touches, ...], gap_sides: Facing, pairs: int, *, drawn_apart: bool = False
 ) -> Facing:
     """Return the pairs of facing sides that are separated by a small, probably unintended gap.
 
@@ -68,7 +68,7 @@ def near_misses(
     ----------
     touching : tuple of Facing or Touches
         Joints of the pairs of blocks.
-    apart : Facing
+    gap_sides : Facing
         Sides that face each other and do not touch.
     pairs : int
         Number of pairs of blocks.
@@ -79,28 +79,30 @@ def near_misses(
     for joints in touching:
         if isinstance(joints, Facing):
             extent_touching += np.bincount(joints.pair, joints.extent, pairs)
-    largest_gap = apart.breadth if drawn_apart else SMALL_LENGTH_RATIO * apart.width
-    is_gap = (apart.most <= largest_gap) & (apart.extent > SMALL_LENGTH_RATIO * extent_touching[apart.pair])
-    apart = apart.where(is_gap)
+    gap_limit = gap_sides.breadth if drawn_apart else SMALL_LENGTH_RATIO * gap_sides.width
+    is_gap = (gap_sides.largest_gap <= gap_limit) & (
+        gap_sides.extent > SMALL_LENGTH_RATIO * extent_touching[gap_sides.pair]
+    )
+    gap_sides = gap_sides.where(is_gap)
     if not touching:
-        return apart
-    distance = [nearest(apart.pair, apart.middle, joints, joints.pair) for joints in touching]
-    return apart.where(np.min(distance, axis=0) > 2 * apart.most)
+        return gap_sides
+    distance = [nearest(gap_sides.pair, gap_sides.middle, joints, joints.pair) for joints in touching]
+    return gap_sides.where(np.min(distance, axis=0) > 2 * gap_sides.largest_gap)
 
 
-def closing(scene: Scene, shapes: Extents, pairs: np.ndarray, apart: Facing) -> Closing:
+def closing(scene: Scene, shapes: Extents, pairs: np.ndarray, gap_sides: Facing) -> Closing:
     """Return the scene option that closes all given gaps, and the smallest value that closes them.
 
     Gaps that are wide relative to a block, and gaps of a scene with a contact tolerance, are closed by the
     contact tolerance. A value of ``tolerance`` also makes the sides of the gaps parallel. ``pairs`` lists the
     blocks of each pair.
     """
-    if not len(apart.pair):
+    if not len(gap_sides.pair):
         return Closing()
-    width = shapes.width[pairs[apart.pair]].min(axis=1)
-    if scene.contact_tolerance is not None or (apart.most > NEAR_MISS * width).any():
-        return Closing("contact_tolerance", float(apart.most.max()))
-    return Closing("tolerance", joining_tolerance(apart))
+    width = shapes.width[pairs[gap_sides.pair]].min(axis=1)
+    if scene.contact_tolerance is not None or (gap_sides.largest_gap > NEAR_MISS * width).any():
+        return Closing("contact_tolerance", float(gap_sides.largest_gap.max()))
+    return Closing("tolerance", joining_tolerance(gap_sides))
 
 
 def aligning_tolerance(facing: Facing) -> float:
@@ -111,23 +113,25 @@ def aligning_tolerance(facing: Facing) -> float:
     wedges. In space the result is also 0 if the tolerance would remove the narrowest joint.
     """
     is_error = facing.angle <= DEFAULT_SETTINGS.most_turn
-    difference = (facing.angle * facing.shorter)[is_error]
+    difference = (facing.angle * facing.shorter_side)[is_error]
     if not len(difference):
         return 0.0
     tolerance = _TOLERANCE_OVER_DIFFERENCE * float(np.median(difference))
     # A joint may be narrower than its faces by the tolerance, because errors of this size also move the edges
     # of the faces.
-    narrowest = float(facing.shorter.min()) - tolerance
+    narrowest = float(facing.shorter_side.min()) - tolerance
     in_space = facing.middle.shape[1] == 3
     return 0.0 if in_space and NARROWEST * tolerance > narrowest else tolerance
 
 
-def joining_tolerance(apart: Facing) -> float:
+def joining_tolerance(gap_sides: Facing) -> float:
     """Return the least tolerance that closes all given gaps and makes their sides parallel.
 
     Without gaps the result is 0. If the angle between two sides is small enough to be removed by the
     alignment, one of their corners is assumed to be inexact. The tolerance is then at least a multiple of the
     error of this corner.
     """
-    error = np.where(apart.angle <= DEFAULT_SETTINGS.most_turn, apart.angle * apart.shorter, 0.0)
-    return float(np.maximum(apart.most, TOLERANCE_OVER_ERROR * error).max(initial=0.0))
+    error = np.where(
+        gap_sides.angle <= DEFAULT_SETTINGS.most_turn, gap_sides.angle * gap_sides.shorter_side, 0.0
+    )
+    return float(np.maximum(gap_sides.largest_gap, TOLERANCE_OVER_ERROR * error).max(initial=0.0))

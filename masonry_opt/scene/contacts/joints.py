@@ -246,7 +246,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     both_fixed = scene.fixed[pairs].all(axis=1)
     refuse_overlaps(scene, shapes, pairs[~both_fixed])
     facing = facing_sides(scene, shapes, pairs, shapes.reach[pairs].min(axis=1, initial=np.inf))
-    is_touching, can_move = facing.most <= shapes.contact_tolerance, ~both_fixed[facing.pair]
+    is_touching, can_move = facing.largest_gap <= shapes.contact_tolerance, ~both_fixed[facing.pair]
     fixed_pairs = len(np.unique(facing.pair[is_touching & ~can_move]))
     shared_sides, gap_sides = facing.where(is_touching & can_move), facing.where(~is_touching & can_move)
     # Two convex blocks that share a side have no other contact, so only other pairs are searched for contacts
@@ -346,15 +346,15 @@ def _measure_moved_joints(
 
 
 def refuse_floating(
-    scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray], closes_gaps: Closing
+    scene: Scene, shapes: Extents, joint_ends: tuple[np.ndarray, np.ndarray], closes_gaps: Closing
 ) -> None:
     """Raise CaseError if a block floats: it touches no block, or nothing connects it to a support.
 
     A tie or prop that ends at the ground supports a block, as a fixed block does.
 
-    ``joined`` has the two blocks of each joint. ``closes_gaps`` is the option that closes the small gaps.
+    ``joint_ends`` has the two blocks of each joint. ``closes_gaps`` is the option that closes the small gaps.
     """
-    first, second = joined
+    first, second = joint_ends
     # Ties and props that end at the ground support a block, as a fixed block does.
     is_supported = scene.fixed.copy()
     index = {block.name: number for number, block in enumerate(scene.blocks)}

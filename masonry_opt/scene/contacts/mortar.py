@@ -132,9 +132,9 @@ class Bridge:
 def find_bridge(
     scene: Scene,
     shapes: Extents,
-    joined: tuple[np.ndarray, np.ndarray],
-    supported: np.ndarray,
-    near: Closing,
+    joint_ends: tuple[np.ndarray, np.ndarray],
+    is_supported: np.ndarray,
+    gap_option: Closing,
 ) -> Bridge | None:
     """Find the smallest value of a scene option at which floating blocks become connected to supports.
 
@@ -149,17 +149,17 @@ def find_bridge(
         The scene.
     shapes : Extents
         Shapes of the blocks of the scene.
-    joined : tuple of ndarray
+    joint_ends : tuple of ndarray
         The two blocks of each joint, and of each tie and prop between blocks.
-    supported : ndarray
+    is_supported : ndarray
         True for each block that is fixed, or that a tie or prop connects to the ground, shape (blocks,).
-    near : Closing
+    gap_option : Closing
         Option that closes the small gaps of the scene.
     """
-    bridge = _bridge_within(scene, shapes, joined, supported, near)
+    bridge = _bridge_within(scene, shapes, joint_ends, is_supported, gap_option)
     if bridge is not None and not len(bridge.remaining):
         return bridge
-    wider_bridge = _bridge_within(scene, shapes, joined, supported, near, share=_WIDE_MORTAR)
+    wider_bridge = _bridge_within(scene, shapes, joint_ends, is_supported, gap_option, share=_WIDE_MORTAR)
     if bridge is None:
         return wider_bridge
     if wider_bridge is None or len(wider_bridge.remaining) >= len(bridge.remaining):
@@ -172,19 +172,19 @@ def _bridge_within(
     shapes: Extents,
     joint_ends: tuple[np.ndarray, np.ndarray],
     is_supported: np.ndarray,
-    near_option: Closing,
+    gap_option: Closing,
     *,
     share: float = MORTAR,
 ) -> Bridge | None:
     """Return the result of :func:`find_bridge` for gaps up to ``share`` times the narrower block's width."""
     pairs, facing = _gaps_to_close(scene, shapes, joint_ends, share=share)
     thickness = float(shapes.thickness()[~scene.fixed].min())
-    facing = facing.where(facing.most <= _MOST_OF_THICKNESS * thickness)
+    facing = facing.where(facing.largest_gap <= _MOST_OF_THICKNESS * thickness)
     ends = pairs[facing.pair]
 
     def floating(gap: float) -> np.ndarray:
         """Return the blocks that remain floating when gaps up to a given width are closed."""
-        gap_ends = ends[facing.most <= gap]
+        gap_ends = ends[facing.largest_gap <= gap]
         group = linked(
             len(scene.blocks),
             *(np.append(joint, pair) for joint, pair in zip(joint_ends, gap_ends.T, strict=True)),
@@ -194,28 +194,28 @@ def _bridge_within(
     initial_count, remaining = len(floating(-np.inf)), floating(np.inf)
     if len(remaining) == initial_count:
         return None
-    widths = np.unique(facing.most)
+    widths = np.unique(facing.largest_gap)
     needed_gap = widths[bisect_left(widths, -len(remaining), key=lambda gap: -len(floating(gap)))]
-    median_gap = float(np.median(facing.most[facing.most <= needed_gap]))
-    is_mortar = (facing.most <= needed_gap) | _is_no_opening(facing, median_gap)
-    gap = float(facing.most[is_mortar].max())
+    median_gap = float(np.median(facing.largest_gap[facing.largest_gap <= needed_gap]))
+    is_mortar = (facing.largest_gap <= needed_gap) | _is_no_opening(facing, median_gap)
+    gap = float(facing.largest_gap[is_mortar].max())
     connected_count = initial_count - len(floating(gap))
     # Find the facing sides again with the new ``contact_tolerance``, so that a gap along a curved edge, which
     # is drawn as a chain of short edges, counts as one joint.
     pairs, facing = _gaps_to_close(scene, shapes, joint_ends, contact_tolerance=gap, share=share)
-    closed_gaps = facing.where(facing.most <= gap)
+    closed_gaps = facing.where(facing.largest_gap <= gap)
     if not len(closed_gaps.pair):
         return None
     closed_ends = pairs[closed_gaps.pair]
     # Round the widths, so that rounding errors do not decide which of several equal gaps a message names.
-    width = np.round(closed_gaps.most / max(gap, _fine_tolerance(scene, shapes)), 6)
+    width = np.round(closed_gaps.largest_gap / max(gap, _fine_tolerance(scene, shapes)), 6)
     first, second = closed_ends[width.argmax()].tolist()
     neighbour: dict[int, tuple[int, float]] = {}
     for row in np.argsort(width, kind="stable").tolist():
         i, j = closed_ends[row].tolist()
-        neighbour.setdefault(i, (j, float(closed_gaps.most[row])))
-        neighbour.setdefault(j, (i, float(closed_gaps.most[row])))
-    option = _option(scene, shapes, pairs, closed_gaps, near_option)
+        neighbour.setdefault(i, (j, float(closed_gaps.largest_gap[row])))
+        neighbour.setdefault(j, (i, float(closed_gaps.largest_gap[row])))
+    option = _option(scene, shapes, pairs, closed_gaps, gap_option)
     if gap <= _fine_tolerance(scene, shapes):
         gap = 0.0
     replaces = option.option == "contact_tolerance" and has_large_tolerance(scene, shapes)
@@ -257,21 +257,21 @@ def _gaps_to_close(
     wide_shapes = replace(shapes, contact_tolerance=max(shapes.contact_tolerance, contact_tolerance or 0.0))
     pairs, facing = _facing_across_mortar(scene, wide_shapes, share)
     is_joined = np.isin(_codes(pairs[facing.pair], scene), _codes(np.column_stack(joint_ends), scene))
-    return pairs, facing.where(~is_joined | (facing.most > shapes.contact_tolerance))
+    return pairs, facing.where(~is_joined | (facing.largest_gap > shapes.contact_tolerance))
 
 
-def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, gaps: Facing, near_option: Closing) -> Closing:
+def _option(scene: Scene, shapes: Extents, pairs: np.ndarray, gaps: Facing, gap_option: Closing) -> Closing:
     """Return the scene option that closes the given gaps, and the value that closes them all.
 
     Several gaps with parallel sides count as mortar joints, which ``contact_tolerance`` closes. If the option
-    ``tolerance`` closes both the given gaps and the small gaps of the scene, as ``near_option`` does, its
+    ``tolerance`` closes both the given gaps and the small gaps of the scene, as ``gap_option`` does, its
     value suffices for all of these gaps.
     """
     option = closing(scene, shapes, pairs, gaps)
     if len(gaps.pair) > 1 and _are_parallel(gaps):
-        return Closing("contact_tolerance", float(gaps.most.max()))
-    if option.option == near_option.option == "tolerance":
-        return Closing("tolerance", max(option.tolerance, near_option.tolerance))
+        return Closing("contact_tolerance", float(gaps.largest_gap.max()))
+    if option.option == gap_option.option == "tolerance":
+        return Closing("tolerance", max(option.tolerance, gap_option.tolerance))
     return option
 
 
@@ -283,7 +283,7 @@ def mortar_gaps(scene: Scene, shapes: Extents) -> Facing:
     count. Gaps that are much wider than the median gap are openings, and are left out.
     """
     pairs, facing = _facing_across_mortar(scene, shapes)
-    gaps = facing.where(facing.most > _widest_error(shapes, pairs, facing))
+    gaps = facing.where(facing.largest_gap > _widest_error(shapes, pairs, facing))
     if not _are_usual(gaps, len(facing.pair)):
         return gaps.where(np.zeros(0, dtype=int))
     return gaps.where(_is_no_opening(gaps, float(np.median(_mean_gap(gaps)))))
@@ -300,7 +300,7 @@ def wedge_at_corners(scene: Scene, shapes: Extents, at_corners: list[tuple[int, 
         return 0.0
     pairs = np.unique(np.sort(at_corners, axis=1), axis=0)
     facing = _sides_across_mortar(scene, shapes, pairs, _thickest_mortar(scene, shapes))
-    return float(facing.most.max(initial=0.0))
+    return float(facing.largest_gap.max(initial=0.0))
 
 
 def is_drawn_apart(scene: Scene, shapes: Extents) -> bool:
@@ -320,7 +320,7 @@ def has_large_tolerance(scene: Scene, shapes: Extents) -> bool:
 
 
 def lost_joints(
-    scene: Scene, shapes: Extents, joined: tuple[np.ndarray, np.ndarray]
+    scene: Scene, shapes: Extents, joint_ends: tuple[np.ndarray, np.ndarray]
 ) -> dict[tuple[int, int], float]:
     """Return the pairs of blocks that have no joint because the option ``tolerance`` is too large.
 
@@ -332,11 +332,11 @@ def lost_joints(
         return {}
     pairs, facing = _facing_across_mortar(scene, shapes)
     ends = pairs[facing.pair]
-    is_lost = (facing.most <= shapes.reach[ends].min(axis=1)) & ~np.isin(
-        _codes(ends, scene), _codes(np.column_stack(joined), scene)
+    is_lost = (facing.largest_gap <= shapes.reach[ends].min(axis=1)) & ~np.isin(
+        _codes(ends, scene), _codes(np.column_stack(joint_ends), scene)
     )
     is_lost &= facing.width > SMALL_LENGTH_RATIO * shapes.width[ends].min(axis=1)
-    gaps = np.where(facing.most > _fine_tolerance(scene, shapes), facing.most, 0.0)
+    gaps = np.where(facing.largest_gap > _fine_tolerance(scene, shapes), facing.largest_gap, 0.0)
     lost_gaps: dict[tuple[int, int], float] = {}
     for (i, j), width in zip(ends[is_lost].tolist(), gaps[is_lost].tolist(), strict=True):
         lost_gaps[i, j] = max(lost_gaps.get((i, j), 0.0), width)
@@ -344,7 +344,7 @@ def lost_joints(
 
 
 def bridged_by_tolerance(
-    scene: Scene, shapes: Extents, pairs: np.ndarray, joined: Facing
+    scene: Scene, shapes: Extents, pairs: np.ndarray, sides: Facing
 ) -> tuple[dict[tuple[int, int], float], float]:
     """Return the pairs of blocks between which the option ``tolerance`` closes a gap as wide as mortar.
 
@@ -365,7 +365,7 @@ def bridged_by_tolerance(
         Shapes of the blocks of the scene.
     pairs : ndarray
         Pairs of blocks, shape (pairs, 2).
-    joined : Facing
+    sides : Facing
         Sides of these pairs that face each other and have a joint.
     """
     if not has_large_tolerance(scene, shapes):
@@ -373,11 +373,11 @@ def bridged_by_tolerance(
     # Gaps up to this width are closed by ``contact_tolerance``, even with a small ``tolerance``. Such gaps do
     # not count here.
     width_limit = (1 + _ROUNDING) * (scene.contact_tolerance or 0.0)
-    gaps = joined.where(joined.most > np.maximum(_widest_error(shapes, pairs, joined), width_limit))
-    if len(gaps.pair) < 2 or not (_are_parallel(gaps) or _are_surveyed(gaps, len(joined.pair))):
+    gaps = sides.where(sides.largest_gap > np.maximum(_widest_error(shapes, pairs, sides), width_limit))
+    if len(gaps.pair) < 2 or not (_are_parallel(gaps) or _are_surveyed(gaps, len(sides.pair))):
         return {}, 0.0
     bridged_gaps: dict[tuple[int, int], float] = {}
-    for (i, j), width in zip(pairs[gaps.pair].tolist(), gaps.most.tolist(), strict=True):
+    for (i, j), width in zip(pairs[gaps.pair].tolist(), gaps.largest_gap.tolist(), strict=True):
         bridged_gaps[i, j] = max(bridged_gaps.get((i, j), 0.0), width)
     return bridged_gaps, 0.0 if _are_parallel(gaps) else aligning_tolerance(gaps)
 
@@ -399,7 +399,7 @@ def _is_no_opening(gaps: Facing, usual_width: float) -> np.ndarray:
 
 def _are_parallel(gaps: Facing) -> bool:
     """Return True if the two sides of each gap are parallel, apart from small errors."""
-    return bool((gaps.angle * gaps.shorter <= _PARALLEL_ERROR * gaps.most).all())
+    return bool((gaps.angle * gaps.shorter_side <= _PARALLEL_ERROR * gaps.largest_gap).all())
 
 
 def _are_surveyed(gaps: Facing, joints: int) -> bool:
@@ -475,9 +475,9 @@ def _sides_across_mortar(scene: Scene, shapes: Extents, pairs: np.ndarray, limit
     a ``tolerance`` of at most the default value, because a large ``tolerance`` would hide some of the sides.
     """
     fine_shapes = replace(shapes, tolerance=_fine_tolerance(scene, shapes))
-    largest_gap = limits[pairs].min(axis=1, initial=np.inf)
-    facing = facing_sides(scene, fine_shapes, pairs, 2 * largest_gap)
-    return facing.where(_mean_gap(facing) <= largest_gap[facing.pair])
+    gap_limit = limits[pairs].min(axis=1, initial=np.inf)
+    facing = facing_sides(scene, fine_shapes, pairs, 2 * gap_limit)
+    return facing.where(_mean_gap(facing) <= gap_limit[facing.pair])
 
 
 def _fine_tolerance(scene: Scene, shapes: Extents) -> float:
@@ -489,7 +489,7 @@ def _fine_tolerance(scene: Scene, shapes: Extents) -> float:
 
 def _mean_gap(facing: Facing) -> np.ndarray:
     """Return the mean distance between sides that face each other, shape (n,)."""
-    mean: np.ndarray = facing.most - facing.angle * facing.width / 2
+    mean: np.ndarray = facing.largest_gap - facing.angle * facing.width / 2
     return mean
 
 

@@ -92,10 +92,10 @@ def facing_sides(scene: Scene, shapes: Extents, pairs: np.ndarray, far: np.ndarr
         Largest distance between sides that face each other, for each pair.
     """
     facing = CONTACT_FUNCTIONS[scene.dimension][1](scene, shapes, pairs, far)
-    gap_rows = np.flatnonzero(facing.most > shapes.tolerance)
+    gap_rows = np.flatnonzero(facing.largest_gap > shapes.tolerance)
     ends = pairs[facing.pair[gap_rows]]
     touches_support = (scene.fixed[ends].sum(axis=1) == 1) & (
-        facing.most[gap_rows] <= shapes.contact_tolerance
+        facing.largest_gap[gap_rows] <= shapes.contact_tolerance
     )
     is_blocked = _has_block_between(
         shapes, ends, facing.inner_points[gap_rows], (touches_support, scene.fixed)

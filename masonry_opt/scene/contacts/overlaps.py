@@ -24,14 +24,14 @@ _SHARE_INSIDE = 0.999
 _DEPTH_ERROR = 1e-3
 
 
-def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
+def refuse_overlaps(scene: Scene, shapes: Extents, near_pairs: np.ndarray) -> None:
     """Raise CaseError if two blocks overlap by more than the contact tolerance.
 
-    ``near`` lists the pairs of blocks that are near each other, shape (pairs, 2).
+    ``near_pairs`` lists the pairs of blocks that are near each other, shape (pairs, 2).
     """
-    (low, high), (i, j) = shapes.boxes, near.T
+    (low, high), (i, j) = shapes.boxes, near_pairs.T
     common_extent = np.minimum(high[i], high[j]) - np.maximum(low[i], low[j])
-    pairs = near[(common_extent > shapes.contact_tolerance).all(axis=1)]
+    pairs = near_pairs[(common_extent > shapes.contact_tolerance).all(axis=1)]
     overlaps: dict[int, list[Common]] = {}
     for number, piece in shapes.overlaps(pairs):
         overlaps.setdefault(number, []).append(piece)
@@ -44,17 +44,19 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near: np.ndarray) -> None:
     deepest = max(overlaps[worst_pair], key=lambda piece: piece.depth)
     names = [repr(scene.blocks[index].name) for index in pairs[worst_pair]]
     depth = max(piece.depth for pieces in overlaps.values() for piece in pieces)
-    tolerance = depth * (1 + _DEPTH_ERROR)
+    advised_depth = depth * (1 + _DEPTH_ERROR)
     advice = "move the blocks apart"
     if size[worst_pair] > _SHARE_INSIDE * shapes.size[pairs[worst_pair]].min():
         advice = "one block is inside the other: move the blocks apart, or remove one of them"
     elif deepest.depth <= shapes.reach[pairs[worst_pair]].min() and scene.contact_tolerance is None:
         # A thin overlap may be due to inexact coordinates, so the message also recommends a tolerance.
-        sides, _ = _sides_to_join(scene, shapes, near, pairs[[*overlaps]], tolerance)
-        advice += f"; {_advice_on_inexact_coordinates(scene, shapes, sides, tolerance)}"
+        sides, _ = _sides_to_join(scene, shapes, near_pairs, pairs[[*overlaps]], advised_depth)
+        advice += f"; {_advice_on_inexact_coordinates(scene, shapes, sides, advised_depth)}"
     elif depth <= MORTAR * shapes.width[pairs[worst_pair]].min():
-        sides, is_mortar = _sides_to_join(scene, shapes, near, pairs[[*overlaps]], tolerance)
-        advice += f"; {_advice_on_intended_overlaps(shapes, sides, tolerance, is_mortar, len(overlaps) > 1)}"
+        sides, is_mortar = _sides_to_join(scene, shapes, near_pairs, pairs[[*overlaps]], advised_depth)
+        advice += (
+            f"; {_advice_on_intended_overlaps(shapes, sides, advised_depth, is_mortar, len(overlaps) > 1)}"
+        )
     omitted_count = len(overlaps) - 1
     qualifier = "at least " if len(overlaps) == shapes.enough else ""
     addition = ""
@@ -85,7 +87,7 @@ def _sides_to_join(
     facing = facing_sides(scene, shapes, near_pairs, shapes.reach[near_pairs].min(axis=1, initial=np.inf))
     number_of_pair = np.array([len(scene.blocks), 1])
     is_overlapping = np.isin(near_pairs @ number_of_pair, overlapping_pairs @ number_of_pair)
-    is_touching = (facing.most <= shapes.tolerance) & ~is_overlapping[facing.pair]
+    is_touching = (facing.largest_gap <= shapes.tolerance) & ~is_overlapping[facing.pair]
     return near_misses((facing.where(is_touching),), facing.where(~is_touching), len(near_pairs)), False
 
 
@@ -99,7 +101,7 @@ def _advice_on_inexact_coordinates(scene: Scene, shapes: Extents, sides: Facing,
         effect = " (the tolerance also aligns nearly parallel sides)" if tolerance > depth else ""
         return f"if coordinates are inexact, {set_tolerance(tolerance)}{effect}"
     closing_tolerance, alignment_tolerance = (
-        float(sides.most.max(initial=depth)),
+        float(sides.largest_gap.max(initial=depth)),
         _alignment_tolerance(shapes, sides),
     )
     if not alignment_tolerance:
@@ -117,7 +119,7 @@ def _advice_on_intended_overlaps(
     survey, the options also align the sides. A drawing may be a survey if it omits the mortar, or if
     ``has_several_overlaps`` is True: several pairs of blocks overlap by up to the given depth.
     """
-    closing_tolerance = float(sides.most.max(initial=depth))
+    closing_tolerance = float(sides.largest_gap.max(initial=depth))
     advice = (
         f"if they are meant to overlap, {set_contact_tolerance(closing_tolerance if is_mortar else depth)}"
     )

@@ -16,7 +16,7 @@ _LARGEST_OVERLAP_OF_DIFFERENT_JOINTS = 0.01
 
 def joint_properties(
     scene: Scene,
-    joined: tuple[np.ndarray, np.ndarray],
+    joint_ends: tuple[np.ndarray, np.ndarray],
     overlaps: tuple[np.ndarray, np.ndarray],
     gaps: Gaps,
     closes_gaps: Closing,
@@ -31,7 +31,7 @@ def joint_properties(
     ----------
     scene : Scene
         The scene.
-    joined : tuple of ndarray
+    joint_ends : tuple of ndarray
         First blocks and second blocks of the joints.
     overlaps : tuple of ndarray
         Blocks that rest on overlapping supports, shape (k, 3), and the sizes of the overlaps, shape (k,). See
@@ -42,7 +42,7 @@ def joint_properties(
     closes_gaps : Closing
         Option that closes all small gaps.
     """
-    first, second = joined
+    first, second = joint_ends
     rows, ratio = overlaps
     _refuse_different_joints(scene, rows[ratio > _LARGEST_OVERLAP_OF_DIFFERENT_JOINTS])
     without_joint = {tuple(sorted(pair)) for pair in rows[:, [0, 2]].tolist()}

@@ -141,7 +141,7 @@ class Facing(Rows, ABC):
     pair: np.ndarray
     #: Largest distance between the two sides that share each segment or polygon, shape (n,). In space, the
     #: distance is negative if the two blocks overlap over the whole polygon.
-    most: np.ndarray
+    largest_gap: np.ndarray
     extent: np.ndarray  #: length of each segment (in space: area of each polygon), shape (n,)
     #: Midpoint of each segment (in space: centroid of each polygon), shape (n, 2) or (n, 3).
     middle: np.ndarray
@@ -153,7 +153,7 @@ class Facing(Rows, ABC):
     angle: np.ndarray
     #: Length of the shorter of the two edges that share each segment (in space: width of the narrower of the
     #: two faces), shape (n,).
-    shorter: np.ndarray
+    shorter_side: np.ndarray
 
     @property
     def width(self) -> np.ndarray:
@@ -198,20 +198,20 @@ class Facing(Rows, ABC):
         """
 
     @abstractmethod
-    def overlap(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def overlap(self, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the length (in space: the area and the mean breadth) of each pair's overlap.
 
-        In the plane, the length is returned twice. Both arrays have the shape (pairs,). ``one`` and ``other``
-        have the indices of the segments (in space: polygons) of each pair, which lie in one line (in space:
-        plane).
+        In the plane, the length is returned twice. Both arrays have the shape (pairs,). ``first`` and
+        ``second`` have the indices of the segments (in space: polygons) of each pair, which lie in one line
+        (in space: plane).
         """
 
     @abstractmethod
-    def uncovered(self, row: int, others: np.ndarray, tolerance: float) -> Self:
+    def uncovered(self, row: int, other_rows: np.ndarray, tolerance: float) -> Self:
         """Return the parts of a segment or polygon that other segments or polygons do not cover.
 
-        ``row`` is the index of the segment or polygon, and ``others`` has the indices of the others. Parts as
-        narrow as errors of the drawing, whose points are uncertain by ``tolerance``, are left out.
+        ``row`` is the index of the segment or polygon, and ``other_rows`` has the indices of the others.
+        Parts as narrow as errors of the drawing, whose points are uncertain by ``tolerance``, are left out.
         """
 
 
@@ -276,16 +276,17 @@ class BlockCorners(ABC):
     corners: Items  #: corners with the indices of their blocks
     #: Corners (in space: edges) of all blocks, which :meth:`without_normal` compares with the corners of
     #: other blocks.
-    met: Items
-    #: In the plane, the coordinates of each corner of ``met``, shape (items, 2). In space, the start of each
-    #: edge of ``met``, shape (items, 3).
+    compared_items: Items
+    #: In the plane, the coordinates of each corner of ``compared_items``, shape (items, 2). In space, the
+    #: start of each edge of ``compared_items``, shape (items, 3).
     start: np.ndarray
-    #: In space, the end of each edge of ``met``, shape (items, 3). In the plane, the end equals ``start``.
+    #: In space, the end of each edge of ``compared_items``, shape (items, 3). In the plane, the end equals
+    #: ``start``.
     end: np.ndarray
     #: Two contacts of the same blocks count as one contact if their distance is at most this value, relative
     #: to the tolerance. A contact within this distance of a side that the blocks share counts as part of the
     #: side.
-    apart: float
+    near_distance_ratio: float
 
     @abstractmethod
     def kinds(self, pairs: np.ndarray) -> list[Touches]:
@@ -310,7 +311,7 @@ class BlockCorners(ABC):
         of a notch. Some places have no contact, see :mod:`~.bisectors`.
         """
 
-    def touches(self, pairs: np.ndarray, asked: np.ndarray, shared: Facing) -> Touches:
+    def touches(self, pairs: np.ndarray, candidates: np.ndarray, shared_sides: Facing) -> Touches:
         """Return the contacts at corners and edges, without those near a side that the pair shares.
 
         Contacts are ordered by pair, then by kind, then by decreasing length. If contacts of a pair are near
@@ -320,20 +321,20 @@ class BlockCorners(ABC):
         ----------
         pairs : ndarray, shape (pairs, 2)
             Pairs of blocks.
-        asked : ndarray, shape (k,)
+        candidates : ndarray, shape (k,)
             Indices of the pairs whose contacts are sought.
-        shared : Facing
+        shared_sides : Facing
             Lengths or polygons that the pairs share.
         """
-        tables = self.kinds(pairs[asked])
+        tables = self.kinds(pairs[candidates])
         kind = np.repeat(np.arange(len(tables)), [len(table.pair) for table in tables])
         contacts = tables[0].then(*tables[1:])
-        contacts = replace(contacts, pair=asked[contacts.pair])
-        near_distance = self.apart * self.shapes.tolerance
+        contacts = replace(contacts, pair=candidates[contacts.pair])
+        near_distance = self.near_distance_ratio * self.shapes.tolerance
         is_away = np.zeros(len(contacts.pair), dtype=bool)
         for share in (0.0, 0.5, 1.0):
             points = contacts.start + share * (contacts.end - contacts.start)
-            is_away |= nearest(contacts.pair, points, shared, shared.pair) > near_distance
+            is_away |= nearest(contacts.pair, points, shared_sides, shared_sides.pair) > near_distance
         contacts, kind = contacts.where(is_away), kind[is_away]
         length = lengths(contacts.end - contacts.start)
         rank = np.round(length / max(float(length.max(initial=0.0)), near_distance), 6)
@@ -348,7 +349,7 @@ class BlockCorners(ABC):
         return contacts.where(np.array([*chain.from_iterable(accepted_contacts.values())], dtype=int))
 
     def touches_at_corners(
-        self, pairs: np.ndarray, asked: np.ndarray, all_joints: tuple[Facing, Touches]
+        self, pairs: np.ndarray, candidates: np.ndarray, all_joints: tuple[Facing, Touches]
     ) -> Touches:
         """Return the contacts at coinciding corners of two blocks (in space: along coinciding edges).
 
@@ -356,9 +357,12 @@ class BlockCorners(ABC):
         blocks at that place, such as a point where four bricks meet. See :meth:`without_normal` for the
         parameters.
         """
-        meetings = self.meetings(pairs[asked])
-        meetings = replace(meetings, pair=asked[meetings.pair])
-        near_distance, middle = self.apart * self.shapes.tolerance, (meetings.start + meetings.end) / 2
+        meetings = self.meetings(pairs[candidates])
+        meetings = replace(meetings, pair=candidates[meetings.pair])
+        near_distance, middle = (
+            self.near_distance_ratio * self.shapes.tolerance,
+            (meetings.start + meetings.end) / 2,
+        )
         is_contact = np.ones(len(middle), dtype=bool)
         for joints in all_joints:
             is_contact &= nearest(meetings.pair, middle, joints, joints.pair) > near_distance
@@ -383,7 +387,7 @@ class BlockCorners(ABC):
         return is_joined
 
     def without_normal(
-        self, pairs: np.ndarray, asked: np.ndarray, all_joints: tuple[Facing, Touches]
+        self, pairs: np.ndarray, candidates: np.ndarray, all_joints: tuple[Facing, Touches]
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the pairs of blocks that meet at a point without a contact normal, and the points.
 
@@ -393,7 +397,7 @@ class BlockCorners(ABC):
         ----------
         pairs : ndarray, shape (pairs, 2)
             Pairs of blocks.
-        asked : ndarray, shape (k,)
+        candidates : ndarray, shape (k,)
             Indices of the pairs to examine.
         all_joints : tuple of Facing and Touches
             Joints of all pairs.
@@ -405,14 +409,14 @@ class BlockCorners(ABC):
         point : ndarray, shape (points, 2) or (points, 3)
             Point at which the blocks of the pair meet.
         """
-        tolerance, kinds = self.shapes.tolerance, (self.corners, self.met)
-        both_orders = (pairs[asked], pairs[asked, ::-1])
+        tolerance, kinds = self.shapes.tolerance, (self.corners, self.compared_items)
+        both_orders = (pairs[candidates], pairs[candidates, ::-1])
         meetings = [near_items(self.shapes, ordered_pairs, tolerance, kinds) for ordered_pairs in both_orders]
         pair, i, j = np.concatenate(meetings, axis=1)
         is_touching = to_line(self.point[i], self.start[j], self.end[j]) <= tolerance
-        pair, point = asked[pair[is_touching]], self.point[i[is_touching]]
+        pair, point = candidates[pair[is_touching]], self.point[i[is_touching]]
         for joints in all_joints:
-            is_away = nearest(pair, point, joints, joints.pair) > self.apart * tolerance
+            is_away = nearest(pair, point, joints, joints.pair) > self.near_distance_ratio * tolerance
             pair, point = pair[is_away], point[is_away]
         places = np.column_stack([pair, np.round(point / tolerance)])
         _, first_rows = np.unique(places, axis=0, return_index=True)

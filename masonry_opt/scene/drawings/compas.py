@@ -226,8 +226,8 @@ def _view_along(meshes: Sequence[Mesh], unit: np.ndarray, drawing: CompasDrawing
             )
         with stones.naming(f"block '{mesh.name}'"):
             outlines.append(_end_outline(mesh, drawing.tolerance, plane, unit))
-    heights = [mesh.points @ unit for mesh in meshes]
-    begin, end = np.array([(positions.min(), positions.max()) for positions in heights]).T
+    positions = [mesh.points @ unit for mesh in meshes]
+    begin, end = np.array([(block_positions.min(), block_positions.max()) for block_positions in positions]).T
     if not is_flat and drawing.along is not None:
         if begin.max() >= end.min():
             rear, front = meshes[begin.argmax()].name, meshes[end.argmin()].name
@@ -237,9 +237,9 @@ def _view_along(meshes: Sequence[Mesh], unit: np.ndarray, drawing: CompasDrawing
             )
     elif not is_flat:
         middle = (begin + end) / 2
-        is_eccentric = np.abs(middle - np.median(middle)) > _PLANE_TOLERANCE * (end - begin).max()
-        if is_eccentric.any():
-            name = meshes[is_eccentric.argmax()].name
+        is_off_plane = np.abs(middle - np.median(middle)) > _PLANE_TOLERANCE * (end - begin).max()
+        if is_off_plane.any():
+            name = meshes[is_off_plane.argmax()].name
             raise ValueError(f"block '{name}' does not have the same middle plane as most other blocks")
     return outlines, end - begin
 
@@ -250,9 +250,9 @@ def _end_outline(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: n
     Both ends of a prism have the same outline.
     """
     tolerance = tolerance or _RELATIVE_TOLERANCE * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
-    heights = mesh.points @ unit
+    positions = mesh.points @ unit
     projection = mesh.points @ plane.T
-    thickness = np.ptp(heights)
+    thickness = np.ptp(positions)
     if mesh.flat != (thickness <= tolerance):
         raise ValueError(
             "the block is a single face that is not perpendicular to the direction of projection"
@@ -263,7 +263,7 @@ def _end_outline(mesh: Mesh, tolerance: float | None, plane: np.ndarray, unit: n
         refuse_holes(mesh, tolerance)
     ends = []
     for side in sorted(polyhedron(mesh, tolerance).sides, key=lambda side: side.base @ unit):
-        if np.ptp(heights[side.rings[0]]) <= tolerance:
+        if np.ptp(positions[side.rings[0]]) <= tolerance:
             ends.append(
                 shapely.Polygon(projection[side.rings[0]], [projection[ring] for ring in side.rings[1:]])
             )

@@ -14,10 +14,10 @@ _MOST_PLACES = 10
 class Defect(NamedTuple):
     """Entity of a drawing that cannot be read as a part of a block."""
 
-    where: str  #: kind, handle and layer of the entity
+    label: str  #: kind, handle and layer of the entity
     mistake: str  #: predicate of the message about a single defect, such as "is open"
     #: subject and predicate of the message about several defects of one kind, such as "outlines are open"
-    several: str
+    plural_mistake: str
     remedy: str
     place: str = ""  #: position of the entity, such as " near (1, 2)"
 
@@ -26,17 +26,17 @@ class Defects:
     """Defects that are found while a drawing is read."""
 
     def __init__(self) -> None:
-        self._found: list[Defect] = []
+        self._defects: list[Defect] = []
 
     def add(self, defect: Defect) -> None:
         """Add a defect without raising an error, so that further defects can be found."""
-        self._found.append(defect)
+        self._defects.append(defect)
 
     def refuse(self) -> None:
         """Raise ValueError if there are defects. The message has one line for each kind of defect."""
         of_kind: defaultdict[tuple[str, str], list[Defect]] = defaultdict(list)
-        for defect in self._found:
-            of_kind[defect.several, defect.remedy].append(defect)
+        for defect in self._defects:
+            of_kind[defect.plural_mistake, defect.remedy].append(defect)
         refuse([_line(defects) for defects in of_kind.values()])
 
 
@@ -44,9 +44,9 @@ def _line(defects: Sequence[Defect]) -> str:
     """Return the message about defects of one kind."""
     first = defects[0]
     if len(defects) == 1:
-        return f"{first.where} {first.mistake}{first.place}: {first.remedy}"
-    places = shortened([f"{defect.where}{defect.place}" for defect in defects], _MOST_PLACES)
-    return f"{len(defects)} {first.several} ({'; '.join(places)}): {first.remedy}"
+        return f"{first.label} {first.mistake}{first.place}: {first.remedy}"
+    places = shortened([f"{defect.label}{defect.place}" for defect in defects], _MOST_PLACES)
+    return f"{len(defects)} {first.plural_mistake} ({'; '.join(places)}): {first.remedy}"
 
 
 def near(x: float, y: float) -> str:

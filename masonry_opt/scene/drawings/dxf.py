@@ -181,19 +181,19 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
             document, visible_entities, drawing.layers, drawing.without_layers
         )
         curves, extent = outlines.curves(selected_entities, scale, drawing.sagitta, defects)
-        shapes, copies, slabs = _outlines(curves, float(np.hypot(*extent)), drawing, defects)
+        drawn_blocks, copies, slabs = _outlines(curves, float(np.hypot(*extent)), drawing, defects)
         defects.refuse()
-        if not shapes:
+        if not drawn_blocks:
             raise ValueError(
                 f"the model space contains no closed outline"
                 f"{dxf_layers.describe_layers(document, visible_entities)}"
             )
         live_of_layer = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
         # Live loads are multiples of the weights. The multiple may depend on the layer of a block.
-        pushes = [live_of_layer.get(shape.curve.layer.casefold(), drawing.live) for shape in shapes]
+        pushes = [live_of_layer.get(shape.curve.layer.casefold(), drawing.live) for shape in drawn_blocks]
         unread_layers = dxf_layers.find_unread(document, entities, drawing.layers, drawing.without_layers)
         blocks: Sequence[Block | Solid] = _blocks(
-            shapes, _names(shapes, visible_entities, scale), drawing, unread_layers
+            drawn_blocks, _names(drawn_blocks, visible_entities, scale), drawing, unread_layers
         )
         if drawing.thickness is not None:
             flat_scene = stones.scene_of(blocks, drawing, path)
@@ -204,7 +204,9 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
             for block, push in zip(blocks, pushes, strict=True)
         ]
         scene = stones.scene_of(loaded_blocks, drawing, path)
-    sides = [_smaller_side(shape) for shape, block in zip(shapes, blocks, strict=True) if not block.fixed]
+    sides = [
+        _smaller_side(shape) for shape, block in zip(drawn_blocks, blocks, strict=True) if not block.fixed
+    ]
     side = float(np.median(sides)) if len(sides) >= FEWEST_STONES else None
     unit_warning = _unit_warning(document, extent / scale, side and side / scale, drawing.to_metres)
     for warning in (_copies_warning(copies), grounds.lines_warning(slabs), unit_warning):
@@ -213,7 +215,10 @@ def read_with_layers(path: str | Path, drawing: DxfDrawing) -> DxfScene:
     unit = ("metres", 1.0) if drawing.to_metres else (_unit_name(document), outlines.metres(document))
     return DxfScene(
         scene,
-        [*dxf_layers.report(entities, unread_layers, drawing.fixed_layers), *_describe_holes(shapes, scene)],
+        [
+            *dxf_layers.report(entities, unread_layers, drawing.fixed_layers),
+            *_describe_holes(drawn_blocks, scene),
+        ],
         *unit,
     )
 
@@ -271,7 +276,7 @@ def _outlines(
     nested_outlines = nesting.outlines_with_holes(
         closed_curves, is_support, tolerance, max(detail_tolerance, gap_tolerance), defects
     )
-    shapes = nested_outlines.blocks
+    drawn_blocks = nested_outlines.blocks
     lines = [curve for curve in curves if drawing.net and not _is_support(curve, drawing)]
     windows = [curve for curve in lines if _layer_has_word(curve, drawing.window_layers)]
     joints = [curve for curve in lines if not _layer_has_word(curve, drawing.window_layers)]
@@ -282,11 +287,11 @@ def _outlines(
         net_tolerance = drawing.outline_tolerance or max(
             gap_tolerance, drawing.sagitta or outlines.DEFAULT_SAGITTA * diagonal
         )
-        supports = [outline.polygon for outline in shapes]
-        shapes = [*outlines.net_cells(joints, windows, supports, net_tolerance, defects), *shapes]
-    nesting.add_smaller_copies(shapes, detail_tolerance, defects)
-    nesting.add_frames(shapes, is_on_support_layer, _are_fixed(shapes, drawing), defects)
-    return shapes, [*copies, *nested_outlines.copies], slabs
+        supports = [outline.polygon for outline in drawn_blocks]
+        drawn_blocks = [*outlines.net_cells(joints, windows, supports, net_tolerance, defects), *drawn_blocks]
+    nesting.add_smaller_copies(drawn_blocks, detail_tolerance, defects)
+    nesting.add_frames(drawn_blocks, is_on_support_layer, _are_fixed(drawn_blocks, drawing), defects)
+    return drawn_blocks, [*copies, *nested_outlines.copies], slabs
 
 
 def _is_support(curve: Curve, drawing: DxfDrawing) -> bool:
@@ -294,17 +299,19 @@ def _is_support(curve: Curve, drawing: DxfDrawing) -> bool:
     return _layer_has_word(curve, drawing.fixed_layers)
 
 
-def _are_fixed(shapes: Sequence[Outline], drawing: DxfDrawing) -> list[bool]:
+def _are_fixed(drawn_blocks: Sequence[Outline], drawing: DxfDrawing) -> list[bool]:
     """Return, for each outline, True if its layer or its lowest point makes it a support."""
     height_limit = -math.inf if drawing.fixed_below is None else drawing.fixed_below
-    return [_is_support(shape.curve, drawing) or shape.polygon.bounds[1] <= height_limit for shape in shapes]
+    return [
+        _is_support(shape.curve, drawing) or shape.polygon.bounds[1] <= height_limit for shape in drawn_blocks
+    ]
 
 
 def _copies_warning(copies: Sequence[tuple[Curve, Curve]]) -> str:
     """Return a warning that copies of outlines were left out, or an empty text if there are no copies."""
     if not copies:
         return ""
-    pairs = shortened([f"{copy.where} repeats {original.where}" for copy, original in copies], _MOST_COPIES)
+    pairs = shortened([f"{copy.label} repeats {original.label}" for copy, original in copies], _MOST_COPIES)
     outline_count = counted(len(copies), "outline")
     is_or_are = "is" if len(copies) == 1 else "are"
     return f"{outline_count} {is_or_are} drawn twice, and copies were left out: {'; '.join(pairs)}"
@@ -354,11 +361,11 @@ def _unit_warning(document: Any, extent: np.ndarray, side: float | None, to_metr
     )
 
 
-def _describe_holes(shapes: Sequence[Outline], scene: Scene) -> list[str]:
+def _describe_holes(drawn_blocks: Sequence[Outline], scene: Scene) -> list[str]:
     """Return a list of one line that names the holes and their blocks, or an empty list without holes."""
     holes = [
-        f"{hole.where} in block '{block.name}'"
-        for shape, block in zip(shapes, scene.blocks, strict=True)
+        f"{hole.label} in block '{block.name}'"
+        for shape, block in zip(drawn_blocks, scene.blocks, strict=True)
         for hole in shape.holes
     ]
     return [f"holes: {'; '.join(shortened(holes, _MOST_HOLES))}"] if holes else []
@@ -369,35 +376,40 @@ def _layer_has_word(curve: Curve, words: Iterable[str]) -> bool:
     return dxf_layers.has_word(curve.layer, words)
 
 
-def _names(shapes: Sequence[Outline], entities: list[Any], scale: float) -> list[str]:
+def _names(drawn_blocks: Sequence[Outline], entities: list[Any], scale: float) -> list[str]:
     """Return the names of the blocks: the text inside a block, or else its layer and handle."""
     texts_in: defaultdict[int, list[str]] = defaultdict(list)
-    tree = shapely.STRtree([shape.polygon for shape in shapes])
+    tree = shapely.STRtree([shape.polygon for shape in drawn_blocks])
     for text, x, y in outlines.texts(entities):
         for block in tree.query(shapely.Point(x * scale, y * scale), predicate="within").tolist():
             texts_in[block].append(stones.block_name(text))
     single_texts = {block: texts[0] for block, texts in texts_in.items() if len(texts) == 1}
     count = Counter(single_texts.values())
     unique_texts = {block: text for block, text in single_texts.items() if text and count[text] == 1}
-    default_names = (stones.block_name(f"{shape.curve.layer[:100]}-{shape.curve.handle}") for shape in shapes)
+    default_names = (
+        stones.block_name(f"{shape.curve.layer[:100]}-{shape.curve.handle}") for shape in drawn_blocks
+    )
     return [unique_texts.get(block, name) for block, name in enumerate(default_names)]
 
 
 def _blocks(
-    shapes: Sequence[Outline], names: Sequence[str], drawing: DxfDrawing, unread_layers: Mapping[str, str]
+    drawn_blocks: Sequence[Outline],
+    names: Sequence[str],
+    drawing: DxfDrawing,
+    unread_layers: Mapping[str, str],
 ) -> list[Block]:
     """Return the blocks without their live loads. Raises ValueError if there are no supports.
 
     ``unread_layers`` contains the layers that were not read, by name, with the reasons.
     """
     words = [word.casefold() for word in drawing.fixed_layers]
-    supports = _are_fixed(shapes, drawing)
-    rows = zip(names, shapes, supports, strict=True)
-    blocks = [drawing.block(name, shape.polygon, is_fixed) for name, shape, is_fixed in rows]
+    is_fixed = _are_fixed(drawn_blocks, drawing)
+    rows = zip(names, drawn_blocks, is_fixed, strict=True)
+    blocks = [drawing.block(name, shape.polygon, fixed) for name, shape, fixed in rows]
     loaded_layers = {
-        shape.curve.layer.casefold() for shape, is_fixed in zip(shapes, supports, strict=True) if not is_fixed
+        shape.curve.layer.casefold() for shape, fixed in zip(drawn_blocks, is_fixed, strict=True) if not fixed
     }
-    layers = f"layers of blocks: {stones.listed_names(sorted({shape.curve.layer for shape in shapes}))}"
+    layers = f"layers of blocks: {stones.listed_names(sorted({shape.curve.layer for shape in drawn_blocks}))}"
     for layer in drawing.live_layers:
         if layer.casefold() not in loaded_layers:
             raise ValueError(

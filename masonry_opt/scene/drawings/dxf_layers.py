@@ -18,13 +18,16 @@ _ADVICE = {
 
 
 def select(
-    document: Any, shown: list[Any], layers: Collection[str] | None, without_layers: Collection[str]
+    document: Any,
+    visible_entities: list[Any],
+    layers: Collection[str] | None,
+    without_layers: Collection[str],
 ) -> list[Any]:
     """Return the visible entities on the selected layers.
 
     Raises ValueError if a named layer has no visible entities.
     """
-    layer_names = [outlines.layer_of(entity).casefold() for entity in shown]
+    layer_names = [outlines.layer_of(entity).casefold() for entity in visible_entities]
     hidden_layers = outlines.hidden_layers(document)
     for key, option, named_layers in (
         ("layers", "--layer", layers or ()),
@@ -38,24 +41,30 @@ def select(
                 reason = hidden_layers[layer.casefold()]
                 raise ValueError(f"{mistake} is {reason}: {how_to_read(reason)}")
             if layer.casefold() not in hidden_layers:
-                raise ValueError(f"{mistake} is empty or does not exist{describe_layers(document, shown)}")
+                raise ValueError(
+                    f"{mistake} is empty or does not exist{describe_layers(document, visible_entities)}"
+                )
     selected_layers = {layer.casefold() for layer in layers or layer_names}
     selected_layers -= {layer.casefold() for layer in without_layers}
-    return [entity for entity, layer in zip(shown, layer_names, strict=True) if layer in selected_layers]
+    return [
+        entity
+        for entity, layer in zip(visible_entities, layer_names, strict=True)
+        if layer in selected_layers
+    ]
 
 
 def find_unread(
-    document: Any, drawn: list[Any], layers: Collection[str] | None, without_layers: Collection[str]
+    document: Any, entities: list[Any], layers: Collection[str] | None, without_layers: Collection[str]
 ) -> dict[str, str]:
     """Return the names of the layers that were not read, each with the reason.
 
-    ``drawn`` has the entities of the model space.
+    ``entities`` has the entities of the model space.
     """
     hidden_layers = outlines.hidden_layers(document)
     omitted_layers = {layer.casefold() for layer in without_layers}
     selected_layers = None if layers is None else {layer.casefold() for layer in layers}
     reasons = {}
-    for key, (name, count) in _curves_on_layers(drawn).items():
+    for key, (name, count) in _curves_on_layers(entities).items():
         if key in hidden_layers:
             reasons[name] = hidden_layers[key]
         elif key in omitted_layers:
@@ -72,17 +81,17 @@ def how_to_read(reason: str) -> str:
     return _ADVICE[reason]
 
 
-def report(drawn: list[Any], left_out: Mapping[str, str], support_words: Iterable[str]) -> list[str]:
-    """Return lines of text that list the layers that were read, and the layers ``left_out`` with reasons."""
+def report(entities: list[Any], unread_layers: Mapping[str, str], support_words: Iterable[str]) -> list[str]:
+    """Return lines of text that list the layers that were read, and the ``unread_layers`` with reasons."""
     words = [*support_words]
     read_layers = []
-    for name, count in _curves_on_layers(drawn).values():
-        if name not in left_out:
+    for name, count in _curves_on_layers(entities).values():
+        if name not in unread_layers:
             supports = ", supports" if has_word(name, words) else ""
             read_layers.append(f"{name} ({counted(count, 'curve')}{supports})")
     lines = [f"layers read: {', '.join(read_layers)}"]
-    if left_out:
-        reasons = ", ".join(f"{name} ({reason})" for name, reason in left_out.items())
+    if unread_layers:
+        reasons = ", ".join(f"{name} ({reason})" for name, reason in unread_layers.items())
         lines.append(f"layers not read: {reasons}")
     return lines
 
@@ -92,13 +101,13 @@ def has_word(name: str, words: Iterable[str]) -> bool:
     return any(word.casefold() in name.casefold() for word in words)
 
 
-def describe_layers(document: Any, shown: list[Any]) -> str:
+def describe_layers(document: Any, visible_entities: list[Any]) -> str:
     """Return a text in brackets, to be appended to a message, that names all layers with visible entities.
 
     If no entity is visible, the text states whether entities are hidden in the model space, are in a layout
     of the paper space, or do not exist.
     """
-    layers = sorted({outlines.layer_of(entity) for entity in shown})
+    layers = sorted({outlines.layer_of(entity) for entity in visible_entities})
     if layers:
         return f" (layers with entities: {stones.listed_names(layers)})"
     if len(document.modelspace()):

@@ -70,7 +70,7 @@ def lines_warning(slabs: Sequence[Curve]) -> str:
     """
     if not slabs:
         return ""
-    places = shortened([f"{slab.where}{near(*slab.points[0])}" for slab in slabs], _MOST_GROUND_LINES)
+    places = shortened([f"{slab.label}{near(*slab.points[0])}" for slab in slabs], _MOST_GROUND_LINES)
     read_as = (
         "straight line is read as the surface of a support"
         if len(slabs) == 1
@@ -121,5 +121,5 @@ def _ground_defect(line: OpenLine, other_curves: Sequence[Curve], supports: Sequ
         options = " ".join(f"--fixed-layer {name}" for name in (*layers, layer))
         change = f"name its layer with 'fixed_layers' ({options})"
     remedy = f"if it is the ground, {change}, so that it becomes a support; if not, {line.defect.remedy}"
-    mistake, several = "is a straight line next to the blocks", "straight lines are next to the blocks"
-    return Defect(line.curves[0].where, mistake, several, remedy, near(*line.ends[0]))
+    mistake, plural_mistake = "is a straight line next to the blocks", "straight lines are next to the blocks"
+    return Defect(line.curves[0].label, mistake, plural_mistake, remedy, near(*line.ends[0]))

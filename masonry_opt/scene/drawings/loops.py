@@ -104,10 +104,12 @@ def _loops(
         free_ends[~is_alone][branches], meeting_count[~is_alone][branches] - 1, strict=True
     ):
         mistake = f"touches {other_count} other ends of curves, but can be joined to only one"
-        several = "ends of curves touch several other ends, but can be joined to only one"
+        plural_mistake = "ends of curves touch several other ends, but can be joined to only one"
         change = "lower 'outline_tolerance' (--outline-tolerance) to separate the ends"
         remedy = _remedy(change, on_support_layer)
-        defects.add(Defect(layer_curves[branch // 2].where, mistake, several, remedy, near(*ends[branch])))
+        defects.add(
+            Defect(layer_curves[branch // 2].label, mistake, plural_mistake, remedy, near(*ends[branch]))
+        )
     next_end = {end: partner[end ^ 1] for end in range(len(ends)) if end ^ 1 in partner}
     for start in free_ends.tolist():
         # Remove the curves of each open chain, beginning at a free end, so that only closed loops remain in
@@ -154,7 +156,7 @@ def _open_chains(
         length = sum(float(np.hypot(*np.diff(curve.points, axis=0).T).sum()) for curve in chain)
         change = _closing_advice(chain, length, math.dist(ends[start], ends[end ^ 1]), nearest_distance)
         remedy = _remedy(change, on_support_layer)
-        defect = Defect(chain[0].where, "is open", "outlines are open", remedy, place)
+        defect = Defect(chain[0].label, "is open", "outlines are open", remedy, place)
         chain_ends = [start, end ^ 1]
         other_ends = ends[free_ends[~np.isin(free_ends, chain_ends)]]
         gap_width = min(

@@ -230,7 +230,7 @@ def refuse_holes(mesh: Mesh, tolerance: float) -> None:
     narrower than the tolerance.
     """
     faces = _join_corners(mesh.points, mesh.faces, tolerance)
-    open_edges = np.array([edge for edge, mates in by_edge(faces).items() if len(mates) == 1], dtype=int)
+    open_edges = np.array([edge for edge, owners in by_edge(faces).items() if len(owners) == 1], dtype=int)
     ends = mesh.points[open_edges.reshape(-1, 2)]
     for edge, neighbours in zip(ends, _nearby_edges(ends, tolerance), strict=True):
         if not _is_covered(edge, ends[neighbours], tolerance):
@@ -279,9 +279,9 @@ def outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:
     Then two faces that share an edge traverse this edge in opposite directions.
     """
     directed_edges = [set(steps_round(face)) for face in faces]
-    mates = {edge: edge_faces for edge, edge_faces in by_edge(faces).items() if len(edge_faces) == 2}
-    first, second = np.array(list(mates.values()), dtype=int).reshape(-1, 2).T
-    is_alike = [(edge in directed_edges[i]) == (edge in directed_edges[j]) for edge, (i, j) in mates.items()]
+    pairs = {edge: edge_faces for edge, edge_faces in by_edge(faces).items() if len(edge_faces) == 2}
+    first, second = np.array(list(pairs.values()), dtype=int).reshape(-1, 2).T
+    is_alike = [(edge in directed_edges[i]) == (edge in directed_edges[j]) for edge, (i, j) in pairs.items()]
     turn, _ = turned(len(faces), first, second, np.array(is_alike, dtype=bool))
     faces = [face[::-1] if turns else face for face, turns in zip(faces, turn.tolist(), strict=True)]
     return [face[::-1] for face in faces] if volume(points, faces) < 0 else faces
@@ -445,10 +445,10 @@ def _neighbours(faces: list[list[int]]) -> list[list[int]]:
     Two faces are neighbours if they share an edge that belongs to no third face.
     """
     neighbours: list[list[int]] = [[] for _ in faces]
-    for mates in by_edge(faces).values():
-        if len(mates) == 2:
-            neighbours[mates[0]].append(mates[1])
-            neighbours[mates[1]].append(mates[0])
+    for edge_faces in by_edge(faces).values():
+        if len(edge_faces) == 2:
+            neighbours[edge_faces[0]].append(edge_faces[1])
+            neighbours[edge_faces[1]].append(edge_faces[0])
     return neighbours
 
 

@@ -75,7 +75,7 @@ def outlines_with_holes(
     Outlines that have no area or cross themselves are added to the defects and left out.
     """
     is_collapsed = [_is_collapsed(curve, tolerance) for curve in outlines]
-    shapes = [
+    curve_polygons = [
         (curve, None if collapses else _polygon(curve, tolerance.length, defects))
         for curve, collapses in zip(outlines, is_collapsed, strict=True)
     ]
@@ -84,10 +84,10 @@ def outlines_with_holes(
         # instead of holes.
         _add_collapsed(list(compress(outlines, is_collapsed)), outlines, tolerance, defects)
         return Nesting([], [])
-    is_shape = [polygon is not None for _, polygon in shapes]
-    curves = [curve for curve, polygon in shapes if polygon is not None]
-    polygons = np.array([polygon for _, polygon in shapes if polygon is not None], dtype=object)
-    supports = np.array(is_support, dtype=bool)[is_shape]
+    has_polygon = [polygon is not None for _, polygon in curve_polygons]
+    curves = [curve for curve, polygon in curve_polygons if polygon is not None]
+    polygons = np.array([polygon for _, polygon in curve_polygons if polygon is not None], dtype=object)
+    supports = np.array(is_support, dtype=bool)[has_polygon]
     if not len(polygons):
         return Nesting([], [])
     area = shapely.area(polygons)
@@ -209,8 +209,8 @@ def _add_collapsed(
     advice = lower_tolerance(thickness, limit, tolerance.option)
     remedy = f"the thickness of the thinnest outline is {rounded(thickness)}, so {advice}"
     for curve in collapsed_curves:
-        several, place = f"outlines have {no_area}", near(*curve.points[0])
-        defects.add(Defect(curve.where, f"has {no_area}", several, remedy, place))
+        plural_mistake, place = f"outlines have {no_area}", near(*curve.points[0])
+        defects.add(Defect(curve.label, f"has {no_area}", plural_mistake, remedy, place))
 
 
 def _polygon(curve: Curve, tolerance: float, defects: Defects) -> shapely.Polygon | None:
@@ -222,7 +222,7 @@ def _polygon(curve: Curve, tolerance: float, defects: Defects) -> shapely.Polygo
     if not _has_area(curve, tolerance):
         place = near(*curve.points[0])
         defect = Defect(
-            curve.where, "has no area", "outlines have no area", "delete outlines without area", place
+            curve.label, "has no area", "outlines have no area", "delete outlines without area", place
         )
         size = float(np.ptp(curve.points, axis=0).max())
         if _has_area(curve, RELATIVE_TOLERANCE * size):
@@ -231,7 +231,7 @@ def _polygon(curve: Curve, tolerance: float, defects: Defects) -> shapely.Polygo
                 "delete outlines that are too small; if the tolerance is too large because some outlines are "
                 "far away, delete the distant outlines instead"
             )
-            defect = Defect(curve.where, f"is {description}", f"outlines are {description}", remedy, place)
+            defect = Defect(curve.label, f"is {description}", f"outlines are {description}", remedy, place)
         defects.add(defect)
         return None
     if polygon.is_valid:
@@ -240,12 +240,15 @@ def _polygon(curve: Curve, tolerance: float, defects: Defects) -> shapely.Polygo
     crossing = re.search(r"\[(\S+) (\S+)\]", shapely.is_valid_reason(polygon))
     place = near(*map(float, crossing.groups())) if crossing else near(*curve.points[0])
     remedy = "draw the corners in order along the outline"
-    defects.add(Defect(curve.where, "crosses itself", "outlines cross themselves", remedy, place))
+    defects.add(Defect(curve.label, "crosses itself", "outlines cross themselves", remedy, place))
     return None
 
 
 def add_frames(
-    found: Sequence[Outline], is_support: Callable[[Curve], bool], is_fixed: Sequence[bool], defects: Defects
+    block_outlines: Sequence[Outline],
+    is_support: Callable[[Curve], bool],
+    is_fixed: Sequence[bool],
+    defects: Defects,
 ) -> None:
     """Add a defect for each outline that is a frame around the drawing.
 
@@ -257,26 +260,27 @@ def add_frames(
     - Most outlines of the drawing are holes of the frame, and the frame is a support by its height or no
       other block is a support.
     """
-    on_layer = Counter(curve.layer for shape in found for curve in (shape.curve, *shape.holes))
-    polygons = np.array([shape.polygon for shape in found], dtype=object)
-    for number, shape in enumerate(found):
-        if not shape.polygon.interiors or is_support(shape.curve):
+    on_layer = Counter(curve.layer for outline in block_outlines for curve in (outline.curve, *outline.holes))
+    polygons = np.array([outline.polygon for outline in block_outlines], dtype=object)
+    for number, outline in enumerate(block_outlines):
+        if not outline.polygon.interiors or is_support(outline.curve):
             continue
-        is_inside = shapely.within(polygons, shapely.Polygon(shape.polygon.exterior))
+        is_inside = shapely.within(polygons, shapely.Polygon(outline.polygon.exterior))
         is_inside[number] = False
-        inside_curves = [found[index].curve for index in np.flatnonzero(is_inside).tolist()]
-        contents = max((inside_curves, shape.holes), key=len)
+        inside_curves = [block_outlines[index].curve for index in np.flatnonzero(is_inside).tolist()]
+        contents = max((inside_curves, outline.holes), key=len)
         has_other_supports = any(flag for index, flag in enumerate(is_fixed) if index != number)
         is_frame = (
-            any(map(is_support, (*inside_curves, *shape.holes)))
-            or _share_side(shape.polygon)
+            any(map(is_support, (*inside_curves, *outline.holes)))
+            or _share_side(outline.polygon)
             or (
-                2 * len(shape.holes) > sum(on_layer.values()) and (is_fixed[number] or not has_other_supports)
+                2 * len(outline.holes) > sum(on_layer.values())
+                and (is_fixed[number] or not has_other_supports)
             )
         )
         if len(contents) < _FEWEST_IN_FRAME or not is_frame:
             continue
-        layer = shape.curve.layer
+        layer = outline.curve.layer
         remedy = f"omit layer '{layer}' with 'without_layers' (--without-layer {layer})"
         if on_layer[layer] > 1:
             remedy = (
@@ -284,11 +288,11 @@ def add_frames(
                 "it to a separate layer"
             )
         mistake = f"is a frame around {len(contents)} outlines, which would become holes"
-        several = "frames are drawn around other outlines, which would become holes"
-        defects.add(Defect(shape.curve.where, mistake, several, remedy))
+        plural_mistake = "frames are drawn around other outlines, which would become holes"
+        defects.add(Defect(outline.curve.label, mistake, plural_mistake, remedy))
 
 
-def add_smaller_copies(found: Sequence[Outline], tolerance: float, defects: Defects) -> None:
+def add_smaller_copies(block_outlines: Sequence[Outline], tolerance: float, defects: Defects) -> None:
     """Add a defect for each hole that seems to be a smaller copy of its block.
 
     A hole seems to be a smaller copy of the block's outline in two cases:
@@ -296,10 +300,10 @@ def add_smaller_copies(found: Sequence[Outline], tolerance: float, defects: Defe
     - The hole shares a side with the outline of the block, and has more than half of its area.
     - Only a thin ring remains of the block.
     """
-    for shape in found:
-        block = shapely.Polygon(shape.polygon.exterior)
+    for outline in block_outlines:
+        block = shapely.Polygon(outline.polygon.exterior)
         # Skip the cells of a network of joint lines, which have interior rings but no curves in ``holes``.
-        for curve, ring in zip(shape.holes, shape.polygon.interiors, strict=False):
+        for curve, ring in zip(outline.holes, outline.polygon.interiors, strict=False):
             hole = shapely.Polygon(ring)
             near_outline = block.exterior.buffer(tolerance)
             shares_side = ring.intersection(near_outline).length > _SHORTEST_SIDE * tolerance
@@ -308,13 +312,13 @@ def add_smaller_copies(found: Sequence[Outline], tolerance: float, defects: Defe
                 thickness < _THINNEST_RING * least_width(block)
             )
             if is_copy:
-                mistake = f"is a smaller copy of {shape.curve.where}"
-                several = "outlines are smaller copies of other outlines"
+                mistake = f"is a smaller copy of {outline.curve.label}"
+                plural_mistake = "outlines are smaller copies of other outlines"
                 remedy = (
                     "delete one of the two outlines, because the smaller outline would be read as a hole; if "
                     "a hole is intended, replace both outlines by one outline of the rest of the block"
                 )
-                defects.add(Defect(curve.where, mistake, several, remedy, near(*curve.points[0])))
+                defects.add(Defect(curve.label, mistake, plural_mistake, remedy, near(*curve.points[0])))
 
 
 def _share_side(polygon: shapely.Polygon) -> bool:

@@ -65,7 +65,7 @@ class Curve(NamedTuple):
     closed: bool
     layer: str  #: name of the drawing layer of the curve
     handle: str  #: handle of the curve in the DXF file
-    where: str = ""  #: description of the curve in error messages
+    label: str = ""  #: kind, handle and layer of the curve's entity, for error messages
 
 
 class Outline(NamedTuple):
@@ -121,14 +121,14 @@ def hidden_layers(document: Any) -> dict[str, str]:
     }
 
 
-def visible(document: Any, drawn: list[Any]) -> list[Any]:
+def visible(document: Any, entities: list[Any]) -> list[Any]:
     """Return the visible entities among those drawn in the model space.
 
     Entities that are hidden, or on a layer that is off or frozen, are not visible.
     """
     layers = hidden_layers(document)
-    entities = (entity for entity in drawn if not attribute(entity, "invisible", 0))
-    return [entity for entity in entities if layer_of(entity).casefold() not in layers]
+    unhidden_entities = (entity for entity in entities if not attribute(entity, "invisible", 0))
+    return [entity for entity in unhidden_entities if layer_of(entity).casefold() not in layers]
 
 
 def is_ignored(entity: Any) -> bool:
@@ -193,8 +193,8 @@ def _read_curve(entity: Any, sagitta: float, defects: Defects) -> np.ndarray | N
     except _UnreadableError as error:
         insert = attribute(entity, "insert", None)
         place = "" if insert is None else near(insert.x, insert.y)
-        several = f"entities cannot be read, because each is {error.description}"
-        defects.add(Defect(_describe(entity), f"is {error.description}", several, error.remedy, place))
+        plural_mistake = f"entities cannot be read, because each is {error.description}"
+        defects.add(Defect(_describe(entity), f"is {error.description}", plural_mistake, error.remedy, place))
         return None
 
 
@@ -310,13 +310,13 @@ def _describe(entity: Any) -> str:
 def net_cells(
     joints: Sequence[Curve],
     windows: Sequence[Curve],
-    drawn: Sequence[shapely.Polygon],
+    supports: Sequence[shapely.Polygon],
     tolerance: float,
     defects: Defects,
 ) -> list[Outline]:
     """Return the cells of a network of joint lines, sorted from the bottom upwards and from left to right.
 
-    Cells lie between joints, windows and the blocks ``drawn``, which are drawn as outlines. Cells inside
+    Cells lie between joints, windows and the blocks ``supports``, which are drawn as outlines. Cells inside
     these blocks, and cells that lines of windows enclose, are left out. Lines may cross and branch. Ends that
     miss another line by at most the tolerance are extended to this line. Cells narrower than the tolerance
     are left out. The layer of a cell is the layer of the first joint along its boundary.
@@ -326,7 +326,7 @@ def net_cells(
     """
     chains = [[*curve.points, *curve.points[: int(curve.closed)]] for curve in (*joints, *windows)]
     lines = np.array([shapely.LineString(chain) for chain in chains], dtype=object)
-    all_lines = np.concatenate([lines, shapely.boundary(np.array(drawn, dtype=object))])
+    all_lines = np.concatenate([lines, shapely.boundary(np.array(supports, dtype=object))])
     drawn_points = shapely.get_coordinates(all_lines)
     size = float(np.hypot(*np.ptp(drawn_points, axis=0)))
     grid = _GRID_SHARE * min(tolerance, RELATIVE_TOLERANCE * size)
@@ -350,10 +350,10 @@ def net_cells(
     for window, line in zip(windows, window_lines, strict=True):
         if shapely.length(shapely.difference(line, closed_openings)) > tolerance:
             mistake = "is not part of a closed outline of an opening"
-            several = "lines on window layers are not part of a closed outline of an opening"
+            plural_mistake = "lines on window layers are not part of a closed outline of an opening"
             remedy = "draw the complete outline of each opening, or omit the layer with 'without_layers'"
-            defects.add(Defect(window.where, mistake, several, remedy))
-    is_outside = ~shapely.within(shapely.point_on_surface(polygons), shapely.union_all([*drawn, openings]))
+            defects.add(Defect(window.label, mistake, plural_mistake, remedy))
+    is_outside = ~shapely.within(shapely.point_on_surface(polygons), shapely.union_all([*supports, openings]))
     polygons = polygons[is_outside & (2 * shapely.area(polygons) > tolerance * shapely.length(polygons))]
     left, low, _, _ = shapely.bounds(polygons).T
     polygons = shapely.orient_polygons(polygons[np.lexsort((left, np.round(low / tolerance)))])
@@ -363,7 +363,7 @@ def net_cells(
         joint_numbers = tree.query(cell.exterior, "dwithin", tolerance)
         joint = joints[joint_numbers.min()] if len(joint_numbers) else joints[0]
         corners = shapely.get_coordinates(cell.exterior)[:-1]
-        outlines.append(Outline(cell, Curve(corners, True, joint.layer, str(number), joint.where)))
+        outlines.append(Outline(cell, Curve(corners, True, joint.layer, str(number), joint.label)))
     return outlines
 
 
@@ -384,8 +384,8 @@ def _add_loose_joints(
         named_joints.add(owner)
         place = f"{near(middle.x, middle.y)}, over a length of {rounded(piece.length)}"
         remedy = "extend the line, raise 'outline_tolerance', or omit its layer with 'without_layers'"
-        several = "lines end inside a block"
-        defects.add(Defect(joints[owner].where, "ends inside a block", several, remedy, place))
+        plural_mistake = "lines end inside a block"
+        defects.add(Defect(joints[owner].label, "ends inside a block", plural_mistake, remedy, place))
 
 
 def _node_lines(lines: np.ndarray, tolerance: float, grid: float) -> np.ndarray:

@@ -54,9 +54,9 @@ class Drawing(Record):
     contact_tolerance: Positive | None = None
 
     @classmethod
-    def of(cls, given: Mapping[str, Any]) -> Self:
+    def of(cls, arguments: Mapping[str, Any]) -> Self:
         """Create the record from the arguments of a read function, without None and unknown arguments."""
-        return cls(**{key: given[key] for key in cls.model_fields if given.get(key) is not None})
+        return cls(**{key: arguments[key] for key in cls.model_fields if arguments.get(key) is not None})
 
 
 class FlatDrawing(Drawing):
@@ -84,10 +84,10 @@ def block_name(text: str) -> str:
 
 
 @contextmanager
-def naming(what: str) -> Iterator[None]:
-    """Convert a ValueError to a CaseError, and begin each line of its message with the name ``what``.
+def naming(prefix: str) -> Iterator[None]:
+    """Convert a ValueError to a CaseError, and begin each line of its message with the ``prefix``.
 
-    ``what`` replaces the words "the block" at the beginning of a line, as in "block 'A' is not closed".
+    ``prefix`` replaces the words "the block" at the beginning of a line, as in "block 'A' is not closed".
     """
     try:
         yield
@@ -95,7 +95,7 @@ def naming(what: str) -> Iterator[None]:
         lines = str(error).splitlines()
         raise CaseError(
             "\n".join(
-                line if line.startswith(what) else f"{what} {line.removeprefix('the block ')}"
+                line if line.startswith(prefix) else f"{prefix} {line.removeprefix('the block ')}"
                 for line in lines
             )
         ) from None
@@ -138,23 +138,23 @@ def listed_names(names: Sequence[str]) -> str:
     return listed(names, _MOST_NAMES)
 
 
-def with_supports(meshes: Sequence[Mesh], which: Supports, words: Sequence[str] = ()) -> list[Mesh]:
+def with_supports(meshes: Sequence[Mesh], supports: Supports, words: Sequence[str] = ()) -> list[Mesh]:
     """Return the meshes after marking the blocks that are supports.
 
-    A block is a support if it is drawn as a support, if ``which`` has its name, if it reaches down to the
-    height that ``which`` gives, or if its name or layers contain one of the words. Raises ValueError if no
-    block has a name in ``which``, or if no block is a support.
+    A block is a support if it is drawn as a support, if ``supports`` has its name, if it reaches down to the
+    height that ``supports`` gives, or if its name or layers contain one of the words. Raises ValueError if no
+    block has a name in ``supports``, or if no block is a support.
     """
     names = [mesh.name for mesh in meshes]
-    unknown_names = [name for name in which.fixed if name not in names]
+    unknown_names = [name for name in supports.fixed if name not in names]
     if unknown_names:
         raise ValueError(f"'fixed': no block is named '{unknown_names[0]}' (blocks: {listed_names(names)})")
-    height_limit = -np.inf if which.fixed_below is None else which.fixed_below
+    height_limit = -np.inf if supports.fixed_below is None else supports.fixed_below
     lowest_points = [float(mesh.points[:, 2].min()) for mesh in meshes]
     marked_meshes = []
     for mesh, low in zip(meshes, lowest_points, strict=True):
         text = f"{mesh.name} {mesh.layers}".casefold()
-        is_named = mesh.name in which.fixed or any(word.casefold() in text for word in words)
+        is_named = mesh.name in supports.fixed or any(word.casefold() in text for word in words)
         marked_meshes.append(replace(mesh, fixed=mesh.fixed or is_named or low <= height_limit))
     if not any(mesh.fixed for mesh in marked_meshes):
         raise ValueError(

@@ -150,10 +150,10 @@ def _connected_surfaces(points: np.ndarray, unique_faces: dict[int, list[int]]) 
         )
     links: list[list[int]] = []
     for edge, edge_faces in edges.items():
-        is_shared = len(edge_faces) > 2
+        has_several_surfaces = len(edge_faces) > 2
         links += (
             _pairs_through_inside(points, edge, edge_faces, faces)
-            if is_shared
+            if has_several_surfaces
             else [edge_faces[:1] + edge_faces[-1:]]
         )
     group = linked(len(faces), *np.array(links, dtype=int).reshape(-1, 2).T)

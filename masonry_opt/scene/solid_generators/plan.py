@@ -130,18 +130,18 @@ class WallStretch(NamedTuple):
         Each piece comes with the crossing before it, or None for the first piece.
         """
         ends = [*(crossing.start for crossing in self.crossings), self.end]
-        for crossing_before, end in zip([None, *self.crossings], ends, strict=True):
-            start = crossing_before.end if crossing_before else self.start
+        for previous_crossing, end in zip([None, *self.crossings], ends, strict=True):
+            start = previous_crossing.end if previous_crossing else self.start
             if start < end:
-                yield start, end, crossing_before
+                yield start, end, previous_crossing
 
-    def clear(self, hole: _Hole, nothing: float) -> bool:
+    def clear(self, hole: _Hole, zero_length: float) -> bool:
         """Return True if neither an opening nor its lintel extends beyond this piece or into a crossing wall.
 
-        ``nothing`` is the largest length that counts as zero.
+        ``zero_length`` is the largest length that counts as zero.
         """
         left, right = hole.lintel
-        return any(low - nothing <= left and right <= high + nothing for low, high, _ in self.bays())
+        return any(low - zero_length <= left and right <= high + zero_length for low, high, _ in self.bays())
 
     def runs(self, course: int) -> list[_Run]:
         """Return the runs of a course: start and end of each uninterrupted row of blocks.
@@ -295,11 +295,11 @@ class Plan(SolidGenerator):
             previous_length = 0.0  # length of the wall's axis before this piece of wall
             courses = wall.courses or self.courses
             for first, second in pairwise(wall.axis):
-                axis = 0 if first[1] == second[1] else 1
-                start, end = sorted((first[axis], second[axis]))
-                sign = 1.0 if first[axis] == start else -1.0
-                holes = tuple(self._holes(wall, first[axis] - sign * previous_length, sign))
-                place = wall, axis, first[1 - axis], start, end
+                direction = 0 if first[1] == second[1] else 1
+                start, end = sorted((first[direction], second[direction]))
+                sign = 1.0 if first[direction] == start else -1.0
+                holes = tuple(self._holes(wall, first[direction] - sign * previous_length, sign))
+                place = wall, direction, first[1 - direction], start, end
                 stretches.append(WallStretch(*place, wall.leaves * self.thickness, courses, holes))
                 previous_length += end - start
         return stretches

@@ -59,15 +59,15 @@ class Surfaces:
         """Return the number of corners of each face, shape (faces,)."""
         return np.bincount(self.face, minlength=len(self.part))
 
-    def refuse(self, face: int, why: str) -> NoReturn:
-        """Raise CaseError with the message ``why``, in which ``{}`` is replaced by the number of the face."""
+    def refuse(self, face: int, reason: str) -> NoReturn:
+        """Raise CaseError with the message ``reason``; the number of the face replaces ``{}``."""
         part = self.part[face]
         block = self.block[part]
         number = face - np.searchsorted(self.part, part) + 1
         has_several_parts = np.count_nonzero(self.block == block) > 1
         of_part = f" of part no. {part - np.searchsorted(self.block, block) + 1}" if has_several_parts else ""
         name = self.scene.blocks[block].name
-        text = why.replace("{}", f"face no. {number}{of_part}", 1)
+        text = reason.replace("{}", f"face no. {number}{of_part}", 1)
         raise CaseError(f"{self.scene.origin}: block {name!r}: {text}")
 
     @classmethod
@@ -355,15 +355,17 @@ def _height_of_part(
     return np.maximum.reduceat(height, np.cumsum(count) - count)[pair]
 
 
-def _replace_rounded(polygons: np.ndarray, tolerance: float) -> np.ndarray:
+def _replace_crossed(polygons: np.ndarray, tolerance: float) -> np.ndarray:
     """Replace polygons by their convex hulls if they cross themselves only because of rounding.
 
     Rounding changes the area of a polygon by at most the tolerance times half its outline.
     """
     hulls = shapely.convex_hull(polygons)
     added_area = np.abs(shapely.area(hulls) - shapely.area(polygons))
-    is_rounded = ~shapely.is_valid(polygons) & (added_area <= tolerance * shapely.length(hulls) / 2)
-    return np.where(is_rounded, shapely.orient_polygons(hulls), polygons)
+    is_crossed_by_rounding = ~shapely.is_valid(polygons) & (
+        added_area <= tolerance * shapely.length(hulls) / 2
+    )
+    return np.where(is_crossed_by_rounding, shapely.orient_polygons(hulls), polygons)
 
 
 def outer_faces(surfaces: Surfaces, planes: FacePlanes, tolerance: float) -> OuterFaces:
@@ -373,7 +375,7 @@ def outer_faces(surfaces: Surfaces, planes: FacePlanes, tolerance: float) -> Out
     number, of_ring = np.unique(face, return_inverse=True)
     plane_points = planes.frame.down(surfaces.corners[corner], planes.of_face[face])
     pieces = shapely.polygons(shapely.linearrings(plane_points, indices=of_ring))
-    pieces = _replace_rounded(pieces, tolerance)
+    pieces = _replace_crossed(pieces, tolerance)
     is_crossed = ~shapely.is_valid(pieces)
     if is_crossed.any():
         reason = "{} crosses itself: list the corners of the face in order along its outline"

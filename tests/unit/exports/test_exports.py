@@ -22,6 +22,7 @@ from scenes import (
     two_blocks,
 )
 from scenes_in_space import box_on_floor, corner_wall
+from speeds import slow
 
 import masonry_opt as mo
 from masonry_opt.errors import NoLoadFactorError
@@ -59,7 +60,7 @@ def times(text):
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(name, marks=pytest.mark.slow if name.startswith("no") else ()) for name in KINDS_OF_JOINTS],
+    [*(name for name in KINDS_OF_JOINTS if name != "no cohesion"), *slow("no cohesion")],
 )
 def test_highs_finds_the_associative_load_factor(tmp_path, name):
     """The reference is the static program of CVXPY, solved by the simplex method. Both programs have the same
