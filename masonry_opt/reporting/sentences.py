@@ -107,7 +107,7 @@ def _carried(v: dict[str, Any]) -> str:
     The sentence says if other forces can carry the dead load too.
     """
     if v["unique"]:
-        return "equilibrium alone fixes the forces that carry the dead load"
+        return "equilibrium alone fixes the resultants of all joints"
     many = "one of many sets of forces that carry the dead load"
     if v["elastic"]:
         return f"the forces shown were computed with elastic contacts and are {many}"

@@ -44,9 +44,10 @@ _PACKAGES = "masonry_opt cvxpy pyomo clarabel highspy osqp scs casadi scipy nump
 class Journal:
     """File that records the finished runs of a study, in the folder of the study.
 
-    The first line, the head, has a hash of each input that determines the rows. Every other line is a run.
-    An incomplete last line is removed when the file is opened. Any other damaged line remains in the file,
-    and ``warnings`` has a record with its number. The runs of damaged and removed lines are made again.
+    The first line, the head, has a hash of each input that determines the rows. Every other line is a run,
+    with a hash of its content. A line with another hash is damaged. An incomplete last line is removed when
+    the file is opened. Any other damaged line remains in the file, and ``warnings`` has a record with its
+    number. The runs of damaged and removed lines are made again.
 
     Raises OptionError if the folder has runs with another head, OutputError if it cannot be read or written.
     """
@@ -99,9 +100,11 @@ class Journal:
     def _keep(self, line: Mapping[str, Any]) -> None:
         """Store the run that a line of the journal describes.
 
-        Raises KeyError or TypeError if the line is damaged.
+        Raises KeyError, TypeError or ValueError if the line is damaged.
         """
-        self._rows[str(line["key"])] = {**line["row"]}
+        if line["hash"] != _hash_of_run(line["key"], line["row"]):
+            raise ValueError
+        self._rows[line["key"]] = line["row"]
 
     def find(self, key: str) -> dict[str, Any] | None:
         """Return the row of a run by its key, or None if the run is not in the journal."""
@@ -111,7 +114,7 @@ class Journal:
         """Append the row of a run to the file, and wait until the row is on disk."""
         note = "; the finished runs are kept: repeat the command to continue"
         with writing(self.path, note), self.path.open("ab") as stream:
-            stream.write(_line({"key": key, "row": row}))
+            stream.write(run_line(key, row))
             stream.flush()
             os.fsync(stream.fileno())
         self._rows[key] = dict(row)
@@ -134,6 +137,16 @@ class Journal:
 def digest(content: object) -> str:
     """Return a short hash of the ``repr`` of an object."""
     return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
+
+
+def run_line(key: str, row: Mapping[str, Any]) -> bytes:
+    """Return the line of a journal that records a run, with a hash of its content."""
+    return _line({"key": key, "row": row, "hash": _hash_of_run(key, row)})
+
+
+def _hash_of_run(key: str, row: Mapping[str, Any]) -> str:
+    """Return a hash of a run in the journal: equal before the run is written and after it is read."""
+    return digest(json.dumps([key, row]))
 
 
 def _line(content: Mapping[str, Any]) -> bytes:

@@ -14,7 +14,7 @@ from screens import Screen
 import masonry_opt as mo
 from masonry_opt.errors import NoRunSolvedError
 from masonry_opt.studies.many.run_warnings import recorded_warnings, warnings_of_rows
-from masonry_opt.studies.writing import JOURNAL, Journal
+from masonry_opt.studies.writing import JOURNAL, Journal, run_line
 
 #: Warning about a friction coefficient of 31, which would be 0.601 if 31 were meant in degrees.
 IN_DEGREES = (
@@ -199,8 +199,10 @@ def test_axles_are_not_compared(doubtful, command):
 
 @pytest.mark.usefixtures("without_charts")
 def test_a_damaged_line_of_a_journal_is_named_and_its_run_made_again(tmp_path, command):
-    """A journal line that is not JSON, not text, or incomplete is named in a warning, and its run is
-    repeated."""
+    """A journal line that is not JSON, not text, incomplete or edited by hand is named in a warning.
+
+    The run of the line is repeated.
+    """
     mo.save(block_on_floor(), tmp_path / "block.toml")
     out = tmp_path / "out"
     asked = ("sweep", tmp_path / "block.toml", *STATIC, "--workers", "1", "--out", out)
@@ -209,11 +211,12 @@ def test_a_damaged_line_of_a_journal_is_named_and_its_run_made_again(tmp_path, c
     path = out / JOURNAL
     lines = path.read_bytes().splitlines()
     lines[2], lines[3], lines[4] = lines[2][: len(lines[2]) // 2], b"\xff\xfe", b'{"key": "a"}'
+    lines[5] = lines[5].replace(b"0.6", b'"x"')
     path.write_bytes(b"\n".join(lines) + b"\n")
     warned = command.warned(*asked, "--vary", "joints.friction=0.2,0.3,0.4,0.5,0.6")
     named = [line.removeprefix(f"{path}: ").partition(" is damaged")[0] for line in warned]
-    assert named == ["line 3", "line 4", "line 5"]
-    assert len(path.read_bytes().splitlines()) == 6 + 3  # Three runs were repeated, and two were reused.
+    assert named == ["line 3", "line 4", "line 5", "line 6"]
+    assert len(path.read_bytes().splitlines()) == 6 + 4  # Four runs were repeated, and one was reused.
     same(pd.read_csv(out / "runs.csv"), before)
 
 
@@ -231,7 +234,7 @@ def test_a_run_that_the_time_limit_ended_is_repeated_with_a_longer_limit(tmp_pat
     head, run = path.read_text("utf-8").splitlines()
     line = json.loads(run)
     line["row"] |= {"load_factor": 9.0, "time_limit_reached": True, "time_limit": 5.0}
-    path.write_text(f"{head}\n{json.dumps(line)}\n", "utf-8")
+    path.write_bytes(f"{head}\n".encode() + run_line(line["key"], line["row"]))
     assert sweep(limit)["load_factor"].tolist() == pytest.approx([load_factor])
 
 

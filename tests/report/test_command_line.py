@@ -245,11 +245,11 @@ def test_a_published_value_of_an_mcp_or_the_loop_serves_the_default():
     own, loop = scene.reference["coulomb"], scene.reference["nonassociative"]
     mcp = own.model_copy(update={"source": "an MCP"})
     for reference, words in (
-        ({"nonassociative": loop, "mcp": mcp, "coulomb": own}, "1.280338166517 (by hand"),
-        ({"nonassociative": loop, "mcp": mcp}, "1.280338166517 (an MCP; value 'mcp' of the case file);"),
+        ({"nonassociative": loop, "mcp": mcp, "coulomb": own}, "1.280338 (by hand"),
+        ({"nonassociative": loop, "mcp": mcp}, "1.280338 (an MCP; value 'mcp' of the case file);"),
         (
             {"mcp": mcp, "mpec": loop},
-            "1.280338166517 (an MCP; value 'mcp' of the case file, which also has 'mpec' = 1.28);",
+            "1.280338 (an MCP; value 'mcp' of the case file, which also has 'mpec' = 1.28);",
         ),
         (
             {"nonassociative": loop},

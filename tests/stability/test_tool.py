@@ -113,7 +113,7 @@ def test_unwritable_folder_is_told_before_long_work(monkeypatch, watched, comman
     message = command.refused("solve", WALL_1, "--plot", tmp_path / "wall.png")
     assert "is not writable" in message
     (tmp_path / "folder.png").mkdir()
-    assert "is a folder" in command.refused("solve", WALL_1, "--plot", tmp_path / "folder.png")
+    assert "a folder has this name" in command.refused("solve", WALL_1, "--plot", tmp_path / "folder.png")
     assert solved == []
 
 
