@@ -176,7 +176,8 @@ def check(scene: Scene | str | Path) -> DualityReport:
         if answer.state is None:
             raise NoLoadFactorError(
                 f"{result.case}: no solution of the {formulation} formulation was found in {language}: the "
-                f"solver stopped with '{answer.solved.status}'"
+                f"solver stopped with '{answer.solved.status}'",
+                result.warning_sentences,
             )
         return answer.state
 
@@ -219,13 +220,14 @@ def _of_margin(result: Result) -> Problem:
 
     if not result.size.joints:
         raise NoLoadFactorError(
-            f"{result.case}: {STABLE}; no blocks touch, so there is no margin of stability to compare"
+            f"{result.case}: {STABLE}; no blocks touch, so there is no margin of stability to compare",
+            result.warning_sentences,
         )
     problem = with_pressure_removed(result.assembly.problem)
     certificate = existence(problem, Effort(), of_mechanism=False) if problem.live_norm else None
     if not problem.live_norm or (certificate and certificate.existence is Existence.UNBOUNDED):
         margin = "self-stress can press all joints without limit, so there is no margin to compare"
-        raise NoLoadFactorError(f"{result.case}: {STABLE}; {margin}")
+        raise NoLoadFactorError(f"{result.case}: {STABLE}; {margin}", result.warning_sentences)
     return problem
 
 

@@ -76,12 +76,20 @@ def listed(items: Sequence[str], most: int, noun: str = "") -> str:
 
 
 class MasonryError(Exception):
-    """Base class of this package's errors; each message is printable and states a remedy."""
+    """Base class of this package's errors; each message is printable and states a remedy.
+
+    Attributes
+    ----------
+    message: the message without warnings. The text of the error, ``str(error)``, also has the warnings.
+    warnings: warnings about the scene that may explain the error, as sentences.
+    """
 
     exit_code = 2  #: exit code of the command line
 
-    def __init__(self, message: object) -> None:
-        super().__init__(printable(str(message)))
+    def __init__(self, message: object, warnings: Sequence[str] = ()) -> None:
+        self.message = printable(str(message))
+        self.warnings = tuple(map(printable, dict.fromkeys(warnings)))
+        super().__init__("; ".join([self.message, *(f"warning: {sentence}" for sentence in self.warnings)]))
 
 
 class LongAnalysisWarning(UserWarning):

@@ -139,8 +139,7 @@ class Result(Outcome):
                 "add a live load, such as 'live' of a block"
             )
         if self.load_factor is None:
-            warnings = "".join(f"; warning: {sentence}" for sentence in self.warning_sentences)
-            raise NoLoadFactorError(f"{self.case}: {self.status}: {self.message}{warnings}")
+            raise NoLoadFactorError(f"{self.case}: {self.status}: {self.message}", self.warning_sentences)
         return self.load_factor
 
     def plot(

@@ -3,7 +3,7 @@
 import contextlib
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
 from io import TextIOWrapper
 from typing import Annotated, Any, NoReturn
@@ -14,7 +14,7 @@ from typer.core import TyperCommand, TyperGroup
 from masonry_opt.cli.imports import garbage_collection_paused
 from masonry_opt.cli.slips import with_remedies
 from masonry_opt.errors import InterruptedByUserError, MasonryError, OptionError, OutputError, ReaderGoneError
-from masonry_opt.reporting.terminal import print_text, results_alone
+from masonry_opt.reporting.terminal import print_text, print_warnings, results_alone
 
 #: Map from a command to its module, if the module has a different name. A module is imported only when its
 #: command runs.
@@ -158,7 +158,7 @@ def _run() -> None:
     except (ReaderGoneError, BrokenPipeError):
         _end(None, ReaderGoneError.exit_code)
     except MasonryError as error:
-        _end(str(error), error.exit_code)
+        _end(error.message, error.exit_code, error.warnings)
     except OSError as error:
         _end(f"the output cannot be written: {error.strerror}", OutputError.exit_code)
     except MemoryError:
@@ -187,10 +187,11 @@ def _run_and_flush() -> None:
         raise
 
 
-def _end(message: str | None, code: int) -> NoReturn:
-    """End the program with an exit code. Print a message on standard error, unless the message is None."""
+def _end(message: str | None, code: int, warnings: Sequence[str] = ()) -> NoReturn:
+    """End the program with an exit code. Print warnings and the message, unless None, on standard error."""
     with contextlib.suppress(OSError):
         if message is not None and sys.stderr is not None:
+            print_warnings(warnings)
             print(f"error: {message}", file=sys.stderr, flush=True)
     try:
         if sys.stdout is not None:

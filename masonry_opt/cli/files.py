@@ -4,7 +4,7 @@ import contextlib
 import inspect
 import os
 import re
-from collections.abc import Callable, Container, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,6 @@ from masonry_opt.reporting.sentences import sentences
 from masonry_opt.reporting.terminal import print_text, print_warnings
 from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.case_file import CaseFile, MeshTable, as_scene, save
-from masonry_opt.scene.contacts.joints import find_joints, shapes_of
 from masonry_opt.scene.drawings.dxf import DxfDrawing, read_with_layers
 from masonry_opt.scene.drawings.mesh_files import MESHES
 from masonry_opt.scene.tables import as_path, parse_file
@@ -99,6 +98,8 @@ def export(arguments: CommandArguments, case: Path, file: Path, load_case: str |
     print_text("\n".join(printable(str(path)) for path in mo.export(exported, file, **arguments)))
     if isinstance(exported, mo.Result):
         print_warnings(exported.warning_sentences)
+    elif file.suffix.lower() in SOLID_ENDS:
+        print_warnings(_doubts_at_rest(exported))
     else:
         print_warnings(sentences(warnings_of(assemble(exported), None)))
 
@@ -150,6 +151,7 @@ def convert(arguments: CommandArguments, drawing: Path, out: Path, force: bool =
         scene = mo.load(drawing)
         mo.write_dxf(scene, out, force)
         _print_counts(scene, out)
+        print_warnings(_doubts_at_rest(scene))
         return
     as_path(out, "a case file", ".toml", ".json")
     refuse_replacing(out, force)
@@ -183,15 +185,28 @@ def convert(arguments: CommandArguments, drawing: Path, out: Path, force: bool =
         # Find the joints before the case file is written. If the geometry is wrong, CaseError is raised, and
         # no file is written.
         work.show("convert: finding joints")
-        shapes = shapes_of(scene)
-        joints = len(find_joints(scene, shapes).first)
+        assembly = assemble(scene)
     corners = sum(len(block.corners()) for block in scene.blocks) if read is mo.read_mesh else 0
     by_name = corners > _MOST_CORNERS
     save(_case_of_mesh(drawing, out, scene, arguments) if by_name else scene, out, force)
-    _print_counts(scene, out, f", {counted(joints, 'joint')}" + (f", in {drawing}" if by_name else ""))
-    print_text(_size(shapes.extent_of(~scene.fixed), unit, metres))
+    joints = counted(len(assembly.joints.first), "joint")
+    _print_counts(scene, out, f", {joints}" + (f", in {drawing}" if by_name else ""))
+    print_text(_size(assembly.geometry.extent_of(~scene.fixed), unit, metres))
     if layers:
         print_text(printable("\n".join(layers)))
+    print_warnings(doubts(assembly))
+
+
+def _doubts_at_rest(scene: mo.Scene) -> Iterable[str]:
+    """Return warnings about a scene whose blocks were written as shapes, without an analysis.
+
+    The shapes are also written if the scene cannot be assembled, for example because blocks overlap. The
+    error of the assembly is then the only warning.
+    """
+    try:
+        return doubts(assemble(scene, floating=True))
+    except CaseError as error:
+        return [str(error)]
 
 
 @contextlib.contextmanager

@@ -1,5 +1,6 @@
 """Commands `masonry-opt capacity`, `crossing`, `directions`, `least`, `report` and `settle`."""
 
+import contextlib
 import csv
 import itertools
 import json as json_module
@@ -25,11 +26,14 @@ from masonry_opt.cli.command import (
     save,
     waiting,
 )
+from masonry_opt.deadline import TimeLimitReached, limited
 from masonry_opt.drawing.figure import refuse_file, refuse_picture
 from masonry_opt.drawing.solids import refuse_view
 from masonry_opt.effort import Phases
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted, printable
 from masonry_opt.files import writing
+from masonry_opt.finite_motion.capacity import refuse_parts_not_followed
+from masonry_opt.problem.assembly import assemble
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.reporting.terminal import frame_text, print_result, print_text, print_warnings
 from masonry_opt.scene.case_file import as_scene
@@ -101,9 +105,14 @@ def capacity(
     if spectrum is None:
         refuse_without(arguments, checking, "a check against a spectrum", "--spectrum FILE")
     periods = None if spectrum is None else _spectrum(spectrum)
+    scene = as_scene(case, arguments.pop("load_case", None))
     with waiting("capacity") as work:
+        # Look for parts of the scene that prevent the curve before the scene is solved, which may take long.
+        # If the time limit ends the search for joints, ``solve`` reports it.
+        with contextlib.suppress(TimeLimitReached), limited(arguments.get("time_limit")):
+            refuse_parts_not_followed(assemble(scene))
         steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
-        onset = mo.solve(case, incremental=False, **steps, **arguments.keywords_for(mo.solve))
+        onset = mo.solve(scene, incremental=False, **steps, **arguments.keywords_for(mo.solve))
         work.show("capacity: following the mechanism")
 
         def progress(number: int, load_factor: float) -> None:

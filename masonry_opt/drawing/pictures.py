@@ -29,6 +29,7 @@ from masonry_opt.scene.mistakes import suggests_arguments
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Solid
 from masonry_opt.solution.outcome import Outcome
+from masonry_opt.solution.reasons import Code
 from masonry_opt.solution.sense import warnings_of
 
 #: Smallest font size of block names in scenes of up to ``_MANY_BLOCKS`` blocks, in points. A name of this
@@ -94,14 +95,18 @@ def scene_picture(assembly: Assembly, names: bool = False, view: ViewAngles | No
 
 
 def doubts(assembly: Assembly) -> Iterator[str]:
-    """Generate sentences about probable mistakes in a scene, such as blocks that touch no other block."""
+    """Generate sentences about probable mistakes in a scene, such as blocks that touch no other block.
+
+    The scene is not analysed, so there is no warning that an analysis ignores axles.
+    """
     scene, joints = assembly.scene, assembly.joints
     try:
         joined = joints.first, joints.second
         refuse_floating(scene, assembly.geometry, joined, joints.closing)
     except CaseError as error:
         yield str(error)
-    yield from sentences(warnings_of(assembly, None))
+    found = warnings_of(assembly, None)
+    yield from sentences([warning for warning in found if warning.code is not Code.AXLES_LEFT_OUT])
 
 
 def result_picture(

@@ -71,11 +71,13 @@ def _global(assembly: Assembly) -> Declared:
     computed first. Raises NoLoadFactorError if the associative load factor is negative.
     """
     problem = assembly.problem
-    associative = solve(assembly.scene, "static").required()
+    static = solve(assembly.scene, "static")
+    associative = static.required()
     if associative < 0:
         raise NoLoadFactorError(
             f"{assembly.scene.origin}: the program of method 'global' needs a load factor ≥ 0, but no load "
-            f"factor is above {associative:g}: reverse the live load"
+            f"factor is above {associative:g}: reverse the live load",
+            static.warning_sentences,
         )
     highest = a_little_above(associative)
     known = solve(assembly.scene).solution.d

@@ -113,7 +113,7 @@ def capacity(
         raise OptionError(f"{result.case}: the scene is stable and has no live load, but {needed}")
     result.required()
     assembly, dimension = result.assembly, result.assembly.scene.dimension
-    _refuse_parts_not_followed(result)
+    refuse_parts_not_followed(assembly)
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
         raise OptionError(f"steps must be a whole number, at least 2 (found {steps!r})")
     dead, live = point_forces(assembly)
@@ -129,12 +129,12 @@ def capacity(
     return curve
 
 
-def _refuse_parts_not_followed(result: Result) -> None:
-    """Raise OptionError if the scene has settling supports or other parts that prevent a capacity curve."""
-    assembly = result.assembly
+def refuse_parts_not_followed(assembly: Assembly) -> None:
+    """Raise OptionError if a scene has settling supports or other parts that prevent a capacity curve."""
+    case = assembly.scene.called
     if any(force.role is Role.SUPPORT for force in assembly.limited):
         raise OptionError(
-            f"{result.case}: a capacity curve is not possible while a support settles: call mo.solve with "
+            f"{case}: a capacity curve is not possible while a support settles: call mo.solve with "
             "the option 'settled', which moves the support before the live load acts"
         )
     not_followed = _not_followed(assembly)
@@ -144,7 +144,7 @@ def _refuse_parts_not_followed(result: Result) -> None:
     parts = " and ".join(f"{part} {some(names)}".strip() for part, names in not_followed.items())
     is_one = sum(max(len(names), 1) for names in not_followed.values()) == 1
     instead = f"omit {'it' if is_one else 'them'}, or use 'solve' to compute only the load factor"
-    raise OptionError(f"{result.case}: a capacity curve {where} cannot take account of {parts}: {instead}")
+    raise OptionError(f"{case}: a capacity curve {where} cannot take account of {parts}: {instead}")
 
 
 def _not_followed(assembly: Assembly) -> dict[str, list[str]]:
@@ -363,7 +363,8 @@ class Capacity:
         if len(self.steps) < 2:
             raise NoLoadFactorError(
                 f"{case}: the capacity curve has no state after the onset of collapse, so the kinematic "
-                f"check is not possible: {self.message}"
+                f"check is not possible: {self.message}",
+                self.result.warning_sentences,
             )
         share = self._share_of_weight() if quake is None else None
         if share is not None:

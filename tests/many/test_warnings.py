@@ -2,6 +2,7 @@
 journals."""
 
 import json
+import pickle
 from contextlib import redirect_stderr
 
 import numpy as np
@@ -12,7 +13,7 @@ from scenes import axles_on_a_beam, block_on_floor
 from screens import Screen
 
 import masonry_opt as mo
-from masonry_opt.errors import NoRunSolvedError
+from masonry_opt.errors import NoLoadFactorError, NoRunSolvedError
 from masonry_opt.studies.many.run_warnings import recorded_warnings, warnings_of_rows
 from masonry_opt.studies.writing import JOURNAL, Journal, run_line
 
@@ -60,8 +61,29 @@ def test_a_search_without_a_threshold_says_what_looks_unintended(doubtful, comma
     """The friction, written in degrees, may be the reason why the block carries the load at both ends."""
     asked = ("--vary", "block.A.weight=10:20", "--load", "0.1", "--samples", "0", *STATIC)
     error = command.refused("least", doubtful / "block.toml", *asked)
-    assert "no threshold was found" in error
-    assert error.strip().endswith(f"; warning: {IN_DEGREES}")
+    assert error.startswith(f"warning: {IN_DEGREES}\nerror: no threshold was found")
+    assert error.count("warning: ") == 1
+    with pytest.raises(mo.OptionError, match="no threshold was found") as caught:
+        mo.least(lambda weight: block_on_floor(friction=31), 10, 20, load=0.1, samples=0, method="static")
+    assert caught.value.warnings == (IN_DEGREES,)
+    assert str(caught.value) == f"{caught.value.message}; warning: {IN_DEGREES}"
+
+
+@pytest.mark.parametrize("asked", [("solve", "--quiet"), ("capacity",), ("check",)])
+def test_a_command_without_a_load_factor_says_what_looks_unintended(tmp_path, command, asked):
+    """The live load presses the block down, so that no multiple of it is too large."""
+    name, *options = asked
+    case = tmp_path / "pressed.toml"
+    mo.save(block_on_floor(friction=31, live=(0, -1)), case)
+    error = command.refused(name, case, *options, code=1)
+    assert error.startswith(f"warning: {IN_DEGREES}\nerror: {case}: unlimited")
+    assert error.count("warning: ") == 1
+
+
+def test_an_error_of_a_worker_process_keeps_its_warnings():
+    error = NoLoadFactorError("no load factor", [IN_DEGREES, IN_DEGREES])
+    copy = pickle.loads(pickle.dumps(error))
+    assert (str(copy), copy.message, copy.warnings) == (str(error), "no load factor", (IN_DEGREES,))
 
 
 def test_warnings_are_yellow_on_a_terminal_and_whole_in_a_pipe(doubtful, command, terminal):
@@ -79,6 +101,37 @@ def test_commands_that_do_not_solve_warn_on_standard_error(doubtful, command):
     asked = ("export", doubtful / "solid.toml", doubtful / "solid.obj", *STATIC)
     assert command.warned(*asked) == [IN_DEGREES]
     assert command.warned("check", doubtful / "block.toml") == [IN_DEGREES]
+
+
+def test_convert_warns_as_draw_does(doubtful, command):
+    drawing, case = doubtful / "block.dxf", doubtful / "drawn.toml"
+    assert command.warned("convert", doubtful / "block.toml", drawing) == [IN_DEGREES]
+    properties = ("--friction", "31", "--unit-weight", "2", "--live", "1,0")
+    assert command.warned("convert", drawing, case, *properties) == [IN_DEGREES]
+    assert command.warned("draw", case, doubtful / "drawn.svg") == [IN_DEGREES]
+
+
+def test_shapes_of_a_scene_that_cannot_be_solved_are_written_with_a_warning(tmp_path, command):
+    """In one scene two blocks overlap, and in the other scene, a block floats 1 above the other block."""
+    scene = block_on_floor()
+    block = next(block for block in scene.blocks if not block.fixed)
+    for name, rise in (("overlapping", 0.5), ("floating", 3.0)):
+        vertices = [(x, y + rise) for x, y in block.vertices]
+        changed = scene.replace(blocks=[*scene.blocks, mo.Block(name="B", vertices=vertices, weight=1)])
+        mo.save(changed, tmp_path / f"{name}.toml")
+        mo.save(mo.extrude(changed, 1.0), tmp_path / f"{name}_solid.toml")
+        for case, out in ((name, "dxf"), (f"{name}_solid", "obj")):
+            verb = "convert" if out == "dxf" else "export"
+            (sentence,) = command.warned(verb, tmp_path / f"{case}.toml", tmp_path / f"{name}.{out}")
+            assert "overlap" in sentence if name == "overlapping" else "touches no other block" in sentence
+            assert (tmp_path / f"{name}.{out}").exists()
+
+
+def test_commands_without_analysis_do_not_say_that_axles_are_ignored(tmp_path, command):
+    case = tmp_path / "axles.toml"
+    mo.save(axles_on_a_beam(0.5), case)
+    assert command.warned("draw", case, tmp_path / "axles.svg") == []
+    assert command.warned("convert", case, tmp_path / "axles.dxf") == []
 
 
 @pytest.mark.slow

@@ -119,6 +119,15 @@ def test_a_capacity_curve_needs_a_scene_without_ties(command):
     command("solve", TIED, "--method", "static")
 
 
+def test_a_capacity_curve_is_refused_before_the_scene_is_solved(monkeypatch, tmp_path, command):
+    """Joints of limited strength prevent the curve, and the joints alone show it."""
+    case = tmp_path / "weak.toml"
+    scene = block_on_floor()
+    mo.save(scene.replace(joints=scene.joints.replace(strength=2e6)), case)
+    monkeypatch.setattr(mo, "solve", None)
+    assert "cannot take account of limited 'strength' of joints" in command.refused("capacity", case)
+
+
 @pytest.mark.parametrize("pressure", [True, False])
 def test_a_capacity_curve_needs_a_scene_without_fill(pressure):
     """A single message covers fill that presses and fill that only weighs: its advice leads to a curve."""

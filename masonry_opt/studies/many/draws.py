@@ -13,7 +13,7 @@ import pandas as pd
 from scipy import stats
 from scipy.stats import qmc
 
-from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.errors import CaseError, OptionError, rounded_down
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.joints import Joint
 from masonry_opt.scene.mistakes import instead_of
@@ -228,7 +228,7 @@ class Draws:
         try:
             self._parameters.at({name: value})
         except CaseError as error:
-            how = f" (values below 0: {law.frozen.cdf(0.0):.2g} of all)" if value < 0 else ""
+            how = f" ({_share_below_zero(law)} are below 0)" if value < 0 else ""
             raise OptionError(
                 f"the distribution {law.text} of '{name}' contains {value:g}{how}, which the scene does not "
                 f"accept: {error}; use a distribution without such values, for example a lognormal or a "
@@ -252,6 +252,12 @@ class Draws:
                 properties = exceptions.setdefault(frozenset(pair), {"between": pair})
                 properties[column.of.removeprefix("joints.")] = values[column.name]
         return scene.replace(exceptions=[Joint(**properties) for properties in exceptions.values()])
+
+
+def _share_below_zero(law: Distribution) -> str:
+    """Return the share of negative values of a distribution as text, such as "0.62 % of the values"."""
+    share = float(law.frozen.cdf(0.0))
+    return "all values" if share == 1 else f"{rounded_down(100 * share)} % of the values"
 
 
 def points(count: int, dimensions: int, seed: int) -> np.ndarray:

@@ -18,7 +18,6 @@ from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError, TimeLi
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.load_factor_scale import RELATIVE_ROUNDING
-from masonry_opt.reporting.names import warning_lines
 from masonry_opt.result import distinct_warnings
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
@@ -165,8 +164,7 @@ class _Search:
         row = sorted(self.trials.values(), key=lambda trial: trial.value, reverse=self.least)
         if not row[0].holds or row[-1].holds:
             warnings = distinct_warnings([row[0].answer, row[-1].answer])
-            sentences = warning_lines(record["sentence"] for record in warnings)
-            raise OptionError("; ".join([self._no_threshold(), *sentences]))
+            raise OptionError(self._no_threshold(), [record["sentence"] for record in warnings])
         holds, fails = next((near, far) for near, far in pairwise(row) if not far.holds)
         holds, fails = self._narrow(holds, fails, tolerance, _LEAST_SCALE * (upper - lower))
         jump = jump_between(holds, fails, self.trials.values(), self.load)
@@ -189,7 +187,7 @@ class _Search:
             remedy = ""
             if self.load is not None and scene is not None and not _has_live_load(scene):
                 remedy = "; without 'load' (--load) the search tests stability under dead load only"
-            raise type(error)(f"at {value:.9g}: {error}{remedy}") from None
+            raise type(error)(f"at {value:.9g}: {error.message}{remedy}", error.warnings) from None
         rounding = RELATIVE_ROUNDING * max(1.0, abs(self.required))
         holds = number >= self.required - rounding
         trial = self.trials[value] = Trial(value, holds, number, answer, certificate)
@@ -225,10 +223,14 @@ class _Search:
         else:
             raise NoLoadFactorError(
                 "it could not be decided whether the load is carried: narrow the range, or choose another "
-                f"method ({result.status}: {result.message})"
+                f"method ({result.status}: {result.message})",
+                result.warning_sentences,
             )
         if answer.stopped and number >= self.load:
-            raise NoLoadFactorError(f"it could not be decided whether the load is carried: {answer.stopped}")
+            raise NoLoadFactorError(
+                f"it could not be decided whether the load is carried: {answer.stopped}",
+                result.warning_sentences,
+            )
         return number, result.certificate, answer
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:

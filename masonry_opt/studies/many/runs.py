@@ -242,7 +242,9 @@ def _nothing_solved(frame: pd.DataFrame) -> NoRunSolvedError:
     reasons = Counter(frame.loc[frame["status"] == how, "message"])
     ((why, alike),) = reasons.most_common(1)
     named = why if alike == count else f"for example {why}"
-    return NoRunSolvedError(f"no run was solved: status '{how}' in {count} of {len(frame)} runs: {named}")
+    return NoRunSolvedError(
+        f"no run was solved: status '{how}' in {count} of {len(frame)} runs: {named}", frame.attrs["warnings"]
+    )
 
 
 def _columns_of_state(shared: SharedAnswer, found_at: str) -> dict[str, Any]:
