@@ -80,7 +80,7 @@ class DeadLoadCheck:
             forces = None if self._is_small else self._forces_at_rest(own_effort)
             if forces is not None:
                 return self._stable(forces, True, own_effort)
-            return self._fall_from_rest(own_effort) or self._stable(by_program, False, own_effort)
+            return self.fall_from_rest(own_effort) or self._stable(by_program, False, own_effort)
 
     def _stable(self, forces: np.ndarray, elastic: bool, effort: Effort) -> Solution:
         """Return the solution of a stable scene, with its safety margins.
@@ -138,7 +138,7 @@ class DeadLoadCheck:
         state = FinalState(d=falling, forms=problem.by_cone.forms)
         return replace(solution, state=state, reasons=(falls, *remedies)), None
 
-    def _fall_from_rest(self, effort: Effort) -> Solution | None:
+    def fall_from_rest(self, effort: Effort) -> Solution | None:
         """Check if a scene is stable only because self-stress (forces without any load) wedges its blocks.
 
         If so, return the solution of an unstable scene; otherwise None.

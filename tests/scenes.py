@@ -33,6 +33,18 @@ TABLE_1 = [
 ]
 
 
+def block_between_walls(friction: float) -> mo.Scene:
+    """Return a block of weight 4 that hangs between two walls, without a force that presses them onto it."""
+    return mo.Scene(
+        blocks=[
+            mo.Block(name="left", vertices=rectangle(-1, 0, -1, 3), fixed=True),
+            mo.Block(name="right", vertices=rectangle(2, 3, -1, 3), fixed=True),
+            mo.Block(name="hanging", vertices=rectangle(0, 2, 0, 2), weight=4),
+        ],
+        joints={"friction": friction},
+    )
+
+
 def block_on_floor(
     width: float = 1.0, height: float = 2.0, friction: float = 0.6, **block: object
 ) -> mo.Scene:

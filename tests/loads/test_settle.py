@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mappings import mapped, turned
-from scenes import CASES
+from scenes import CASES, block_between_walls
 
 import masonry_opt as mo
 from masonry_opt.scene.blocks import rectangle
@@ -446,3 +446,15 @@ def test_a_result_whose_support_settles_has_no_capacity_curve():
     result = mo.settle(beam(), "R", (0, -1), method="static").least.result
     with pytest.raises(mo.OptionError, match="while a support settles: call"):
         mo.capacity(result)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_mechanism_in_which_no_support_moves_has_no_openings():
+    """A block of weight 4 hangs between two walls with μ = 2. It slides down if the walls press it with less
+    than 4 / (2 μ) = 1. The walls do not move in this mechanism."""
+    settled = mo.settle(block_between_walls(2.0), "left", direction=(-1, 0))
+    assert settled.least.reaction == pytest.approx(1.0, rel=1e-6)
+    assert not len(settled.openings)
+    facts = settled.facts()
+    assert facts["openings"].startswith("none, because no support moves")
+    assert facts["at rest"].startswith("not found: blocks at rest")

@@ -7,7 +7,7 @@ from importlib import import_module
 
 import numpy as np
 import pytest
-from scenes import CASES, WALLS, block_on_floor
+from scenes import CASES, WALLS, block_between_walls, block_on_floor
 
 import masonry_opt as mo
 from masonry_opt.errors import NoLoadFactorError
@@ -247,6 +247,15 @@ def test_a_scene_without_room_stands():
     found = mo.most(eccentric, 0.1, 0.8, samples=2, tolerance=1e-3)
     assert found.value == pytest.approx(0.5, rel=1e-3)
     assert abs(found.trials[0].number) < 1e-8
+
+
+def test_a_block_that_only_self_stress_holds_is_unstable_with_any_friction():
+    """A block hangs between two walls. Friction holds it only if the walls are pressed onto it, and the dead
+    load does not do this. Then "solve" and "least" must agree."""
+    assert mo.solve(block_between_walls(2.0)).status == "unstable under dead load"
+    with pytest.raises(mo.OptionError, match="the scene is unstable at 0, at 3 and at all"):
+        mo.least(block_between_walls, 0.0, 3.0)
+    assert standing(block_between_walls(2.0)).margin == -math.inf
 
 
 def test_a_path_will_do():

@@ -69,7 +69,8 @@ def least(  # noqa: PLR0913 - options of the public API are keywords
     1.0678
 
     Without ``load`` the scene is examined under its dead load alone. It is stable if a state of equilibrium
-    with admissible forces exists. Below the threshold no such state exists, for any flow rule.
+    with admissible forces exists, unless these forces are self-stress between wedged blocks, which does not
+    arise from rest.
 
     Parameters
     ----------

@@ -9,6 +9,7 @@ import numpy as np
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.methods.associative import associative
+from masonry_opt.methods.registry import HowToSolve
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
 from masonry_opt.problem.load_factor_scale import RELATIVE_ROUNDING
@@ -21,8 +22,10 @@ from masonry_opt.solution.answer import Certificate, FinalState
 from masonry_opt.solution.motion import moving_names
 from masonry_opt.solution.reasons import Code, Status, reason
 from masonry_opt.solution.solution import Solution
+from masonry_opt.solvers.driver import ProgramCache
 from masonry_opt.solvers.registry import Solver, find_solver
 from masonry_opt.stability.dead_load import unit_pressure, with_pressure_removed
+from masonry_opt.standing import DeadLoadCheck
 
 
 class DeadLoadMargin(NamedTuple):
@@ -30,7 +33,8 @@ class DeadLoadMargin(NamedTuple):
 
     Some scenes have no finite margin, for example with joints that crush, blocks that wedge, or joints
     without friction. The margin is then inf if the scene is stable and -inf if it is unstable, without a
-    certificate.
+    certificate. It is also -inf if only self-stress between wedged blocks could carry the dead load: such
+    self-stress does not arise from rest.
     """
 
     #: Largest force, in median block weights, by which every normal force can be reduced while the scene
@@ -70,6 +74,10 @@ def standing(scene: Scene, last: Assembly | None = None) -> DeadLoadMargin:
     solution = replace(solution, status=Status.STABLE, state=state)
     if state.d is not None:
         solution = solution.ended(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, state.d))
+    else:
+        fallen = DeadLoadCheck(assembly, HowToSolve(), ProgramCache(), effort).fall_from_rest(effort)
+        if fallen is not None:
+            margin, certificate, solution = -inf, None, fallen
     # The result is for the dead load alone, so the live load, the tilt and the reference load factors are
     # removed.
     unloaded = replace(problem, live=np.zeros_like(problem.live))

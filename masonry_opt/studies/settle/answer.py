@@ -13,6 +13,7 @@ from masonry_opt.drawing.elements import title_of
 from masonry_opt.drawing.figure import Picture, save_as
 from masonry_opt.drawing.solids import ViewAngles
 from masonry_opt.errors import OptionError, printable
+from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.reporting.linear_laws import BY_CHORDS
 from masonry_opt.reporting.names import some
@@ -164,15 +165,27 @@ class Settlement(StudyAnswer):
             return facts | {
                 "reaction": f"no reaction makes the blocks stable ({self.status}): {self.fallen.message}"
             }
-        if self.at_rest is not None:
-            facts["at rest"] = f"{numeral(self.at_rest, '.6g')}, with elastic contacts"
+        facts["at rest"] = self._at_rest_text()
         facts |= {name: bound_text(end) for name, end in self.ends.items()}
-        if len(self.openings):
+        if self.least and self.least.moves_no_support:
+            facts["openings"] = "none, because no support moves in the mechanism at the least reaction"
+        elif len(self.openings):
             facts["openings"] = in_words(self.openings, self.movement)
         if any(end.result.crushing == "chords" for end in self.ends.values()):
             wider = "with the parabola, the range of associative reactions would be wider"
             facts["crushing"] = f"limited by {BY_CHORDS}; {wider}"
         return facts
+
+    def _at_rest_text(self) -> str:
+        """Return a text with the reaction at rest, or with the reason why there is none."""
+        problem = self.assembly.problem
+        if self.at_rest is not None:
+            return f"{numeral(self.at_rest, '.6g')}, with elastic contacts"
+        if problem.dilatancy_depends_on_stress:
+            return "not computed, because dilatancy falls with stress"
+        if problem.joints > IncrementalSettings().most_joints:
+            return "not computed, because the scene has too many joints"
+        return "not found: blocks at rest, with elastic contacts, reach no equilibrium under the dead load"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the answer as plain numbers, strings, lists and dictionaries."""

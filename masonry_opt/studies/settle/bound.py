@@ -25,7 +25,13 @@ from masonry_opt.reporting.names import some
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result
 from masonry_opt.solution.motion import moving_names
-from masonry_opt.studies.settle.openings import after_movement, joint_openings, largest_movement
+from masonry_opt.studies.settle.openings import (
+    after_movement,
+    has_mechanism,
+    joint_openings,
+    largest_movement,
+    movement_of_supports,
+)
 from masonry_opt.studies.writing import records
 
 #: Columns of the table of reactions, without its first column "end".
@@ -145,6 +151,12 @@ class Bound:
         """First result that has a mechanism; if no result has one, the result of the chosen method."""
         with_mechanism = (result for result in self.results.values() if result.solution.answer)
         return next(with_mechanism, self.result)
+
+    @property
+    def moves_no_support(self) -> bool:
+        """True if there is a mechanism, but no support moves in it. It then has no openings."""
+        result = self._with_mechanism
+        return has_mechanism(result) and not movement_of_supports(result)
 
     @property
     def largest_movement(self) -> float:

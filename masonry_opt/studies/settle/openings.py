@@ -9,7 +9,7 @@ from masonry_opt.result import Result
 from masonry_opt.scene.positions import in_scene
 from masonry_opt.solution.frames import unsigned
 from masonry_opt.solution.motion import fastest, joint_motion
-from masonry_opt.solution.thresholds import NEGLIGIBLE_SHARE
+from masonry_opt.solution.thresholds import MOVES, NEGLIGIBLE_SHARE
 
 #: A movement is rejected if it rotates a block by more than this angle, in radians. Openings are calculated
 #: for small rotations, with a relative error about as large as the rotation.
@@ -36,13 +36,17 @@ def in_words(openings: pd.DataFrame, movement: float | None) -> str:
 
 
 def joint_openings(result: Result) -> pd.DataFrame:
-    """Return a table of the joints that open or slide in the mechanism of a result."""
+    """Return a table of the joints that open or slide in the mechanism of a result.
+
+    The table is empty if no support moves in the mechanism.
+    """
     assembly, solution = result.assembly, result.solution
     problem, joints = assembly.problem, assembly.joints
     columns = ["joint", "first", "second", *"xyz"[: assembly.scene.dimension], "opening", "sliding"]
-    if solution.d is None or solution.load_factor is None:
+    movement = movement_of_supports(result) if has_mechanism(result) else 0.0
+    if not movement:
         return pd.DataFrame(columns=columns)
-    movement = movement_of_supports(result)
+    assert solution.d is not None
     rates, rounding = problem.motion(solution.d), NEGLIGIBLE_SHARE * fastest(assembly, solution.d)
     gap = np.empty(len(joints.joint))  # opening rate of each contact point
     gap[assembly.pressed] = problem.at_points(rates)
@@ -60,14 +64,20 @@ def joint_openings(result: Result) -> pd.DataFrame:
     return unsigned(frame.loc[widths.index]).reset_index(drop=True)
 
 
+def has_mechanism(result: Result) -> bool:
+    """Return True if a result has a mechanism at a load factor."""
+    return result.solution.d is not None and result.solution.load_factor is not None
+
+
 def movement_of_supports(result: Result) -> float:
-    """Return the velocity with which the supports move in a mechanism."""
+    """Return the velocity with which the supports move in a mechanism; 0 if they are at rest."""
     # The live load acts only on the supports, in the direction of their movement, and all supports move at
     # one velocity. The power of the live load is therefore this velocity times the sum of its force
     # magnitudes.
     problem, d = result.assembly.problem, result.solution.d
     assert d is not None
-    return float(problem.live @ d) / float(problem.force_sizes(problem.live).sum())
+    movement = float(problem.live @ d) / float(problem.force_sizes(problem.live).sum())
+    return movement if abs(movement) > MOVES * fastest(result.assembly, d) else 0.0
 
 
 def largest_movement(result: Result) -> float:
@@ -75,9 +85,11 @@ def largest_movement(result: Result) -> float:
 
     Openings are calculated for small rotations of the blocks.
     """
-    if result.solution.d is None or result.solution.load_factor is None:
+    movement = movement_of_supports(result) if has_mechanism(result) else 0.0
+    if not movement:
         return np.inf
+    assert result.solution.d is not None
     problem = result.assembly.problem
     rotations = np.abs(problem.moments(result.solution.d)) / problem.length_unit
-    rate = float(rotations.max(initial=0.0)) / movement_of_supports(result)
+    rate = float(rotations.max(initial=0.0)) / movement
     return SMALL_ROTATION / rate if rate > 0 else np.inf
