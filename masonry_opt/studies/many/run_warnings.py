@@ -110,7 +110,7 @@ def _largest_fall(
     largest = int(np.nanargmax(falls.to_numpy()))
     first, second = before.iloc[largest], after.iloc[largest]
     higher, lower = first["load_factor"], second["load_factor"]
-    if lower >= higher or LoadFactorScale().equal(lower, higher):
+    if not LoadFactorScale().is_distinctly_lower(lower, higher):
         return None
     fixed = {other: float(first[other]) for other in others}
     where = f"{name} = {numeral(first[name], 'g')}"
