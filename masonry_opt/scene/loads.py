@@ -41,8 +41,6 @@ class Load(Record):
 
     Several loads on one block add up.
 
-    Raises CaseError if a load is empty, has a point but no force, or has dead and live forces in one group.
-
     Parameters
     ----------
     block: Name of a block that is not fixed.
@@ -56,6 +54,11 @@ class Load(Record):
         is not a dead load. By default it is the component along gravity of the forces that act as dead loads,
         and 0 if this component points against gravity. With 0 the load has no mass.
     group: A name by which a :class:`LoadCase` refers to the load.
+
+    Raises
+    ------
+    CaseError
+        If a load is empty, has a point but no force, or has dead and live forces in one group.
     """
 
     block: Name
@@ -99,8 +102,6 @@ class EdgeLoad(Record):
 
     Intensities are forces per unit length, or per unit area if the scene has a ``thickness``.
 
-    Raises CaseError if the line has no length, or if not exactly one of pressure and force is given.
-
     Parameters
     ----------
     start, end: The ends of the line, ``[x, y]``; in a case file ``from`` and ``to``.
@@ -110,6 +111,11 @@ class EdgeLoad(Record):
     kind: "dead" (the default), or "live", which the load factor scales.
     mass, group: As in :class:`Load`, with the mass per unit length. By default the mass is the component of
         ``force`` along gravity; a ``pressure`` has no mass.
+
+    Raises
+    ------
+    CaseError
+        If the line has no length, or if not exactly one of pressure and force is given.
     """
 
     start: Annotated[Point, Field(alias="from")]
@@ -157,8 +163,6 @@ class Tie(_Strut):
 
     The tie may pass through blocks between its anchors without touching them. It carries no shear.
 
-    Raises CaseError if the anchors are one point, or the prestress exceeds the strength.
-
     Parameters
     ----------
     between: Names of the two blocks in which the tie is anchored; ``"ground"`` is the fixed ground.
@@ -166,6 +170,11 @@ class Tie(_Strut):
     strength: Largest tension, a force (default: unlimited).
     prestress: Least tension, which does not decrease if the tie shortens (default 0).
     name: Name of the tie in results (default: the names of its blocks).
+
+    Raises
+    ------
+    CaseError
+        If the anchors are one point, or the prestress exceeds the strength.
     """
 
     prestress: NonNegative = 0.0
@@ -179,12 +188,15 @@ class Tie(_Strut):
 class Prop(_Strut):
     """Prop along the line between two points. Its compression is at most its strength.
 
-    Raises CaseError if the two points are the same.
-
     Parameters
     ----------
     between, at, name: As in :class:`Tie`.
     strength: Largest compression, a force (default: unlimited).
+
+    Raises
+    ------
+    CaseError
+        If the two points are the same.
     """
 
 
@@ -194,8 +206,6 @@ class Earthquake(Record):
     The horizontal force of each weight acts at the same point as the weight. The component of a dead force
     along gravity counts as a weight; a dead force against gravity has no mass. A :class:`Load` or
     :class:`EdgeLoad` with a ``mass`` uses this mass instead.
-
-    Raises CaseError if a value is wrong.
 
     Parameters
     ----------
@@ -207,6 +217,11 @@ class Earthquake(Record):
         with the load factors of other load cases.
     dead_as_mass: True if dead forces, including a block's own ``dead``, count as weights. If False, only
         their ``mass`` does.
+
+    Raises
+    ------
+    CaseError
+        If a value is wrong.
     """
 
     direction: Push
@@ -253,9 +268,6 @@ class LoadCase(Record):
     - "dead" and "live": dead and live loads without a named group, including the loads in blocks.
     - "axles": moving axles, allowed only in ``live``; see :func:`~masonry_opt.crossing`.
 
-    Raises CaseError if the load case has no live load, if both ``live`` and ``earthquake`` are given, if
-    axles are named in ``dead``, or if the factor of axles is negative.
-
     Parameters
     ----------
     name: Name of the load case, unique within the scene.
@@ -265,6 +277,12 @@ class LoadCase(Record):
     earthquake: In place of ``live``: :class:`Earthquake`. Masses are multiplied by the ``dead`` factor of
         their group.
     pressure: Factor of both limits of the pressure of fills.
+
+    Raises
+    ------
+    CaseError
+        If the load case has no live load, if both ``live`` and ``earthquake`` are given, if axles are named
+        in ``dead``, or if the factor of axles is negative.
     """
 
     name: Name

@@ -25,17 +25,6 @@ class Scene(SceneKeys):
 
     ``scene["A"]`` is the block with that name.
 
-    Raises CaseError in these cases:
-
-    - Names repeat, or no block can move.
-    - No block is fixed, and no tie or prop ends at ``"ground"``.
-    - An exception or a load names a block that does not exist, or a load acts on a fixed block.
-    - A tilted scene has loads other than weights, or a scene with an earthquake has other live loads.
-    - A load case names a group to which no load belongs.
-    - A scene in space has keys of the plane (edge loads, fills, ``thickness``, ``strength``,
-      ``dilatancy_stress``), or a scene in the plane has keys of space.
-    - Fills lie above each other, or gravity is not straight down in a scene with fills.
-
     Parameters
     ----------
     blocks: At least one movable :class:`Block` and its supports, with unique names. A scene in space has
@@ -68,6 +57,20 @@ class Scene(SceneKeys):
     earthquake: The live load of a scene without load cases: :class:`Earthquake`.
     title, source: Title of the scene, and the source from which the scene is taken.
     reference: Published values by name (``associative``, ``nonassociative``, ``mcp``, ``mpec``, ...).
+
+    Raises
+    ------
+    CaseError
+        In these cases:
+
+        - Names repeat, or no block can move.
+        - No block is fixed, and no tie or prop ends at ``"ground"``.
+        - An exception or a load names a block that does not exist, or a load acts on a fixed block.
+        - A tilted scene has loads other than weights, or a scene with an earthquake has other live loads.
+        - A load case names a group to which no load belongs.
+        - A scene in space has keys of the plane (edge loads, fills, ``thickness``, ``strength``,
+          ``dilatancy_stress``), or a scene in the plane has keys of space.
+        - Fills lie above each other, or gravity is not straight down in a scene with fills.
     """
 
     _origin: str = "scene"
@@ -138,6 +141,15 @@ class Scene(SceneKeys):
         blocks={"A": {"weight": 3}})``. A key of ``joints`` or of ``earthquake`` needs no mapping if no other
         record of the scene has it: ``scene.replace(friction=0.3)``.
 
+        Parameters
+        ----------
+        **changes: New values by the names of the scene's parameters.
+
+        Returns
+        -------
+        Scene
+            The changed copy.
+
         Raises
         ------
         CaseError
@@ -148,6 +160,15 @@ class Scene(SceneKeys):
 
     def in_case(self, name: str) -> Self:
         """Return the scene with the loads of one of its load cases, given by name.
+
+        Parameters
+        ----------
+        name: Name of the load case.
+
+        Returns
+        -------
+        Scene
+            A copy of the scene, in which this load case is selected.
 
         Raises
         ------
@@ -222,6 +243,15 @@ class Scene(SceneKeys):
 
         The dead loads remain those of its load case. The result has no reference values, because reference
         values are load factors of other live loads.
+
+        Parameters
+        ----------
+        quake: Earthquake that is the only live load.
+
+        Returns
+        -------
+        Scene
+            A copy of the scene without reference values.
 
         Raises
         ------

@@ -25,8 +25,6 @@ class Wall(WeighedGenerator):
 
     The courses are listed from the bottom.
 
-    Raises CaseError if a course has no block or an unknown name, or if the weight is missing or given twice.
-
     Parameters
     ----------
     block: Length and height of a full block.
@@ -40,6 +38,11 @@ class Wall(WeighedGenerator):
     base: True for a fixed base under the bottom course, one block longer at either end.
     name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
         foot's left end, without the base.
+
+    Raises
+    ------
+    CaseError
+        If a course has no block or an unknown name, or if the weight is missing or given twice.
     """
 
     block: tuple[Positive, Positive]
@@ -97,9 +100,6 @@ class Facade(WeighedGenerator):
     courses: ``sill``, the height of ``opening``, the lintel, which lies in a shifted course, and
     ``spandrel``.
 
-    Raises CaseError if the courses do not add up, if a door does not exist, or if a weight is missing or
-    given twice.
-
     Parameters
     ----------
     openings: Number of openings in a storey, and number of storeys.
@@ -119,6 +119,11 @@ class Facade(WeighedGenerator):
     base: True for a fixed base.
     name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
         foot's left end, without the base.
+
+    Raises
+    ------
+    CaseError
+        If the courses do not add up, if a door does not exist, or if a weight is missing or given twice.
     """
 
     openings: tuple[Count, Count]
@@ -211,9 +216,6 @@ class Facade(WeighedGenerator):
 class Column(WeighedGenerator):
     """Column, pier or buttress: drums of equal height from y = 0 upwards, on a fixed base.
 
-    Raises CaseError if the weight is missing or given twice, or if ``batter`` names one side although both
-    widths are equal.
-
     Parameters
     ----------
     width: Width of the column, or its widths ``[bottom, top]``.
@@ -228,6 +230,12 @@ class Column(WeighedGenerator):
         the column is supported by other blocks.
     name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
         foot's left end, without the base.
+
+    Raises
+    ------
+    CaseError
+        If the weight is missing or given twice, or if ``batter`` names one side although both widths are
+        equal.
     """
 
     width: Widths
