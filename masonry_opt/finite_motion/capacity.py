@@ -188,10 +188,11 @@ class Capacity:
     def table(self) -> pd.DataFrame:
         """Table of the capacity curve with one row for each state; the first row is the state at rest.
 
-        - ``displacement``: displacement of the control point.
+        - ``load_factor``: λ at which the displaced blocks are in equilibrium.
+        - ``displacement``: displacement of the control point, in the case's unit of length.
         - ``rotation``: largest rotation of a block (rad).
-        - ``dead_work``, ``live_work``: work from the state at rest. The live work is that of the live load
-          for λ = 1.
+        - ``dead_work``, ``live_work``: work of the loads from the state at rest. The live work is that of the
+          live load for λ = 1.
         - ``hinged``, ``separated``: numbers of hinged and of separated joints.
         - ``event``: code of the event, with the ``pairs`` of blocks at the joints of the event.
 

@@ -40,8 +40,8 @@ class AnyGenerator(Record):
 
     Parameters
     ----------
-    name: Name with which the names of the generated blocks begin: "left 3-2" in place of "3-2". A scene
-        with several generators needs such names.
+    name: Name with which the names of the generated blocks begin: ``left 3-2`` in place of ``3-2``. A
+        scene with several generators needs such names.
 
     Raises
     ------

@@ -73,8 +73,8 @@ class Load(Record):
 
     def _mistakes(self) -> Iterator[str]:
         _refuse_group(self.group)
-        if self.group is not None and self.gives("live") == self.gives("dead"):
-            if self.gives("live"):
+        if self.group is not None and self.has_force("live") == self.has_force("dead"):
+            if self.has_force("live"):
                 yield "a load with a 'group' cannot have both live and dead forces: split it into two loads"
             if not self.mass:
                 yield (
@@ -87,14 +87,14 @@ class Load(Record):
             if self.weight is None and not self.is_force:
                 yield "the load is empty: give 'live', 'dead', 'weight' or 'mass'"
 
-    def gives(self, kind: Kind) -> bool:
+    def has_force(self, kind: Kind) -> bool:
         """Return True if the load has a force or moment of the given kind, "dead" or "live"."""
         return getattr(self, kind) is not None or getattr(self, f"{kind}_moment") is not None
 
     @property
     def is_force(self) -> bool:
         """Return True if the load has a force or a moment, and not only a weight."""
-        return self.gives("live") or self.gives("dead")
+        return self.has_force("live") or self.has_force("dead")
 
 
 class EdgeLoad(Record):
@@ -221,7 +221,7 @@ class Earthquake(Record):
     Raises
     ------
     CaseError
-        If a value is wrong.
+        If the direction has another form, or if a value is out of range.
     """
 
     direction: Push

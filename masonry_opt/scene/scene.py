@@ -61,16 +61,12 @@ class Scene(SceneKeys):
     Raises
     ------
     CaseError
-        In these cases:
-
-        - Names repeat, or no block can move.
-        - No block is fixed, and no tie or prop ends at ``"ground"``.
-        - An exception or a load names a block that does not exist, or a load acts on a fixed block.
-        - A tilted scene has loads other than weights, or a scene with an earthquake has other live loads.
-        - A load case names a group to which no load belongs.
-        - A scene in space has keys of the plane (edge loads, fills, ``thickness``, ``strength``,
-          ``dilatancy_stress``), or a scene in the plane has keys of space.
-        - Fills lie above each other, or gravity is not straight down in a scene with fills.
+        If names repeat, or no block can move. If no block is fixed, and no tie or prop ends at ``"ground"``.
+        If an exception or a load names a block that does not exist, or a load acts on a fixed block. If a
+        tilted scene has loads other than weights, or a scene with an earthquake has other live loads. If a
+        load case names a group to which no load belongs. If a scene in space has keys of the plane (edge
+        loads, fills, ``thickness``, ``strength``, ``dilatancy_stress``), or a scene in the plane has keys of
+        space. If fills lie above each other, or gravity is not straight down in a scene with fills.
     """
 
     _origin: str = "scene"
@@ -192,14 +188,14 @@ class Scene(SceneKeys):
         scene._load_case = case
         return scene
 
-    def in_case_of(self, other: "Scene") -> Self:
-        """Return this scene with the load case that is selected in the scene ``other``.
+    def in_case_of(self, scene: "Scene") -> Self:
+        """Return this scene with the load case that is selected in another scene.
 
-        If the load case is in the list ``other.load_cases``, the result has the load case with the same name
-        from the list of this scene. Otherwise the result has the load case of ``other`` itself.
+        If the load case is in the list ``scene.load_cases``, the result has the load case with the same name
+        from the list of this scene. Otherwise the result has the load case of ``scene`` itself.
         """
-        case = other.load_case
-        return self.in_case(case.name) if case in other.load_cases else self.with_load_case(case)
+        case = scene.load_case
+        return self.in_case(case.name) if case in scene.load_cases else self.with_load_case(case)
 
     def refuse_without_case(self) -> None:
         """Raise OptionError if the scene has load cases but none is selected.

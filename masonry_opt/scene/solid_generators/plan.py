@@ -55,7 +55,7 @@ class PlanWall(Record):
 
     Parameters
     ----------
-    name: Name of the wall, with which the names of its blocks begin: "front 3-2".
+    name: Name of the wall, with which the names of its blocks begin: ``front 3-2``.
     axis: Points ``[[x, y], ...]`` of the middle line of the wall. The line is parallel to x or y between
         successive points. Two walls meet if their axes cross, or if one axis ends on the other axis.
     leaves: Number of leaves, one or two, each as thick as a block.
