@@ -212,7 +212,10 @@ def directions(arguments: CommandArguments, case: Path, plot: Path | None = None
 @command(
     mo.least,
     leave="lower upper",
-    vary=typer.Option(help="Parameter of CASE and the range to search, such as arch.thickness=0.05:0.3."),
+    vary=typer.Option(
+        metavar="NAME=FROM:TO",
+        help="Parameter of CASE and the range to search, such as arch.thickness=0.05:0.3.",
+    ),
     most=typer.Option(
         "--most",
         help="Find the greatest instead of the least value at which the scene is stable or carries --load. "
@@ -264,6 +267,7 @@ def least(
     mo.solve,
     mo.Settlement.save,
     leave="end kind settled",
+    support=typer.Option(metavar="NAME"),
     direction=typer.Option(metavar="X,Y[,Z]", parser=_direction),
     greatest=typer.Option(
         "--greatest", help="With --plot: draw the mechanism at the greatest instead of the least reaction."
