@@ -76,6 +76,9 @@ _DICTIONARY_NAMES = (
 class Result(Outcome):
     """Result of an analysis: load factors, state, certificate, tables, texts and pictures.
 
+    Most users need ``load_factor``, ``status`` and ``summary``, the tables ``joints`` and ``blocks``, and the
+    methods ``plot`` and ``save``.
+
     Attributes
     ----------
     message: reasons for the status, as sentences.
