@@ -346,9 +346,17 @@ class Arch(ArchRing, Generator):
     def blocks(self, thickness: float | None = None) -> list[Block]:
         """Return the voussoirs ``v1``, ``v2``, ..., then the numbered skewbacks, then the numbered abutments.
 
-        See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``. The
-        ``unit_weight`` of a block refers to its polygon. If ``weights`` uses the area between two arcs, the
-        unit weight of a voussoir is scaled so that the polygon has the weight of that area.
+        The ``unit_weight`` of a block refers to its polygon. If ``weights`` uses the area between two arcs,
+        the unit weight of a voussoir is scaled so that the polygon has the weight of that area.
+
+        Parameters
+        ----------
+        thickness: As in :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>`.
+
+        Returns
+        -------
+        list of Block
+            The blocks, in the coordinates of the scene.
         """
         forces = {f"v{load.voussoir}": load.force for load in self.point_loads if any(load.force)}
         blocks = []

@@ -88,7 +88,17 @@ class Load(Record):
                 yield "the load is empty: give 'live', 'dead', 'weight' or 'mass'"
 
     def has_force(self, kind: Kind) -> bool:
-        """Return True if the load has a force or moment of the given kind, "dead" or "live"."""
+        """Return True if the load has a force or moment of the given kind, "dead" or "live".
+
+        Parameters
+        ----------
+        kind: "dead" or "live".
+
+        Returns
+        -------
+        bool
+            True if the load acts.
+        """
         return getattr(self, kind) is not None or getattr(self, f"{kind}_moment") is not None
 
     @property
@@ -303,7 +313,18 @@ class LoadCase(Record):
             yield "the load case has no live load: give factors ('live = { live = 1 }') or an 'earthquake'"
 
     def factor(self, kind: Kind, group: str) -> float:
-        """Return the factor of a load group in the dead load or in the live load."""
+        """Return the factor of a load group in the dead load or in the live load.
+
+        Parameters
+        ----------
+        kind: "dead" or "live".
+        group: Name of the group.
+
+        Returns
+        -------
+        float
+            The factor, 0 if the group does not act.
+        """
         default = 1.0 if kind == "dead" and group in ("weight", "fill", "dead") else 0.0
         return (self.dead if kind == "dead" else self.live).get(group, default)
 

@@ -183,7 +183,17 @@ class Scene(SceneKeys):
         raise OptionError(f"{self.origin}: no load case {name!r}{suggestion}")
 
     def with_load_case(self, case: LoadCase | None) -> Self:
-        """Return the scene in a given load case. The load case is not checked for unknown groups."""
+        """Return the scene in a given load case. The load case is not checked for unknown groups.
+
+        Parameters
+        ----------
+        case: The load case, or None for no load case.
+
+        Returns
+        -------
+        Scene
+            A copy of the scene.
+        """
         scene = self.model_copy()
         scene._load_case = case
         return scene
@@ -193,6 +203,20 @@ class Scene(SceneKeys):
 
         If the load case is in the list ``scene.load_cases``, the result has the load case with the same name
         from the list of this scene. Otherwise the result has the load case of ``scene`` itself.
+
+        Parameters
+        ----------
+        scene: Scene whose load case is selected.
+
+        Returns
+        -------
+        Scene
+            A copy of this scene.
+
+        Raises
+        ------
+        OptionError
+            If this scene has no load case with the name.
         """
         case = scene.load_case
         return self.in_case(case.name) if case in scene.load_cases else self.with_load_case(case)
@@ -223,7 +247,14 @@ class Scene(SceneKeys):
     def settled_as(self, state: Any) -> Self:
         """Return a copy of the scene in a given state after a settlement of supports.
 
-        The state is described in ``problem/settled.py``.
+        Parameters
+        ----------
+        state: State after the settlement, see ``problem/settled.py``.
+
+        Returns
+        -------
+        Scene
+            A copy of the scene.
         """
         scene = self.model_copy()
         scene._settled = state
@@ -267,8 +298,16 @@ class Scene(SceneKeys):
     def factor(self, kind: Kind, source: str, group: str | None = None) -> float:
         """Return the factor of a load group in the dead load or in the live load.
 
-        ``kind`` selects the dead or the live load. ``source`` is the kind of load in the scene: "weight",
-        "fill", "dead" or "live". ``group`` is the name of the load's own group, or None.
+        Parameters
+        ----------
+        kind: "dead" or "live".
+        source: Kind of load in the scene: "weight", "fill", "dead" or "live".
+        group: Name of the load's own group, or None.
+
+        Returns
+        -------
+        float
+            The factor.
         """
         if kind == "live" and self.shaken_by is not None:
             return 0.0
@@ -316,6 +355,11 @@ class Scene(SceneKeys):
     def in_plane(self) -> list[Block]:
         """Return the blocks of a plane scene.
 
+        Returns
+        -------
+        list of Block
+            The blocks.
+
         Raises
         ------
         OptionError
@@ -329,6 +373,11 @@ class Scene(SceneKeys):
 
     def in_space(self) -> list[Solid]:
         """Return the blocks of a three-dimensional scene, which are solids.
+
+        Returns
+        -------
+        list of Solid
+            The solids.
 
         Raises
         ------
@@ -367,7 +416,15 @@ class Scene(SceneKeys):
     def read_from(self, origin: str | Path, case: SceneKeys | None = None) -> Self:
         """Return a copy of the scene that stores the name and the original content of its case file.
 
-        ``origin`` is the path of the case file, or another text that names the scene in error messages.
+        Parameters
+        ----------
+        origin: Path of the case file, or another text that names the scene in error messages.
+        case: Content of the case file, or None.
+
+        Returns
+        -------
+        Scene
+            A copy of the scene.
         """
         scene = self.model_copy()
         scene._origin, scene._case = str(origin), case

@@ -75,7 +75,14 @@ class Wall(WeighedGenerator):
     def blocks(self, thickness: float | None = None) -> list[Block]:
         """Return the blocks of all courses, named ``course-block``, and then the base.
 
-        See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``.
+        Parameters
+        ----------
+        thickness: As in :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>`.
+
+        Returns
+        -------
+        list of Block
+            The blocks, in the coordinates of the scene.
         """
         width = 0.0
         courses: list[list[_CoursePiece]] = []
@@ -179,7 +186,14 @@ class Facade(WeighedGenerator):
     def blocks(self, thickness: float | None = None) -> list[Block]:
         """Return the blocks of all courses, named ``course-block``, and then the base.
 
-        See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``.
+        Parameters
+        ----------
+        thickness: As in :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>`.
+
+        Returns
+        -------
+        list of Block
+            The blocks, in the coordinates of the scene.
         """
         courses = [self._course(row) for row in range(self.openings[1] * self.storey)]
         if self.omit_top_left:
@@ -256,7 +270,14 @@ class Column(WeighedGenerator):
     def blocks(self, thickness: float | None = None) -> list[Block]:
         """Return the drums ``d1``, ``d2``, ... from the bottom upwards, and finally the base.
 
-        See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``.
+        Parameters
+        ----------
+        thickness: As in :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>`.
+
+        Returns
+        -------
+        list of Block
+            The blocks, in the coordinates of the scene.
         """
         bottom, top = both(self.width)
         area = (bottom + top) / 2 * self.height

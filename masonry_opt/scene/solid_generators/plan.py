@@ -376,6 +376,11 @@ class Plan(SolidGenerator):
 
         The names are ``wall course-block``. The blocks of a course are numbered along the straight pieces of
         the wall's axis. In each piece they are numbered leaf by leaf, by ascending coordinates.
+
+        Returns
+        -------
+        list of Solid
+            The blocks, in the coordinates of the scene.
         """
         stretches = self._crossed_stretches()
         solids = []

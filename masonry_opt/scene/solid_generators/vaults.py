@@ -58,6 +58,11 @@ class Barrel(ArchRing, SolidGenerator):
         If ``stone`` is set, voussoirs and skewbacks are cut into stones along y. The names of stones are
         ``v1-1``, ``v1-2``, ... and ``skewback 1-1``, ... along y. Abutments are named ``abutment 1`` and
         ``abutment 2``.
+
+        Returns
+        -------
+        list of Solid
+            The blocks, in the coordinates of the scene.
         """
         solids = []
         # In a running bond, rows with odd numbers are offset by half a stone. To stagger the joints of a
@@ -144,6 +149,11 @@ class Groin(SolidGenerator):
 
         For corner 1, names are ``1 g1``, ... on the groin, ``1 y1-1``, ... along y and ``1 x1-1``, ... along
         x. Abutments are named ``abutment 1`` to ``abutment 4``.
+
+        Returns
+        -------
+        list of Solid
+            The blocks, in the coordinates of the scene.
         """
         solids = []
         *courses, foot = self._courses()
@@ -259,6 +269,11 @@ class Dome(SolidGenerator):
         """Return the voussoirs of the dome, and finally the blocks ``key`` and ``base``.
 
         Voussoir 2 of ring 1 is named ``1-2``. Rings are numbered from the foot upwards.
+
+        Returns
+        -------
+        list of Solid
+            The blocks, in the coordinates of the scene.
         """
         first = math.radians(self.springing)
         if self.oculus is None:
@@ -333,7 +348,13 @@ class Shaft(SolidGenerator):
     base: YesNo = True
 
     def blocks(self) -> list[Solid]:
-        """Return the drums ``d1``, ``d2``, ... from the foot upwards, and finally the ``base``."""
+        """Return the drums ``d1``, ``d2``, ... from the foot upwards, and finally the ``base``.
+
+        Returns
+        -------
+        list of Solid
+            The blocks, in the coordinates of the scene.
+        """
         bottom, top = both(self.diameter)
         drum = self.height / self.drums
         widths = [bottom + (top - bottom) * number / self.drums for number in range(self.drums + 1)]
