@@ -363,7 +363,7 @@ class Comparison:
     limits: RunLimits
     bounds: dict[str, CertifiedBounds]  #: bounds on the associative load factor, by scene name
     best: dict[str, BestKnown]  #: lowest known exact Coulomb states, by scene name
-    #: Table with one row for each run. It has the columns ``COMPARISON_COLUMNS`` of ``runs.py``.
+    #: Table with one row for each run: its method and solver, verdict, load factor, residuals, time and size.
     results: pd.DataFrame
     #: Table with one row for each scene and each combination of method, modelling language, solver and
     #: tolerance.
