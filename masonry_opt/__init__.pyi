@@ -31,7 +31,7 @@ from masonry_opt.scene.case_file import load as load
 from masonry_opt.scene.case_file import save as save
 from masonry_opt.scene.drawings.compas import read_compas as read_compas
 from masonry_opt.scene.drawings.dxf import read_dxf as read_dxf
-from masonry_opt.scene.drawings.dxf import write_dxf as write_dxf
+from masonry_opt.scene.drawings.dxf_writer import write_dxf as write_dxf
 from masonry_opt.scene.drawings.mesh_files import read_mesh as read_mesh
 from masonry_opt.scene.extrude import extrude as extrude
 from masonry_opt.scene.joints import Joint as Joint

@@ -364,7 +364,8 @@ def solve(  # noqa: PLR0913 - each option of the public API is an argument
         bounds. If a scene has load cases, each has this time.
     load_case: Name of a load case of the scene; needed if the scene has load cases. :func:`solve_cases`
         solves all of them.
-    settled: Movement of supports before the live load acts, by name: (x, y) or (x, y, rotation).
+    settled: Movement of supports before the live load acts, by name: (x, y) or (x, y, rotation). The rotation
+        is in radians, counter-clockwise.
     progress: Function that is called with each step of the method:
         :class:`~.load_history.LoadStep`, :class:`~.loop.run.Iteration` of the loop,
         :class:`~.mpec.RelaxationStep`, :class:`~.coulomb.search.LowerState` of the search,

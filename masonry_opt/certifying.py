@@ -278,6 +278,12 @@ def certify(  # noqa: PLR0913 - each option of the public API is an argument
     crushing: Law of joints of limited strength: "chords" inside the parabola, or the "parabola".
     load_case: Name of a load case of the scene; needed if the scene has load cases.
 
+    Returns
+    -------
+    StateCheck
+        The residuals of the state and their limits. Its property ``exact`` is True if no residual exceeds its
+        limit.
+
     Raises
     ------
     CaseError

@@ -146,6 +146,11 @@ def check(scene: Scene | str | Path) -> DualityReport:
     ----------
     scene: A scene, or the path of a case file.
 
+    Returns
+    -------
+    DualityReport
+        The four load factors, their differences and residuals.
+
     Raises
     ------
     CaseError

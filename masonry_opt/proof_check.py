@@ -70,6 +70,12 @@ def check_proof(scene: Scene | str | Path, proof: Proof | str | Path | None) -> 
     scene: a scene, or the path of a case file.
     proof: a proof, or the path of a file that ``Proof.save`` wrote.
 
+    Returns
+    -------
+    ProofCheck
+        The faults of the proof, and the states that it excludes. Its property ``holds`` is True if there is
+        no fault.
+
     Raises
     ------
     CaseError

@@ -73,6 +73,11 @@ def prove_least(scene: Scene | str | Path, seconds: float = 60.0) -> LeastLoadFa
     scene: a scene, or the path of a case file.
     seconds: time limit of the search for the proof.
 
+    Returns
+    -------
+    LeastLoadFactor
+        The lowest load factor, and its proof or the reason why the proof is missing.
+
     Raises
     ------
     CaseError

@@ -76,6 +76,9 @@ _DICTIONARY_NAMES = (
 class Result(Outcome):
     """Result of an analysis: load factors, state, certificate, tables, texts and pictures.
 
+    Most users need ``load_factor``, ``status`` and ``summary``, the tables ``joints`` and ``blocks``, and the
+    methods ``plot`` and ``save``.
+
     Attributes
     ----------
     message: reasons for the status, as sentences.
@@ -127,6 +130,11 @@ class Result(Outcome):
     def required(self) -> float:
         """Return the load factor, or raise an error if the result has none.
 
+        Returns
+        -------
+        float
+            The load factor λ.
+
         Raises
         ------
         NoLoadFactorError
@@ -163,6 +171,11 @@ class Result(Outcome):
             view shows the wider side of the scene, with the live load pushing towards the viewer.
             ``mo.draw`` has the same default.
 
+        Returns
+        -------
+        Figure
+            The matplotlib figure.
+
         Raises
         ------
         OptionError
@@ -188,6 +201,7 @@ class Result(Outcome):
 
         Parameters
         ----------
+        path: File to write.
         kind: Kind of picture, see ``plot``. For a page it is the property of joints that is shown first; the
             page shows a curve below.
         names: True to write the names of blocks, see ``plot``. A page shows the names at each joint.
@@ -214,6 +228,11 @@ class Result(Outcome):
 
         The tables have more columns than the result's data frames, so that the certificate can be recomputed
         from the dictionary alone.
+
+        Returns
+        -------
+        dict
+            The data by name, as the method ``to_json`` writes them.
         """
         attributes = {name: getattr(self, name) for name in _DICTIONARY_NAMES}
         attributes["warnings"] = self.warning_records
@@ -262,7 +281,13 @@ class Result(Outcome):
         return None if guides is None else pd.DataFrame(guides)
 
     def to_json(self) -> str:
-        """Return the dictionary of ``as_dict`` as one JSON object."""
+        """Return the dictionary of ``as_dict`` as one JSON object.
+
+        Returns
+        -------
+        str
+            One JSON object on one line.
+        """
         return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
 
 

@@ -3,7 +3,7 @@
 Docstrings of this package write ``name: text`` on one line, or ``name:`` with the text below it. One entry
 may describe several names. Napoleon supports neither form, so this extension rewrites sections of fields.
 Fields of pydantic classes and dataclasses get the types of the class, and those of pydantic classes also its
-defaults.
+defaults. The types of returned objects become links if the reference describes them.
 """
 
 import dataclasses
@@ -13,7 +13,8 @@ import re
 import typing
 from collections.abc import Iterator
 from enum import Enum
-from functools import cached_property
+from functools import cache, cached_property
+from pathlib import Path
 from typing import Any
 
 import pandas
@@ -163,9 +164,29 @@ def _process(app: Sphinx, what: str, name: str, of: Any, options: Any, lines: li
         parts += ["", "Fields", "------"]
         for field in of.model_fields:
             parts += list(_rewritten(of, [field], []))
+    _link_return_type(parts)
     lines[:] = map(_without_substitutions, parts)
     if what in _ATTRIBUTES:
         _docstrings[name] = _sentence(lines)
+
+
+@cache
+def _classes_of_reference() -> frozenset[str]:
+    """Return the names of the classes that the reference describes."""
+    page = Path(__file__).parents[1] / "reference.md"
+    return frozenset(re.findall(r"^\.\. autoclass:: [\w.]+\.(\w+)$", page.read_text("utf-8"), re.MULTILINE))
+
+
+def _link_return_type(lines: list[str]) -> None:
+    """Make links, in place, of the types that the section ``Returns`` names."""
+    if "Returns" in lines:
+        line = lines.index("Returns") + 2
+        lines[line] = re.sub(r"\w+", _linked, lines[line])
+
+
+def _linked(word: re.Match[str]) -> str:
+    """Return a word of a return type, as a link if it is a class of the reference."""
+    return f":class:`~.{word[0]}`" if word[0] in _classes_of_reference() else word[0]
 
 
 def _sentence(lines: list[str]) -> list[str]:

@@ -87,17 +87,21 @@ def _movement(text: str) -> tuple[str, tuple[float, ...]]:
 _VIEW = "Azimuth and elevation of the viewer in degrees, for a scene in space."
 _DRAW = "Draw the answer to FILE (.png, .svg, .pdf{})."
 PICTURE = typer.Option(metavar="FILE", help=_DRAW.format(""))
+#: Text in the help of an option without a value. By default Typer prints "<bool>", as if it took a value.
+_NO_VALUE = ""
 #: Arguments ``subject`` and ``needed`` of :func:`refuse_without` for options that apply only to a picture.
 PICTURE_NEEDS = ("a picture", "--plot FILE")
 
 #: Command-line options for parameters that have the same meaning in all functions.
 _SHARED: dict[str, Any] = {
-    "case": typer.Argument(help="Case file (.toml or .json).", show_default=False),
+    "case": typer.Argument(metavar="CASE", help="Case file (.toml or .json).", show_default=False),
     "json": typer.Option("--json", help="Print one JSON object."),
     "plot": typer.Option(metavar="FILE", help=_DRAW.format(", .html")),
     "method": typer.Option(help=f"One of: {', '.join(METHODS)}."),
     "load_case": typer.Option(metavar="NAME", help="Name of a load case, if CASE has load cases."),
-    "options": typer.Option("--option", "-o", help="Option of the method, as NAME=VALUE; may be repeated."),
+    "options": typer.Option(
+        "--option", "-o", metavar="NAME=VALUE", help="Option of the method, as NAME=VALUE; may be repeated."
+    ),
     "names": typer.Option("--names", help="Write the blocks' names into the picture."),
     "force": typer.Option("--force", help=f"Replace existing files even if {WRITER} did not write them."),
     "incremental": typer.Option(
@@ -190,14 +194,17 @@ def command(
         # The first parameter receives the CommandArguments, so it does not become an option.
         del options[next(iter(options))]
         for name, parameter in options.items():
-            options[name] = parameter.replace(annotation=Annotated[parameter.annotation, infos[name]])
+            info = copy(infos[name])
+            if parameter.annotation is bool:
+                info.metavar = _NO_VALUE
+            options[name] = parameter.replace(annotation=Annotated[parameter.annotation, info])
         parsers: dict[str, Function | None] = {}
         for parameter in _parameters(functions):
             # A parameter whose default is a function, such as progress, is a callback and not an option.
             is_callback = parameter.default is not parameter.empty and callable(parameter.default)
             name = parameter.name
             if not is_callback and name not in {*options, *_SUBJECTS, *leave.split()}:
-                info: OptionInfo = copy(infos.get(name) or typer.Option())
+                info = copy(infos.get(name) or typer.Option())
                 parsers[name], info.parser = info.parser, None
                 info.help = info.help or escape(_help(parameter, functions, labels))
                 options[name] = _option(parameter, info, bool(parsers[name]), not labels)
@@ -253,6 +260,10 @@ def _option(parameter: Parameter, info: OptionInfo, has_parser: bool, required: 
         info.help = f"{info.help} Default: {', '.join(map(str, default))}."
         default = ",".join(map(str, default))
         info.show_default = False
+    if kind is bool:
+        info.metavar = _NO_VALUE
+    if repeated and "may be repeated" not in str(info.help):
+        info.help = f"{info.help} The option may be repeated."
     kind = list[kind] if repeated else kind
     annotation = Annotated[kind | None if default is None else kind, info]  # type: ignore[valid-type]
     return parameter.replace(annotation=annotation, default=default, kind=parameter.KEYWORD_ONLY)
@@ -268,10 +279,11 @@ def _help(parameter: Parameter, functions: Sequence[Function], labels: Sequence[
     own_labels = [label for (_, label), takes in zip(labelled, taking, strict=True) if takes and label]
     sentences = (_first_sentence(name, function) for function in (*functions, solve))
     sentence = re.sub("^True (if|to) ", "", next(filter(None, sentences), ""))
+    sentence = sentence[:1].upper() + sentence[1:]
     if own_labels and not all(taking):
-        return f"{', '.join(own_labels)}: {sentence}"
-    needed = " Required." if labels and parameter.default is parameter.empty else ""
-    return sentence[:1].upper() + sentence[1:] + needed
+        label = ", ".join(own_labels)
+        return f"{label[:1].upper()}{label[1:]}: {sentence}"
+    return sentence + (" Required." if labels and parameter.default is parameter.empty else "")
 
 
 def _first_sentence(name: str, function: Function) -> str:

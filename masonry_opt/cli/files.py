@@ -57,7 +57,7 @@ _LIVE_HELP = "Live force on every movable block as a multiple of its weight, at 
 _LIVE_LAYER_HELP = "DXF: Live force on the blocks of a layer, in place of --live; may be repeated."
 
 
-@command(mo.draw, file=typer.Argument(help="File to write (.png, .svg, .pdf)."))
+@command(mo.draw, file=typer.Argument(metavar="FILE", help="File to write (.png, .svg, .pdf)."))
 def draw(arguments: CommandArguments, case: Path, file: Path, load_case: str | None = None) -> None:
     """Write the picture to FILE, and print the numbers of blocks and joints, and warnings.
 
@@ -79,8 +79,9 @@ def draw(arguments: CommandArguments, case: Path, file: Path, load_case: str | N
     leave="moved",
     method=typer.Option(help=_METHOD),
     file=typer.Argument(
+        metavar="FILE",
         help="File to write: optimisation problem (.lp, .mps, .nl), clauses of a proof (.cnf), or solids "
-        "(.obj, .glb, .gltf, .json)."
+        "(.obj, .glb, .gltf, .json).",
     ),
 )
 def export(arguments: CommandArguments, case: Path, file: Path, load_case: str | None = None) -> None:
@@ -134,6 +135,11 @@ def _direction(text: str) -> str | tuple[float, ...]:
         help="COMPAS: read blocks as solids (--space), or as outlines seen along a direction (--plane).",
     ),
     up=typer.Option(metavar="x|y|z"),
+    layers=typer.Option(metavar="NAME"),
+    without_layers=typer.Option(metavar="NAME"),
+    fixed_layers=typer.Option(metavar="WORD"),
+    window_layers=typer.Option(metavar="WORD"),
+    fixed=typer.Option(metavar="NAME"),
     drawing=typer.Argument(metavar="IN", help=_INPUT_HELP),
     out=typer.Argument(metavar="OUT", help="Case file (.toml or .json)."),
 )

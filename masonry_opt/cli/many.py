@@ -65,8 +65,8 @@ def _vary(text: str) -> tuple[str, list[float]]:
     mo.solve,
     labels=("", "With --sample"),
     leave="settled",
-    vary=typer.Option("--vary", help=_VARY, parser=_vary),
-    distributions=typer.Option("--sample", help=_SAMPLE, parser=parse),
+    vary=typer.Option("--vary", metavar="NAME=VALUES", help=_VARY, parser=_vary),
+    distributions=typer.Option("--sample", metavar="NAME=DISTRIBUTION", help=_SAMPLE, parser=parse),
     n=typer.Option("-n", "--runs", min=1),
     seed=typer.Option(min=0),
     by=typer.Option(help=f"With --sample: which joints share one random value ({', '.join(JOINT_GROUPS)})."),
@@ -152,7 +152,7 @@ def _names(text: str) -> list[str]:
         help="Folder of the case files. Default: ./cases if it contains the cases of the paper; otherwise "
         "the folder in the package."
     ),
-    scenes=typer.Argument(metavar="CASE...", help="Case files, or names of cases in the folder --cases."),
+    scenes=typer.Argument(metavar="CASE", help="Case files, or names of cases in the folder --cases."),
 )
 def compare(arguments: CommandArguments, scenes: list[str] | None = None) -> None:
     """Run each method with each solver on each scene.

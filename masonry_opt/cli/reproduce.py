@@ -46,7 +46,7 @@ def scripts() -> dict[str, Path]:
     return {path.stem: path for path in sorted(folder.glob("*.py"), key=lambda path: (len(path.stem), path))}
 
 
-@command(example=typer.Argument(help=_EXAMPLE_HELP), out=typer.Option(help=_OUTPUT_HELP))
+@command(example=typer.Argument(metavar="EXAMPLE", help=_EXAMPLE_HELP), out=typer.Option(help=_OUTPUT_HELP))
 def reproduce(
     _: CommandArguments, example: str = "", out: Path = Path("results"), force: bool = False
 ) -> bool:

@@ -32,7 +32,7 @@ from masonry_opt.drawing.solids import refuse_view
 from masonry_opt.effort import Phases
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted, printable
 from masonry_opt.files import writing
-from masonry_opt.finite_motion.capacity import refuse_parts_not_followed
+from masonry_opt.finite_motion.curve_input import curve_forces, refuse_parts_not_followed
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.reporting.terminal import frame_text, print_result, print_text, print_warnings
@@ -107,10 +107,13 @@ def capacity(
     periods = None if spectrum is None else _spectrum(spectrum)
     scene = as_scene(case, arguments.pop("load_case", None))
     with waiting("capacity") as work:
-        # Look for parts of the scene that prevent the curve before the scene is solved, which may take long.
-        # If the time limit ends the search for joints, ``solve`` reports it.
+        # Refuse a curve that is impossible before the scene is solved, which may take long. If the time limit
+        # ends the search for joints, or if there is no live load, ``solve`` reports it.
         with contextlib.suppress(TimeLimitReached), limited(arguments.get("time_limit")):
-            refuse_parts_not_followed(assemble(scene))
+            assembly = assemble(scene)
+            refuse_parts_not_followed(assembly)
+            if assembly.problem.live.any():
+                curve_forces(assembly, **following)
         steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
         onset = mo.solve(scene, incremental=False, **steps, **arguments.keywords_for(mo.solve))
         work.show("capacity: following the mechanism")
@@ -209,7 +212,10 @@ def directions(arguments: CommandArguments, case: Path, plot: Path | None = None
 @command(
     mo.least,
     leave="lower upper",
-    vary=typer.Option(help="Parameter of CASE and the range to search, such as arch.thickness=0.05:0.3."),
+    vary=typer.Option(
+        metavar="NAME=FROM:TO",
+        help="Parameter of CASE and the range to search, such as arch.thickness=0.05:0.3.",
+    ),
     most=typer.Option(
         "--most",
         help="Find the greatest instead of the least value at which the scene is stable or carries --load. "
@@ -261,6 +267,7 @@ def least(
     mo.solve,
     mo.Settlement.save,
     leave="end kind settled",
+    support=typer.Option(metavar="NAME"),
     direction=typer.Option(metavar="X,Y[,Z]", parser=_direction),
     greatest=typer.Option(
         "--greatest", help="With --plot: draw the mechanism at the greatest instead of the least reaction."

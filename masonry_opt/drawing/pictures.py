@@ -68,6 +68,11 @@ def draw(
     force: If True, a file that masonry_opt did not write is replaced.
     view: Azimuth and elevation of the eye in degrees, for a scene in space; see :meth:`Result.plot`.
 
+    Returns
+    -------
+    Picture
+        The figure, a subclass of matplotlib's ``Figure``.
+
     Raises
     ------
     CaseError

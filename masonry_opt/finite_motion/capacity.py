@@ -14,6 +14,7 @@ from masonry_opt.brief import brief
 from masonry_opt.drawing.marks import moved as carried
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable, rounded
 from masonry_opt.finite_motion.capacity_pictures import curve_picture, displaced_picture
+from masonry_opt.finite_motion.curve_input import CURVE_STEPS, curve_forces
 from masonry_opt.finite_motion.edge import EdgePath
 from masonry_opt.finite_motion.kinematic_check import (
     CONFIDENCE_FACTOR,
@@ -21,15 +22,13 @@ from masonry_opt.finite_motion.kinematic_check import (
     KinematicCheck,
     kinematic_check,
 )
-from masonry_opt.finite_motion.moved_blocks import LEAST_RATE, control_force, point_forces
+from masonry_opt.finite_motion.moved_blocks import LEAST_RATE
 from masonry_opt.finite_motion.path import HingingPath, PathProgress, PathState
 from masonry_opt.finite_motion.struts import strut_paths
-from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.displaced import moved, placed
-from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.loads import Forces
 from masonry_opt.reporting.load_factors import certainty, known_least, named_factor, own_name
-from masonry_opt.reporting.names import labelled, some, warning_lines
+from masonry_opt.reporting.names import labelled, warning_lines
 from masonry_opt.reporting.sentences import message, numeral
 from masonry_opt.result import Result
 from masonry_opt.scene.mistakes import suggests_arguments
@@ -50,13 +49,6 @@ _WEIGHT_TOLERANCE = 1e-2
 _HORIZONTAL_LOAD_TOLERANCE = 1e-6
 #: Remark on a kinematic check whose load factor is not proven to be the least.
 _LOWER_MAY_FAIL = "if a collapse state with a lower λ exists, the linear or non-linear check may fail"
-#: Roles of the forces that prevent a capacity curve. Each role is mapped to the table that defines such
-#: forces in a case file. Ties and props prevent the curve only in the plane.
-_NOT_FOLLOWED = {
-    Role.TIE: "[[tie]]",
-    Role.PROP: "[[prop]]",
-    Role.EARTH: "[[fill]]",
-}
 
 
 @suggests_arguments
@@ -65,7 +57,7 @@ def capacity(
     *,
     block: str | None = None,
     point: tuple[float, ...] | None = None,
-    steps: int = 40,
+    steps: int = CURVE_STEPS,
     progress: PathProgress = lambda number, load_factor: None,
 ) -> "Capacity":
     """Compute the capacity curve of a result, from the onset of collapse down to λ = 0.
@@ -112,13 +104,9 @@ def capacity(
         needed = "a capacity curve needs a live load: add a live load, such as 'live' of a block"
         raise OptionError(f"{result.case}: the scene is stable and has no live load, but {needed}")
     result.required()
-    assembly, dimension = result.assembly, result.assembly.scene.dimension
-    refuse_parts_not_followed(assembly)
-    if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
-        raise OptionError(f"steps must be a whole number, at least 2 (found {steps!r})")
-    dead, live = point_forces(assembly)
-    control = control_force(result, live, block, point)
-    path = (HingingPath if dimension == 2 else EdgePath)(result, (dead, live), steps, progress)
+    dead, live, control = curve_forces(result.assembly, block, point, steps)
+    follow = HingingPath if result.assembly.scene.dimension == 2 else EdgePath
+    path = follow(result, (dead, live), steps, progress)
     curve = Capacity(result, path.end, tuple(path.steps), path.motion, dead, live, control)
     _, rates, control_rate = curve._onset
     if path.motion.any() and abs(control_rate) <= LEAST_RATE * rates.max():
@@ -127,42 +115,6 @@ def capacity(
             "another block or point"
         )
     return curve
-
-
-def refuse_parts_not_followed(assembly: Assembly) -> None:
-    """Raise OptionError if a scene has settling supports or other parts that prevent a capacity curve."""
-    case = assembly.scene.called
-    if any(force.role is Role.SUPPORT for force in assembly.limited):
-        raise OptionError(
-            f"{case}: a capacity curve is not possible while a support settles: call mo.solve with "
-            "the option 'settled', which moves the support before the live load acts"
-        )
-    not_followed = _not_followed(assembly)
-    if not not_followed:
-        return
-    where = "in the plane" if assembly.scene.dimension == 2 else "in space"
-    parts = " and ".join(f"{part} {some(names)}".strip() for part, names in not_followed.items())
-    is_one = sum(max(len(names), 1) for names in not_followed.values()) == 1
-    instead = f"omit {'it' if is_one else 'them'}, or use 'solve' to compute only the load factor"
-    raise OptionError(f"{case}: a capacity curve {where} cannot take account of {parts}: {instead}")
-
-
-def _not_followed(assembly: Assembly) -> dict[str, list[str]]:
-    """Return the kinds of parts for which no capacity curve can be computed, each with its parts' names.
-
-    Only ties and props have names. In space, a capacity curve takes account of ties and props.
-    """
-    parts: dict[str, list[str]] = {}
-    for force in assembly.limited:
-        is_strut = force.role in (Role.TIE, Role.PROP)
-        if is_strut and assembly.scene.dimension == 3:
-            continue
-        names = parts.setdefault(_NOT_FOLLOWED[force.role], [])
-        if is_strut:
-            names.append(repr(force.name))
-    if len(assembly.problem.crushing):
-        parts["limited 'strength' of joints"] = []
-    return parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,11 +164,23 @@ class Capacity:
         return float(self.table["displacement"].iloc[-1]) if self.reaches_zero else None
 
     def poses(self, row: int) -> np.ndarray:
-        """Return the poses (x, y, θ) of the movable blocks in one state of the curve, shape (b, 3).
+        """Return the poses of the movable blocks in one state of the curve.
 
-        A pose is a rotation by θ about the origin of the geometry, then a translation by (x, y), in the
-        units of the case. In space the shape is (b, 6): a translation and a rotation vector. Raises
-        OptionError if ``table`` has no row ``row``.
+        Parameters
+        ----------
+        row: Row of ``table``.
+
+        Returns
+        -------
+        ndarray
+            The poses, shape (b, 3), lengths in the unit of the case. A pose is a rotation by θ (rad) about
+            the origin of the geometry, then a translation by (x, y). In space the shape is (b, 6): a
+            translation and a rotation vector.
+
+        Raises
+        ------
+        OptionError
+            If ``table`` has no such row.
         """
         return self._step(row).poses[self.result.assembly.movable]
 
@@ -224,10 +188,11 @@ class Capacity:
     def table(self) -> pd.DataFrame:
         """Table of the capacity curve with one row for each state; the first row is the state at rest.
 
-        - ``displacement``: displacement of the control point.
+        - ``load_factor``: λ at which the displaced blocks are in equilibrium.
+        - ``displacement``: displacement of the control point, in the case's unit of length.
         - ``rotation``: largest rotation of a block (rad).
-        - ``dead_work``, ``live_work``: work from the state at rest. The live work is that of the live load
-          for λ = 1.
+        - ``dead_work``, ``live_work``: work of the loads from the state at rest. The live work is that of the
+          live load for λ = 1.
         - ``hinged``, ``separated``: numbers of hinged and of separated joints.
         - ``event``: code of the event, with the ``pairs`` of blocks at the joints of the event.
 
@@ -251,9 +216,16 @@ class Capacity:
     def joints(self, row: int = -1) -> pd.DataFrame:
         """Return a table with one row for each joint, in one state of the curve.
 
-        The columns are the names of the blocks (``first``, ``second``), ``state`` ("closed", "hinged" or
-        "separated"), the displaced position of the hinge (``x``, ``y``, in space ``z``; NaN without a hinge)
-        and the opening ``angle`` (rad).
+        Parameters
+        ----------
+        row: Row of ``table``; the default is the last.
+
+        Returns
+        -------
+        DataFrame
+            The table. Its columns are the names of the blocks (``first``, ``second``), ``state`` ("closed",
+            "hinged" or "separated"), the displaced position of the hinge (``x``, ``y``, in space ``z``; NaN
+            without a hinge) and the opening ``angle`` (rad).
 
         Raises
         ------
@@ -408,7 +380,14 @@ class Capacity:
     def plot(self, row: int | None = None) -> "Picture":
         """Return a matplotlib figure of the curve; if ``row`` is specified, a figure of the displaced blocks.
 
-        The blocks are drawn in the state of row ``row`` of ``table``.
+        Parameters
+        ----------
+        row: Row of ``table`` whose state is drawn; None for the curve.
+
+        Returns
+        -------
+        Picture
+            The figure, a subclass of matplotlib's ``Figure``.
 
         Raises
         ------
@@ -434,6 +413,12 @@ class Capacity:
         """Save the plot of :meth:`plot` to a file (.png, .svg or .pdf).
 
         The file is written completely or not at all.
+
+        Parameters
+        ----------
+        path: File to write.
+        row: See ``plot``.
+        force: True to replace a file that another program wrote.
 
         Raises
         ------

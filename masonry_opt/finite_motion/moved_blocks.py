@@ -18,12 +18,10 @@ from masonry_opt.problem.load_factor_scale import RELATIVE_ROUNDING
 from masonry_opt.problem.loads import Forces, LoadedPiece, by_component, moments_in
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Problem
-from masonry_opt.reporting.names import some
 from masonry_opt.result import Result
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Geometry
-from masonry_opt.scene.rows import lengths, linked
-from masonry_opt.scene.solids import COORDINATES, coordinates
+from masonry_opt.scene.rows import linked
 from masonry_opt.solution.thresholds import NEGLIGIBLE_SHARE, SLIDES
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
@@ -403,33 +401,3 @@ def least_missed(
             below, above = session.multipliers()[: 2 * rows].reshape(2, rows)
             return float(value), -(below + above), np.array(q)
     return None
-
-
-def control_force(result: Result, live: Forces, block: str | None, point: tuple[float, ...] | None) -> Forces:
-    """Return the forces along which the control displacement is measured.
-
-    The control displacement is the mean displacement of the points of action along these forces.
-
-    Without a block, the forces are the live loads. With a block, the force is the resultant of the live loads
-    at the control point.
-    """
-    if block is None:
-        if point is not None:
-            raise OptionError("a control point belongs to a block: specify 'block' (--block) too")
-        return live
-    assembly, names = result.assembly, result.assembly.names(result.assembly.movable)
-    if block not in names:
-        none = f"there is no movable block '{block}': choose from {some(names)}"
-        raise OptionError(f"{result.case}: block: {none}")
-    row, along = names.index(block), live.force.sum(axis=0)
-    if not np.linalg.norm(along) > LEAST_RATE * lengths(live.force).sum():
-        raise OptionError(
-            "the live load has no resultant, so the direction of the displacement is undefined: omit 'block'"
-        )
-    at = assembly.geometry.centroid[assembly.movable[row]]
-    if point is not None:
-        position = coordinates(point, len(at))
-        if position is None:
-            raise OptionError(f"the control point needs {COORDINATES[len(at)]} (found {point!r})")
-        at = position - assembly.geometry.origin
-    return Forces(np.array([row]), along[None], at[None], np.zeros(0))

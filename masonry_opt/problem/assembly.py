@@ -39,10 +39,11 @@ _LARGEST_LIMIT = 1e9
 class Assembly:
     """Limit analysis problem of a scene, together with the scene, its joints and the shapes of its blocks."""
 
+    #: Matrices, loads and joint laws. The page "For solver people" of the guide describes its attributes.
     problem: Problem
-    scene: Scene
+    scene: Scene  #: the scene, without changes
     geometry: Any  #: shapes of the blocks: ``Geometry`` in the plane, ``Shapes`` in space
-    joints: Joints
+    joints: Joints  #: joints of the scene: their two blocks, points and directions
     movable: np.ndarray  #: index of each movable block in the scene's list of blocks, shape (b,)
     #: For each edge load, the length along its line on which the load has no effect, because there is no free
     #: edge of a movable block.
@@ -58,13 +59,31 @@ class Assembly:
         return f"<Assembly of {self.scene.called!r}:\n {sizes}"
 
     def names(self, blocks: np.ndarray) -> list[str]:
-        """Return the names of blocks, given their indices in the scene's list of blocks."""
+        """Return the names of blocks.
+
+        Parameters
+        ----------
+        blocks: Indices of the blocks in the scene's list of blocks, shape (n,).
+
+        Returns
+        -------
+        list of str
+            Name of each block.
+        """
         return [self.scene.blocks[index].name for index in blocks]
 
     def problem_names(self, legal: bool = False) -> ProblemNames:
         """Return names for the rows and columns of the problem's matrices, such as ``n1[A|ground]``.
 
-        Labels are in the order of the tables of a result. If ``legal`` is True, names are legal in LP files.
+        Parameters
+        ----------
+        legal: True for names that are legal in LP files.
+
+        Returns
+        -------
+        ProblemNames
+            Lists ``forces``, ``motions``, ``velocities``, ``balances`` and ``conditions``, in the order of
+            the tables of a result.
         """
         blocks = [block.name for block in self.scene.blocks]
         limited = [force.name for force in self.limited]

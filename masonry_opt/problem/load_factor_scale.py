@@ -52,6 +52,10 @@ class LoadFactorScale:
         larger = max(abs(first), abs(second))
         return abs(first - second) <= EQUALITY_TOLERANCE * self.divisor(larger)
 
+    def is_distinctly_lower(self, load_factor: float, than: float) -> bool:
+        """Return True if λ is lower than another λ, and the two are not equal (see :meth:`equal`)."""
+        return load_factor < than and not self.equal(load_factor, than)
+
     def is_lower(self, load_factor: float, than: float) -> bool:
         """Return True if λ is lower than another λ by a relative difference above ``RELATIVE_ROUNDING``."""
         return load_factor < than - RELATIVE_ROUNDING * self.divisor(than)

@@ -42,7 +42,8 @@ class Forces:
 
     block: np.ndarray  #: index of the movable block on which each force acts, shape (f,)
     force: np.ndarray  #: vector of each force, in the scene's unit of force, shape (f, dim)
-    point: np.ndarray  #: point of action of each force, relative to ``Geometry.origin``, shape (f, dim)
+    #: point of action of each force, relative to ``assembly.geometry.origin``, shape (f, dim)
+    point: np.ndarray
     couple: np.ndarray  #: additional moment on each movable block, shape (b, 1); in space (b, 3)
 
     __repr__ = brief

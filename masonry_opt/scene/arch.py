@@ -64,8 +64,6 @@ class ArchRing(AnyGenerator):
     span, and pointed if it is more. A pointed arch has two arcs with centres on the springing line, of inner
     radius (span²/4 + rise²)/span, that meet in a vertical joint.
 
-    Raises CaseError if the dimensions do not describe an arch.
-
     Parameters
     ----------
     radius: Radius of the centreline; the centre is the origin.
@@ -86,6 +84,11 @@ class ArchRing(AnyGenerator):
     abutments: True for a fixed abutment at either end, under the skewbacks if there are any. Without
         abutments the arch is supported by other blocks.
     name: See :class:`~masonry_opt.scene.generator.AnyGenerator`.
+
+    Raises
+    ------
+    CaseError
+        If the dimensions do not describe an arch.
     """
 
     radius: Positive | None = None
@@ -299,6 +302,11 @@ class PointLoad(Record):
     voussoir: Number of the voussoir. Voussoir 1 is at the first of the arch's ``angles``, or at the left end
         of its ``span``.
     force: Force ``[fx, fy]``, which the load factor multiplies.
+
+    Raises
+    ------
+    CaseError
+        If the number of the voussoir is not a positive integer, or if the force is not two numbers.
     """
 
     voussoir: Annotated[int, Strict(), Field(ge=1)]
@@ -308,9 +316,6 @@ class PointLoad(Record):
 class Arch(ArchRing, Generator):
     """An arch in the plane.
 
-    Raises CaseError if the dimensions do not describe an arch, or if a point load names a voussoir that does
-    not exist.
-
     Parameters
     ----------
     radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments, unit_weight: See
@@ -318,6 +323,11 @@ class Arch(ArchRing, Generator):
     point_loads: Live forces on single voussoirs (:class:`PointLoad`).
     name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`. The origin is the
         centre of ``radius``, or the middle of ``span`` at the height of the feet's inner ends.
+
+    Raises
+    ------
+    CaseError
+        If the dimensions do not describe an arch, or if a point load names a voussoir that does not exist.
     """
 
     point_loads: list[PointLoad] = []
@@ -336,9 +346,17 @@ class Arch(ArchRing, Generator):
     def blocks(self, thickness: float | None = None) -> list[Block]:
         """Return the voussoirs ``v1``, ``v2``, ..., then the numbered skewbacks, then the numbered abutments.
 
-        See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``. The
-        ``unit_weight`` of a block refers to its polygon. If ``weights`` uses the area between two arcs, the
-        unit weight of a voussoir is scaled so that the polygon has the weight of that area.
+        The ``unit_weight`` of a block refers to its polygon. If ``weights`` uses the area between two arcs,
+        the unit weight of a voussoir is scaled so that the polygon has the weight of that area.
+
+        Parameters
+        ----------
+        thickness: As in :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>`.
+
+        Returns
+        -------
+        list of Block
+            The blocks, in the coordinates of the scene.
         """
         forces = {f"v{load.voussoir}": load.force for load in self.point_loads if any(load.force)}
         blocks = []

@@ -315,9 +315,6 @@ class Block(Body):
 
     Lengths and forces are in any consistent units.
 
-    Raises CaseError if a key is unknown, if a value is not a finite number, or if the shape or the weight is
-    missing or given twice.
-
     Parameters
     ----------
     name: Name of the block, unique within the scene.
@@ -335,6 +332,12 @@ class Block(Body):
         the weight.
     dead, dead_at: Dead force in addition to the weight, and its point of application (default: the centroid).
     fixed: True for a support, which does not move and needs no weight.
+
+    Raises
+    ------
+    CaseError
+        If a key is unknown, if a value is not a finite number, or if the shape or the weight is missing or
+        given twice.
     """
 
     name: Name
@@ -378,6 +381,11 @@ class Reference(Record):
     value: The published load factor.
     source: Publication or computation from which the value is taken.
     tolerance: Largest relative difference of a load factor that agrees with the value.
+
+    Raises
+    ------
+    CaseError
+        If a value is not a finite number, or if the tolerance is not positive.
     """
 
     value: Number

@@ -158,6 +158,15 @@ def load(path: str | Path) -> Scene:
     The scene contains the blocks that the generators of the file build. Its attribute ``case`` has the
     original content of the file.
 
+    Parameters
+    ----------
+    path: Path of the case file.
+
+    Returns
+    -------
+    Scene
+        The scene, in the units of the case file.
+
     Raises
     ------
     CaseError
@@ -197,6 +206,12 @@ def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None
 
     If the file cannot be written completely, it is not changed. Files of this package are recognised by a
     mark in them.
+
+    Parameters
+    ----------
+    scene: A scene, or the content of a case file (``scene.case``).
+    path: File to write; the name ends in ``.toml`` or ``.json``.
+    force: True to replace a file that another program wrote.
 
     Raises
     ------

@@ -38,6 +38,11 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
     thickness: Thickness of the solids. The default is the thickness of the scene, with which unit weights and
         cohesion do not change.
 
+    Returns
+    -------
+    Scene
+        The scene in space.
+
     Raises
     ------
     CaseError

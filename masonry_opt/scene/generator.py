@@ -38,13 +38,16 @@ Shape = dict[str, Any]
 class AnyGenerator(Record):
     """Table of a case file that generates many blocks, in the plane or in space.
 
-    Raises CaseError, with all mistakes, if the values do not describe blocks, or describe more than 100,000
-    blocks.
-
     Parameters
     ----------
-    name: Name with which the names of the generated blocks begin: "left 3-2" in place of "3-2". A scene
-        with several generators needs such names.
+    name: Name with which the names of the generated blocks begin: ``left 3-2`` in place of ``3-2``. A
+        scene with several generators needs such names.
+
+    Raises
+    ------
+    CaseError
+        If the values do not describe blocks, or describe more than 100,000 blocks. The message has all
+        mistakes.
     """
 
     name: Name | None = None
@@ -118,9 +121,16 @@ class Generator(AnyGenerator):
     def blocks(self, thickness: float | None = None) -> list[Block]:
         """Return the generated blocks, with weights and live loads.
 
-        If the generator has a ``unit_weight``, each block has a ``unit_weight`` too, which a scene multiplies
-        by its thickness. If ``thickness`` is given, each block has the ``weight`` of this thickness instead,
-        which a scene does not multiply.
+        Parameters
+        ----------
+        thickness: Thickness out of the plane. If it is given, and the generator has a ``unit_weight``, each
+            block has the ``weight`` of this thickness, which a scene does not multiply. By default each block
+            has the ``unit_weight``, which a scene multiplies by its thickness.
+
+        Returns
+        -------
+        list of Block
+            The blocks, in the coordinates of the scene.
         """
         raise NotImplementedError
 
@@ -176,7 +186,13 @@ class SolidGenerator(AnyGenerator):
     unit_weight: NonNegative
 
     def blocks(self) -> list[Solid]:
-        """Return the generated blocks, each with its weight and a live load in proportion to the weight."""
+        """Return the generated blocks, each with its weight and a live load in proportion to the weight.
+
+        Returns
+        -------
+        list of Solid
+            The blocks, in the coordinates of the scene.
+        """
         raise NotImplementedError
 
     def _stone(self, name: str, *parts: Shape, **weight: Any) -> Solid:

@@ -63,8 +63,6 @@ class _InDegrees(Record):
 class JointDefaults(_InDegrees):
     """Default properties of the joints of a scene; a :class:`Joint` record overrides them for one joint.
 
-    Raises CaseError if a value is out of range.
-
     Parameters
     ----------
     friction: Friction coefficient μ = tan φ; ``inf`` for joints that cannot slide.
@@ -79,6 +77,11 @@ class JointDefaults(_InDegrees):
     strength: Compressive strength f_c, a force per unit length, or per unit area, as ``cohesion``: |m| ≤ n
         (L/2 − n / (2 f_c)). Default: unlimited. The contact of a corner with an edge, which has no length,
         also has unlimited strength.
+
+    Raises
+    ------
+    CaseError
+        If a value is out of range.
     """
 
     friction: Friction
@@ -100,13 +103,16 @@ class JointDefaults(_InDegrees):
 class Joint(_InDegrees):
     """Properties that override the defaults for the joint between two named blocks.
 
-    Raises CaseError if a value is out of range.
-
     Parameters
     ----------
     between: Names of the two blocks; they must touch.
     friction, cohesion, dilatancy, dilatancy_stress, strength, friction_angle, dilatancy_angle: As in
         :class:`JointDefaults`. A property that is not given has the default value of the scene.
+
+    Raises
+    ------
+    CaseError
+        If a value is out of range.
     """
 
     between: tuple[Name, Name]
@@ -119,7 +125,19 @@ class Joint(_InDegrees):
     def over(self, defaults: JointDefaults) -> JointDefaults:
         """Return ``defaults``, overridden by the properties that this joint sets.
 
-        Raises CaseError if the resulting properties are inconsistent.
+        Parameters
+        ----------
+        defaults: Properties of the joints of the scene.
+
+        Returns
+        -------
+        JointDefaults
+            The properties of this joint.
+
+        Raises
+        ------
+        CaseError
+            If the resulting properties are inconsistent.
         """
         overrides = self.model_dump(exclude={"between"}, exclude_none=True)
         return JointDefaults(**(defaults.model_dump() | overrides))

@@ -355,7 +355,7 @@ def _live_loads(scene: SceneKeys) -> Iterator[str]:
         if any(any(getattr(block, key, ())) for key in ("live", "live_per_weight", "live_moment")):
             yield f"block '{block.name}'"
     for number, load in enumerate(scene.loads, start=1):
-        if load.gives("live"):
+        if load.has_force("live"):
             yield f"load no. {number}"
     for number, line in enumerate(scene.edge_loads, start=1):
         if line.kind == "live":

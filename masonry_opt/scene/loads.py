@@ -41,8 +41,6 @@ class Load(Record):
 
     Several loads on one block add up.
 
-    Raises CaseError if a load is empty, has a point but no force, or has dead and live forces in one group.
-
     Parameters
     ----------
     block: Name of a block that is not fixed.
@@ -56,6 +54,11 @@ class Load(Record):
         is not a dead load. By default it is the component along gravity of the forces that act as dead loads,
         and 0 if this component points against gravity. With 0 the load has no mass.
     group: A name by which a :class:`LoadCase` refers to the load.
+
+    Raises
+    ------
+    CaseError
+        If a load is empty, has a point but no force, or has dead and live forces in one group.
     """
 
     block: Name
@@ -70,8 +73,8 @@ class Load(Record):
 
     def _mistakes(self) -> Iterator[str]:
         _refuse_group(self.group)
-        if self.group is not None and self.gives("live") == self.gives("dead"):
-            if self.gives("live"):
+        if self.group is not None and self.has_force("live") == self.has_force("dead"):
+            if self.has_force("live"):
                 yield "a load with a 'group' cannot have both live and dead forces: split it into two loads"
             if not self.mass:
                 yield (
@@ -84,22 +87,30 @@ class Load(Record):
             if self.weight is None and not self.is_force:
                 yield "the load is empty: give 'live', 'dead', 'weight' or 'mass'"
 
-    def gives(self, kind: Kind) -> bool:
-        """Return True if the load has a force or moment of the given kind, "dead" or "live"."""
+    def has_force(self, kind: Kind) -> bool:
+        """Return True if the load has a force or moment of the given kind, "dead" or "live".
+
+        Parameters
+        ----------
+        kind: "dead" or "live".
+
+        Returns
+        -------
+        bool
+            True if the load acts.
+        """
         return getattr(self, kind) is not None or getattr(self, f"{kind}_moment") is not None
 
     @property
     def is_force(self) -> bool:
         """Return True if the load has a force or a moment, and not only a weight."""
-        return self.gives("live") or self.gives("dead")
+        return self.has_force("live") or self.has_force("dead")
 
 
 class EdgeLoad(Record):
     """Distributed load on all free edges of movable blocks along a straight line.
 
     Intensities are forces per unit length, or per unit area if the scene has a ``thickness``.
-
-    Raises CaseError if the line has no length, or if not exactly one of pressure and force is given.
 
     Parameters
     ----------
@@ -110,6 +121,11 @@ class EdgeLoad(Record):
     kind: "dead" (the default), or "live", which the load factor scales.
     mass, group: As in :class:`Load`, with the mass per unit length. By default the mass is the component of
         ``force`` along gravity; a ``pressure`` has no mass.
+
+    Raises
+    ------
+    CaseError
+        If the line has no length, or if not exactly one of pressure and force is given.
     """
 
     start: Annotated[Point, Field(alias="from")]
@@ -157,8 +173,6 @@ class Tie(_Strut):
 
     The tie may pass through blocks between its anchors without touching them. It carries no shear.
 
-    Raises CaseError if the anchors are one point, or the prestress exceeds the strength.
-
     Parameters
     ----------
     between: Names of the two blocks in which the tie is anchored; ``"ground"`` is the fixed ground.
@@ -166,6 +180,11 @@ class Tie(_Strut):
     strength: Largest tension, a force (default: unlimited).
     prestress: Least tension, which does not decrease if the tie shortens (default 0).
     name: Name of the tie in results (default: the names of its blocks).
+
+    Raises
+    ------
+    CaseError
+        If the anchors are one point, or the prestress exceeds the strength.
     """
 
     prestress: NonNegative = 0.0
@@ -179,12 +198,15 @@ class Tie(_Strut):
 class Prop(_Strut):
     """Prop along the line between two points. Its compression is at most its strength.
 
-    Raises CaseError if the two points are the same.
-
     Parameters
     ----------
     between, at, name: As in :class:`Tie`.
     strength: Largest compression, a force (default: unlimited).
+
+    Raises
+    ------
+    CaseError
+        If the two points are the same.
     """
 
 
@@ -194,8 +216,6 @@ class Earthquake(Record):
     The horizontal force of each weight acts at the same point as the weight. The component of a dead force
     along gravity counts as a weight; a dead force against gravity has no mass. A :class:`Load` or
     :class:`EdgeLoad` with a ``mass`` uses this mass instead.
-
-    Raises CaseError if a value is wrong.
 
     Parameters
     ----------
@@ -207,6 +227,11 @@ class Earthquake(Record):
         with the load factors of other load cases.
     dead_as_mass: True if dead forces, including a block's own ``dead``, count as weights. If False, only
         their ``mass`` does.
+
+    Raises
+    ------
+    CaseError
+        If the direction has another form, or if a value is out of range.
     """
 
     direction: Push
@@ -253,9 +278,6 @@ class LoadCase(Record):
     - "dead" and "live": dead and live loads without a named group, including the loads in blocks.
     - "axles": moving axles, allowed only in ``live``; see :func:`~masonry_opt.crossing`.
 
-    Raises CaseError if the load case has no live load, if both ``live`` and ``earthquake`` are given, if
-    axles are named in ``dead``, or if the factor of axles is negative.
-
     Parameters
     ----------
     name: Name of the load case, unique within the scene.
@@ -265,6 +287,12 @@ class LoadCase(Record):
     earthquake: In place of ``live``: :class:`Earthquake`. Masses are multiplied by the ``dead`` factor of
         their group.
     pressure: Factor of both limits of the pressure of fills.
+
+    Raises
+    ------
+    CaseError
+        If the load case has no live load, if both ``live`` and ``earthquake`` are given, if axles are named
+        in ``dead``, or if the factor of axles is negative.
     """
 
     name: Name
@@ -285,7 +313,18 @@ class LoadCase(Record):
             yield "the load case has no live load: give factors ('live = { live = 1 }') or an 'earthquake'"
 
     def factor(self, kind: Kind, group: str) -> float:
-        """Return the factor of a load group in the dead load or in the live load."""
+        """Return the factor of a load group in the dead load or in the live load.
+
+        Parameters
+        ----------
+        kind: "dead" or "live".
+        group: Name of the group.
+
+        Returns
+        -------
+        float
+            The factor, 0 if the group does not act.
+        """
         default = 1.0 if kind == "dead" and group in ("weight", "fill", "dead") else 0.0
         return (self.dead if kind == "dead" else self.live).get(group, default)
 

@@ -56,7 +56,8 @@ _MOST_MESSAGE_LINES = 20
 #: Largest number of characters of an error message that quotes names. A longer message is cut off.
 _LONGEST_MESSAGE = 500
 
-#: Largest number of characters of a quoted key or value in an error message. A longer quotation is cut off.
+#: Largest number of characters of a quoted key or value in an error message. The middle of a longer
+#: quotation is left out.
 _LONGEST_QUOTE = 60
 
 #: Formatter that shortens the text representation of long values.
@@ -165,7 +166,7 @@ def _line(item: dict[str, Any], record: type[BaseModel], values: Mapping[str, An
         labels = [_entry(alias or key, loc[1], values.get(key)) if is_list else f"[{key}]"]
         loc = loc[2:]
     elif in_file and (len(loc) > 1 or nested_record):
-        labels = [f"[{_one_line(key)}]"]
+        labels = [f"[{one_line(key)}]"]
         loc = loc[1:]
     elif loc:
         loc[0] = next(
@@ -228,24 +229,28 @@ def _entry_name(entry: Any) -> str:
 def _short_text(value: Any) -> str:
     """Return a value as one short line of text, however large or nested the value is."""
     try:
-        return _one_line(_SHORT_REPR.repr(value).replace("\n", " "))
+        return one_line(_SHORT_REPR.repr(value).replace("\n", " "))
     except ValueError:  # Python refuses to print integers with thousands of digits
         return "a number with thousands of digits"
 
 
-def _one_line(text: str) -> str:
-    """Return a key or value as one short line of text.
+def one_line(text: str) -> str:
+    """Return a key, value or path as one short line of text, without its middle if it is long.
 
     Keys and values of users can have any length.
     """
     text = printable(text).replace("\n", "\\n")
-    return text if len(text) <= _LONGEST_QUOTE else f"{text[: _LONGEST_QUOTE - 3]}..."
+    if len(text) <= _LONGEST_QUOTE:
+        return text
+    length = (_LONGEST_QUOTE - 3) // 2
+    start, end = text[:length], text[length + 3 - _LONGEST_QUOTE :]
+    return f"{start}...{end}"
 
 
 def _dotted_path(loc: list[Any]) -> str:
     """Return the path of a key with dots between its parts, such as ``blocks[2].name``."""
     parts = [f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc]
-    return _one_line("".join(parts).removeprefix("."))
+    return one_line("".join(parts).removeprefix("."))
 
 
 def _fields(record: type[BaseModel]) -> dict[str, FieldInfo]:

@@ -57,13 +57,16 @@ SETS = {
 class UniformLoad(Record):
     """Uniform load that moves with a group of axles, such as the load of a train behind its locomotive.
 
-    Raises CaseError if the load is not positive, or if its end is not behind its start.
-
     Parameters
     ----------
     load: Load per unit length of the road, straight down, over the whole width that carries the axles.
     start, end: Distances from the first axle back to the two ends of the load, negative for an end ahead of
         the first axle. In a case file the keys are ``from`` and ``to``.
+
+    Raises
+    ------
+    CaseError
+        If the load is not positive, or if its end is not behind its start.
     """
 
     load: Positive
@@ -77,13 +80,6 @@ class UniformLoad(Record):
 
 class Axles(Record):
     """Group of axles that moves along a road over a plane scene; see :func:`~masonry_opt.crossing`.
-
-    Raises CaseError in these cases:
-
-    - Loads are missing or not positive.
-    - The number of distances is not one less than the number of loads.
-    - A set is unknown, or is given together with loads.
-    - The road does not run from left to right.
 
     Parameters
     ----------
@@ -103,6 +99,13 @@ class Axles(Record):
         It is at most the width of the bridge, and less if lanes or tracks lie side by side.
     road: Points of the road's line from left to right. Default: the road of the scene's fills.
     travels: "right", "left" or "both" (the default). A symmetric group is moved in one direction only.
+
+    Raises
+    ------
+    CaseError
+        If loads are missing or not positive, if the number of distances is not one less than the number of
+        loads, if a set is unknown or is given together with loads, or if the road does not run from left to
+        right.
     """
 
     name: Name
@@ -186,9 +189,6 @@ def _parse_spread(value: Any) -> float | bool:
 class Backing(Record):
     """Lower part of a :class:`Fill`, below a line, such as rubble or concrete over arch haunches.
 
-    Raises CaseError if the line does not run from left to right, if a value is out of range, or if the share
-    of the passive pressure is below the active pressure.
-
     Parameters
     ----------
     line: Upper line of the backing, ``[[x, y], ...]`` from left to right, not above the road. The backing
@@ -196,6 +196,12 @@ class Backing(Record):
     unit_weight: Weight per unit area, as in :class:`Fill`.
     friction_angle, mobilised: Properties of the earth pressure, as in :class:`Fill` (default: the values of
         the fill). They are needed only if the fill has ``pressure``.
+
+    Raises
+    ------
+    CaseError
+        If the line does not run from left to right, if a value is out of range, or if the share of the
+        passive pressure is below the active pressure.
     """
 
     line: RoadLine
@@ -211,9 +217,6 @@ class Fill(Record):
     is a dead load on these edges. Loads on the road spread through the fill. The pressure on the upright
     faces is the most favourable for stability between the active pressure and a fraction of the passive
     pressure.
-
-    Raises CaseError if the road does not run from left to right, if a value is out of range, or if the
-    fraction of the passive pressure is below the active pressure.
 
     Parameters
     ----------
@@ -231,6 +234,12 @@ class Fill(Record):
     backing: The part of the fill below a line: :class:`Backing`. σ is then the weight of fill and backing
         above a point. A face in the backing has the pressure coefficients of the backing. Loads spread at the
         same angle in fill and backing.
+
+    Raises
+    ------
+    CaseError
+        If the road does not run from left to right, if a value is out of range, or if the fraction of the
+        passive pressure is below the active pressure.
     """
 
     road: RoadLine

@@ -25,17 +25,6 @@ class Scene(SceneKeys):
 
     ``scene["A"]`` is the block with that name.
 
-    Raises CaseError in these cases:
-
-    - Names repeat, or no block can move.
-    - No block is fixed, and no tie or prop ends at ``"ground"``.
-    - An exception or a load names a block that does not exist, or a load acts on a fixed block.
-    - A tilted scene has loads other than weights, or a scene with an earthquake has other live loads.
-    - A load case names a group to which no load belongs.
-    - A scene in space has keys of the plane (edge loads, fills, ``thickness``, ``strength``,
-      ``dilatancy_stress``), or a scene in the plane has keys of space.
-    - Fills lie above each other, or gravity is not straight down in a scene with fills.
-
     Parameters
     ----------
     blocks: At least one movable :class:`Block` and its supports, with unique names. A scene in space has
@@ -68,6 +57,16 @@ class Scene(SceneKeys):
     earthquake: The live load of a scene without load cases: :class:`Earthquake`.
     title, source: Title of the scene, and the source from which the scene is taken.
     reference: Published values by name (``associative``, ``nonassociative``, ``mcp``, ``mpec``, ...).
+
+    Raises
+    ------
+    CaseError
+        If names repeat, or no block can move. If no block is fixed, and no tie or prop ends at ``"ground"``.
+        If an exception or a load names a block that does not exist, or a load acts on a fixed block. If a
+        tilted scene has loads other than weights, or a scene with an earthquake has other live loads. If a
+        load case names a group to which no load belongs. If a scene in space has keys of the plane (edge
+        loads, fills, ``thickness``, ``strength``, ``dilatancy_stress``), or a scene in the plane has keys of
+        space. If fills lie above each other, or gravity is not straight down in a scene with fills.
     """
 
     _origin: str = "scene"
@@ -138,6 +137,15 @@ class Scene(SceneKeys):
         blocks={"A": {"weight": 3}})``. A key of ``joints`` or of ``earthquake`` needs no mapping if no other
         record of the scene has it: ``scene.replace(friction=0.3)``.
 
+        Parameters
+        ----------
+        **changes: New values by the names of the scene's parameters.
+
+        Returns
+        -------
+        Scene
+            The changed copy.
+
         Raises
         ------
         CaseError
@@ -148,6 +156,15 @@ class Scene(SceneKeys):
 
     def in_case(self, name: str) -> Self:
         """Return the scene with the loads of one of its load cases, given by name.
+
+        Parameters
+        ----------
+        name: Name of the load case.
+
+        Returns
+        -------
+        Scene
+            A copy of the scene, in which this load case is selected.
 
         Raises
         ------
@@ -166,19 +183,43 @@ class Scene(SceneKeys):
         raise OptionError(f"{self.origin}: no load case {name!r}{suggestion}")
 
     def with_load_case(self, case: LoadCase | None) -> Self:
-        """Return the scene in a given load case. The load case is not checked for unknown groups."""
+        """Return the scene in a given load case. The load case is not checked for unknown groups.
+
+        Parameters
+        ----------
+        case: The load case, or None for no load case.
+
+        Returns
+        -------
+        Scene
+            A copy of the scene.
+        """
         scene = self.model_copy()
         scene._load_case = case
         return scene
 
-    def in_case_of(self, other: "Scene") -> Self:
-        """Return this scene with the load case that is selected in the scene ``other``.
+    def in_case_of(self, scene: "Scene") -> Self:
+        """Return this scene with the load case that is selected in another scene.
 
-        If the load case is in the list ``other.load_cases``, the result has the load case with the same name
-        from the list of this scene. Otherwise the result has the load case of ``other`` itself.
+        If the load case is in the list ``scene.load_cases``, the result has the load case with the same name
+        from the list of this scene. Otherwise the result has the load case of ``scene`` itself.
+
+        Parameters
+        ----------
+        scene: Scene whose load case is selected.
+
+        Returns
+        -------
+        Scene
+            A copy of this scene.
+
+        Raises
+        ------
+        OptionError
+            If this scene has no load case with the name.
         """
-        case = other.load_case
-        return self.in_case(case.name) if case in other.load_cases else self.with_load_case(case)
+        case = scene.load_case
+        return self.in_case(case.name) if case in scene.load_cases else self.with_load_case(case)
 
     def refuse_without_case(self) -> None:
         """Raise OptionError if the scene has load cases but none is selected.
@@ -206,7 +247,14 @@ class Scene(SceneKeys):
     def settled_as(self, state: Any) -> Self:
         """Return a copy of the scene in a given state after a settlement of supports.
 
-        The state is described in ``problem/settled.py``.
+        Parameters
+        ----------
+        state: State after the settlement, see ``problem/settled.py``.
+
+        Returns
+        -------
+        Scene
+            A copy of the scene.
         """
         scene = self.model_copy()
         scene._settled = state
@@ -222,6 +270,15 @@ class Scene(SceneKeys):
 
         The dead loads remain those of its load case. The result has no reference values, because reference
         values are load factors of other live loads.
+
+        Parameters
+        ----------
+        quake: Earthquake that is the only live load.
+
+        Returns
+        -------
+        Scene
+            A copy of the scene without reference values.
 
         Raises
         ------
@@ -241,8 +298,16 @@ class Scene(SceneKeys):
     def factor(self, kind: Kind, source: str, group: str | None = None) -> float:
         """Return the factor of a load group in the dead load or in the live load.
 
-        ``kind`` selects the dead or the live load. ``source`` is the kind of load in the scene: "weight",
-        "fill", "dead" or "live". ``group`` is the name of the load's own group, or None.
+        Parameters
+        ----------
+        kind: "dead" or "live".
+        source: Kind of load in the scene: "weight", "fill", "dead" or "live".
+        group: Name of the load's own group, or None.
+
+        Returns
+        -------
+        float
+            The factor.
         """
         if kind == "live" and self.shaken_by is not None:
             return 0.0
@@ -290,6 +355,11 @@ class Scene(SceneKeys):
     def in_plane(self) -> list[Block]:
         """Return the blocks of a plane scene.
 
+        Returns
+        -------
+        list of Block
+            The blocks.
+
         Raises
         ------
         OptionError
@@ -303,6 +373,11 @@ class Scene(SceneKeys):
 
     def in_space(self) -> list[Solid]:
         """Return the blocks of a three-dimensional scene, which are solids.
+
+        Returns
+        -------
+        list of Solid
+            The solids.
 
         Raises
         ------
@@ -341,7 +416,15 @@ class Scene(SceneKeys):
     def read_from(self, origin: str | Path, case: SceneKeys | None = None) -> Self:
         """Return a copy of the scene that stores the name and the original content of its case file.
 
-        ``origin`` is the path of the case file, or another text that names the scene in error messages.
+        Parameters
+        ----------
+        origin: Path of the case file, or another text that names the scene in error messages.
+        case: Content of the case file, or None.
+
+        Returns
+        -------
+        Scene
+            A copy of the scene.
         """
         scene = self.model_copy()
         scene._origin, scene._case = str(origin), case

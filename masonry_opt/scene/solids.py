@@ -78,12 +78,15 @@ class Polyhedron(NamedTuple):
 class Part(Record):
     """One convex part of a solid with several parts.
 
-    Raises CaseError if the shape is missing, given twice or not valid.
-
     Parameters
     ----------
     vertices, faces: Corners ``[[x, y, z], ...]``, and faces as lists of their indices, as in :class:`Solid`.
     box: In place of vertices and faces, intervals ``[[x0, x1], [y0, y1], [z0, z1]]``.
+
+    Raises
+    ------
+    CaseError
+        If the shape is missing, given twice or not valid.
     """
 
     vertices: Corners | None = None
@@ -100,13 +103,6 @@ class Solid(Body):
     """Rigid block in space, or a fixed support.
 
     Lengths and forces are in any consistent units.
-
-    Raises CaseError in these cases:
-
-    - A key is unknown.
-    - A value is not a finite number.
-    - The shape or the weight is missing or given twice.
-    - A face names a corner twice, or names a corner that does not exist.
 
     Parameters
     ----------
@@ -128,6 +124,12 @@ class Solid(Body):
     dead, dead_at, dead_moment: Further dead force, its point of application (default: the centroid), and a
         further dead moment.
     fixed: True for a support, which does not move and needs no weight.
+
+    Raises
+    ------
+    CaseError
+        If a key is unknown, or a value is not a finite number. If the shape or the weight is missing or given
+        twice. If a face names a corner twice, or names a corner that does not exist.
     """
 
     LOADS: ClassVar[tuple[str, ...]] = ("live", "live_per_weight", "live_moment", "dead", "dead_moment")
@@ -208,7 +210,16 @@ def box(
 ) -> Solid:
     """Return a rectangular block with edges parallel to the axes, given by an interval on each axis.
 
-    ``keys`` are the other parameters of :class:`Solid`, such as weight, loads and ``fixed``.
+    Parameters
+    ----------
+    name: Name of the block, unique within the scene.
+    x, y, z: Smallest and largest coordinate of the block on each axis.
+    **keys: Other parameters of :class:`Solid`, such as weight, loads and ``fixed``.
+
+    Returns
+    -------
+    Solid
+        The block.
 
     Raises
     ------

@@ -25,8 +25,6 @@ class Wall(WeighedGenerator):
 
     The courses are listed from the bottom.
 
-    Raises CaseError if a course has no block or an unknown name, or if the weight is missing or given twice.
-
     Parameters
     ----------
     block: Length and height of a full block.
@@ -40,6 +38,11 @@ class Wall(WeighedGenerator):
     base: True for a fixed base under the bottom course, one block longer at either end.
     name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
         foot's left end, without the base.
+
+    Raises
+    ------
+    CaseError
+        If a course has no block or an unknown name, or if the weight is missing or given twice.
     """
 
     block: tuple[Positive, Positive]
@@ -72,7 +75,14 @@ class Wall(WeighedGenerator):
     def blocks(self, thickness: float | None = None) -> list[Block]:
         """Return the blocks of all courses, named ``course-block``, and then the base.
 
-        See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``.
+        Parameters
+        ----------
+        thickness: As in :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>`.
+
+        Returns
+        -------
+        list of Block
+            The blocks, in the coordinates of the scene.
         """
         width = 0.0
         courses: list[list[_CoursePiece]] = []
@@ -97,9 +107,6 @@ class Facade(WeighedGenerator):
     courses: ``sill``, the height of ``opening``, the lintel, which lies in a shifted course, and
     ``spandrel``.
 
-    Raises CaseError if the courses do not add up, if a door does not exist, or if a weight is missing or
-    given twice.
-
     Parameters
     ----------
     openings: Number of openings in a storey, and number of storeys.
@@ -119,6 +126,11 @@ class Facade(WeighedGenerator):
     base: True for a fixed base.
     name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
         foot's left end, without the base.
+
+    Raises
+    ------
+    CaseError
+        If the courses do not add up, if a door does not exist, or if a weight is missing or given twice.
     """
 
     openings: tuple[Count, Count]
@@ -174,7 +186,14 @@ class Facade(WeighedGenerator):
     def blocks(self, thickness: float | None = None) -> list[Block]:
         """Return the blocks of all courses, named ``course-block``, and then the base.
 
-        See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``.
+        Parameters
+        ----------
+        thickness: As in :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>`.
+
+        Returns
+        -------
+        list of Block
+            The blocks, in the coordinates of the scene.
         """
         courses = [self._course(row) for row in range(self.openings[1] * self.storey)]
         if self.omit_top_left:
@@ -211,9 +230,6 @@ class Facade(WeighedGenerator):
 class Column(WeighedGenerator):
     """Column, pier or buttress: drums of equal height from y = 0 upwards, on a fixed base.
 
-    Raises CaseError if the weight is missing or given twice, or if ``batter`` names one side although both
-    widths are equal.
-
     Parameters
     ----------
     width: Width of the column, or its widths ``[bottom, top]``.
@@ -228,6 +244,12 @@ class Column(WeighedGenerator):
         the column is supported by other blocks.
     name, at, live_per_weight, live: See :class:`~masonry_opt.scene.generator.Generator`; the origin is the
         foot's left end, without the base.
+
+    Raises
+    ------
+    CaseError
+        If the weight is missing or given twice, or if ``batter`` names one side although both widths are
+        equal.
     """
 
     width: Widths
@@ -248,7 +270,14 @@ class Column(WeighedGenerator):
     def blocks(self, thickness: float | None = None) -> list[Block]:
         """Return the drums ``d1``, ``d2``, ... from the bottom upwards, and finally the base.
 
-        See :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>` for ``thickness``.
+        Parameters
+        ----------
+        thickness: As in :meth:`Generator.blocks <masonry_opt.scene.generator.Generator.blocks>`.
+
+        Returns
+        -------
+        list of Block
+            The blocks, in the coordinates of the scene.
         """
         bottom, top = both(self.width)
         area = (bottom + top) / 2 * self.height

@@ -165,7 +165,12 @@ class Proof:
         return json.dumps(table)
 
     def save(self, path: str | Path, force: bool = False) -> None:
-        """Write the proof to a JSON file. Set ``force`` to replace a file that another program wrote.
+        """Write the proof to a JSON file.
+
+        Parameters
+        ----------
+        path: File to write.
+        force: True to replace a file that another program wrote.
 
         Raises
         ------
@@ -180,6 +185,15 @@ class Proof:
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """Read a proof from a file.
+
+        Parameters
+        ----------
+        path: File that ``save`` wrote.
+
+        Returns
+        -------
+        Proof
+            The proof.
 
         Raises
         ------

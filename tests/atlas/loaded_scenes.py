@@ -35,7 +35,7 @@ def loaded(scene: mo.Scene, seed: int) -> mo.Scene:
     if instead == "load case":
         return _in_load_case(rng, scene, loads, edge_loads)
     quake = _earthquake(rng, scene)
-    loads = [load for load in loads if not load.gives("live")]
+    loads = [load for load in loads if not load.has_force("live")]
     edge_loads = [load for load in edge_loads if load.kind == "dead"]
     if instead == "earthquake":
         return _without_live(scene).replace(loads=loads, edge_loads=edge_loads, earthquake=quake)

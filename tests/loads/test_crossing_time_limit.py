@@ -147,6 +147,18 @@ def test_a_limit_in_the_first_solve_is_an_error(time_is_over_at):
         mo.crossing(LOADED, method="static", time_limit=100)
 
 
+def test_an_error_at_the_limit_has_the_warnings_about_the_scene(time_is_over_at):
+    """A coefficient of friction of 31 is probably an angle in degrees."""
+    in_degrees = LOADED.replace(joints={"friction": 31})
+    expected = mo.crossing(in_degrees, method="static").worst.warning_sentences
+    assert any("degrees" in sentence for sentence in expected)
+    time_is_over_at(1)
+    with pytest.raises(TimeLimitError) as stopped:
+        mo.crossing(in_degrees, method="static", time_limit=100)
+    assert stopped.value.warnings == expected
+    assert "warning" not in stopped.value.message
+
+
 def test_ctrl_c_in_the_first_solve_is_an_interrupt(watched):
     def ends(*_):
         raise KeyboardInterrupt

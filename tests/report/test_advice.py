@@ -128,6 +128,23 @@ def test_a_capacity_curve_is_refused_before_the_scene_is_solved(monkeypatch, tmp
     assert "cannot take account of limited 'strength' of joints" in command.refused("capacity", case)
 
 
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (("--block", "nobody"), "block: there is no movable block 'nobody'"),
+        (("--point", "0,1"), "a control point belongs to a block"),
+        (("--steps", "1"), "steps must be a whole number, at least 2 (found 1)"),
+    ],
+)
+def test_wrong_arguments_of_a_capacity_curve_are_refused_before_the_scene_is_solved(
+    monkeypatch, tmp_path, command, wrong, message
+):
+    case = tmp_path / "block.toml"
+    mo.save(block_on_floor(), case)
+    monkeypatch.setattr(mo, "solve", None)
+    assert message in command.refused("capacity", case, *wrong)
+
+
 @pytest.mark.parametrize("pressure", [True, False])
 def test_a_capacity_curve_needs_a_scene_without_fill(pressure):
     """A single message covers fill that presses and fill that only weighs: its advice leads to a curve."""

@@ -28,7 +28,6 @@ from masonry_opt.methods.bounds.conflicts import (
 )
 from masonry_opt.methods.bounds.settings import ProofSettings
 from masonry_opt.methods.exact.refiner import Refiner, refiner_of
-from masonry_opt.methods.incremental.analysis import analysis_of, is_meaningful
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.problem.problem import in_units_of_load
@@ -287,18 +286,13 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
     def _descended(self) -> bool:
         """Look for an exact state with a lower load factor; if one is found, store it and return True.
 
-        The state must be near the last mechanism. Raise Undecided if the net load of all blocks that move in
-        the state is zero. The state is then no answer, and it prevents a proof.
+        The state must be near the last mechanism. Its load factor is not below zero, so no check for blocks
+        without net load is needed (see :func:`.weightless`).
         """
         assert self._motion is not None
         lowest = self._lowest_nearby(*self._motion)
         if lowest is None:
             return False
-        if not is_meaningful(analysis_of(self._task), lowest.load_factor, lowest.d):
-            raise Undecided(
-                "a state with a lower load factor exists, but it is no answer, because the net load on its "
-                "moving blocks is zero"
-            )
         self.best = lowest
         self.lower_to(lowest.load_factor)
         return True

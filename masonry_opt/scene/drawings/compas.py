@@ -69,9 +69,6 @@ def read_compas(  # noqa: PLR0913 - options of the public API are keywords
     direction, with z upwards. Polygons are not projected. If they lie in a plane z = constant, y is upwards.
     In space, blocks can have any shape. A support with a single face is replaced by a slab behind this face.
 
-    Raises CaseError if the file cannot be read, if a block is not a prism, if the blocks do not form a valid
-    scene, or if ``along`` is given for a scene in space. The message names the file and the block.
-
     Parameters
     ----------
     path: A ``.json`` file written by COMPAS (compas_assembly, compas_cra or compas_dem, in a new or old
@@ -95,6 +92,17 @@ def read_compas(  # noqa: PLR0913 - options of the public API are keywords
         a block for faces, and the default of :class:`Scene` for gaps.
     contact_tolerance: Largest gap or overlap of edges (in space: faces) that are in contact, such as the
         width of mortar that is not drawn. :class:`Scene` explains it.
+
+    Returns
+    -------
+    Scene
+        The scene, in the plane or in space.
+
+    Raises
+    ------
+    CaseError
+        If the file cannot be read, if a block is not a prism, if the blocks do not form a valid scene, or if
+        ``along`` is given for a scene in space. The message names the file and the block.
     """
     path = as_path(path, "a COMPAS file", ".json")
     data = parse_file(path)

@@ -1,6 +1,5 @@
-"""Read DXF drawings as scenes, and write scenes as DXF drawings."""
+"""Read DXF drawings as scenes."""
 
-import io
 import math
 import warnings
 from collections import Counter, defaultdict
@@ -17,23 +16,21 @@ from masonry_opt.errors import (
     CaseError,
     DrawingWarning,
     OptionError,
-    OutputError,
     counted,
     printable,
     rounded,
     shortened,
 )
-from masonry_opt.files import MARK, refuse_replacing
 from masonry_opt.scene.blocks import Block, Name, Number, Positive, YesNo
 from masonry_opt.scene.drawings import block_references, dxf_layers, grounds, loops, nesting, outlines, stones
 from masonry_opt.scene.drawings.defects import Defects
 from masonry_opt.scene.drawings.nesting import OutlineTolerance
 from masonry_opt.scene.drawings.outlines import Curve, Outline
 from masonry_opt.scene.extrude import extrude
-from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
+from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import PlaneOrSpaceVector, Solid
-from masonry_opt.scene.tables import as_path, write_file
+from masonry_opt.scene.tables import as_path
 from masonry_opt.scene.typical_sizes import (
     FEWEST_STONES,
     LARGEST_SCENE,
@@ -106,11 +103,6 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
     The supports are closed outlines or straight lines. Cells are named by layer and number, from the bottom
     upwards and from left to right.
 
-    Raises CaseError if the file cannot be read, if an outline is not a block, or if the blocks do not form a
-    valid scene. The message names the file, and all wrong entities by handle, layer and place. Raises
-    OptionError if ezdxf is not installed, which is part of the extra "drawings", if the thickness is not a
-    positive number, or if ``window_layers`` are given without ``net``.
-
     Parameters
     ----------
     path: A ``.dxf`` file, text or binary.
@@ -144,6 +136,20 @@ def read_dxf(  # noqa: PLR0913 - options of the public API are keywords
         in metres.
     thickness: Thickness to which the blocks are extruded, which makes a scene in space. The x axis of
         the drawing becomes x, its y axis becomes z, and blocks extend from y = 0 to the thickness.
+
+    Returns
+    -------
+    Scene
+        The scene in the plane, or in space if a thickness is given.
+
+    Raises
+    ------
+    CaseError
+        If the file cannot be read, if an outline is not a block, or if the blocks do not form a valid scene.
+        The message names the file, and all wrong entities by handle, layer and place.
+    OptionError
+        If ezdxf is not installed, which is part of the extra "drawings", if the thickness is not a positive
+        number, or if ``window_layers`` are given without ``net``.
     """
     return read_with_layers(path, DxfDrawing.of(locals())).scene
 
@@ -437,62 +443,3 @@ def _blocks(
             "height become supports"
         )
     return blocks
-
-
-def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
-    """Write the blocks of a scene as a DXF drawing: closed polylines on the layers "blocks" and "fixed".
-
-    Each block is drawn in the length unit of the scene, with its holes. Its name is a text inside the block,
-    on the layer "names". Touching parts of a block are drawn as one outline. :func:`read_dxf` reads the same
-    blocks again. Weights, loads and joints are not drawn.
-
-    Raises CaseError if the argument is not a scene, if a block has no area or separate parts, or if the path
-    does not end in ``.dxf``. Raises OptionError if ezdxf is not installed, which is part of the extra
-    "drawings", or if a file exists that was not written by this package, unless ``force`` is True. Files of
-    this package are recognised by a mark in them. Raises OutputError if the file cannot be written; an
-    existing file is then not changed.
-    """
-    if not isinstance(scene, Scene):
-        raise CaseError(f"only a Scene can be written as a drawing (found {type(scene).__name__})")
-    path = as_path(path, "a DXF drawing", ".dxf")
-    refuse_replacing(path, force)
-    ezdxf = outlines.ezdxf()
-    document = ezdxf.new("R2010")
-    document.units = 0  # no unit, because a scene can have any
-    for name in ("blocks", "fixed", "names"):
-        document.layers.add(name)
-    space = document.modelspace()
-    geometry(scene)  # raises CaseError if the outline of a block has no area or crosses itself
-    polygons = [(block, _block_polygon(block, scene)) for block in scene.in_plane()]
-    # Write blocks with holes first: if a hole and the block in it have equal outlines, ``read_dxf`` reads the
-    # first outline as the hole.
-    for block, polygon in sorted(polygons, key=lambda entry: not entry[1].interiors):
-        layer = {"layer": "fixed" if block.fixed else "blocks"}
-        for ring in (polygon.exterior, *polygon.interiors):
-            space.add_lwpolyline(list(ring.coords[:-1]), close=True, dxfattribs=layer)
-        text_point = shapely.point_on_surface(polygon)
-        text = space.add_text(block.name, height=0.1 * polygon.area**0.5, dxfattribs={"layer": "names"})
-        middle = ezdxf.enums.TextEntityAlignment.MIDDLE_CENTER
-        text.set_placement((text_point.x, text_point.y), align=middle)
-    stream = io.StringIO()
-    document.write(stream)
-    # The code 999 begins a comment.
-    write_file(path, f"999\n{MARK}\n{stream.getvalue()}", OutputError)
-
-
-def _block_polygon(block: Block, scene: Scene) -> shapely.Polygon:
-    """Return a block as one polygon.
-
-    The corners of a block with one outline and no hole are not reordered. Raises CaseError if the block has
-    separate parts.
-    """
-    rings = [shapely.Polygon(ring) for ring in block.rings]
-    holes = [shapely.Polygon(ring) for ring in block.holes]
-    if len(rings) == 1 and not holes:
-        return rings[0]
-    polygon = shapely.union_all(rings).difference(shapely.union_all(holes))
-    if not isinstance(polygon, shapely.Polygon):
-        raise CaseError(
-            f"{scene.origin}: block '{block.name}' has separate parts, which a DXF outline cannot show"
-        )
-    return polygon

@@ -17,6 +17,7 @@ import numpy as np
 from masonry_opt.errors import DrawingWarning, counted, printable
 from masonry_opt.scene.drawings import stones
 from masonry_opt.scene.drawings.meshes import Mesh, used
+from masonry_opt.scene.mistakes import one_line
 from masonry_opt.scene.tables import read_bytes
 
 #: First four bytes of a binary glTF file, and the only supported version of glTF.
@@ -53,9 +54,6 @@ _MOST_GLTF_CORNERS = 5_000_000
 #: range of the coordinates in a .bin file differs by more, the .bin file belongs to another export. The
 #: tolerance is larger than 5e-6, the error of a range that is written with six digits.
 _RANGE_ERROR = 1e-5
-
-#: Largest number of characters of a path in an error message. A longer path is shown without its middle.
-_LONGEST_PATH = 60
 
 
 def read_gltf(data: bytes, path: Path, largest: int) -> list[Mesh]:
@@ -242,10 +240,10 @@ class _Gltf:
         numbers = np.ndarray((count, columns), kind, buffer, start, (stride, kind.itemsize)).astype(float)
         uri = self._entry("buffers", view["buffer"]).get("uri")
         if _is_bin(uri) and _is_out_of_range(numbers, accessor):
+            name = one_line(unquote(str(uri)))
             raise ValueError(
-                f"'{_short_path(uri)}' does not belong to the file, because its coordinates differ from the "
-                "range that the file states: export the blocks again, with a different name for each .bin "
-                "file"
+                f"'{name}' does not belong to the file, because its coordinates differ from the range that "
+                "the file states: export the blocks again, with a different name for each .bin file"
             )
         if accessor.get("normalized"):
             numbers = np.maximum(numbers / np.iinfo(kind).max, -1.0)
@@ -279,7 +277,7 @@ class _Gltf:
         """
         # PureWindowsPath recognises drive letters, and both / and \ as separators, on every system.
         place = PureWindowsPath(unquote(uri))
-        name = _short_path(uri)
+        name = one_line(unquote(uri))
         if "://" in uri or place.anchor or ".." in place.parts:
             raise ValueError(
                 f"the file refers to '{name}', which is not in its folder and was not read: "
@@ -309,19 +307,13 @@ def _refuse_extensions(names: list[str]) -> None:
     if names and "compression" in names[0]:
         raise ValueError(f"the file is compressed ({names[0]}): export without compression")
     if names:
-        name = stones.block_name(names[0])[:60]
+        name = one_line(names[0])
         raise ValueError(f"the file has the glTF extension {name}, which cannot be read: export without it")
 
 
 def _is_bin(uri: Any) -> bool:
     """Return True if a buffer is in another file, whose path is ``uri``."""
     return uri is not None and uri[:5].lower() != "data:"
-
-
-def _short_path(uri: Any) -> str:
-    """Return the path of a .bin file for error messages, without its middle if the path is long."""
-    path = unquote(uri)
-    return stones.block_name(path if len(path) <= _LONGEST_PATH else f"{path[:25]}...{path[-32:]}")
 
 
 def _is_out_of_range(numbers: np.ndarray, accessor: dict[str, Any]) -> bool:

@@ -92,10 +92,6 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
     triangles. If the convex hull of a block adds less volume than the tolerance times the block's surface,
     the hull replaces the block. Other blocks that are not convex are divided into convex parts.
 
-    Raises CaseError if a file cannot be read, if a block is not a closed surface, or if there are no
-    supports. The message names the file and each wrong block. Raises OptionError if an STL file is given and
-    trimesh is not installed, which is part of the extra "meshes".
-
     Parameters
     ----------
     path: A ``.obj``, ``.ply``, ``.stl``, ``.glb`` or ``.gltf`` file, or a folder of such files.
@@ -115,6 +111,19 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
         places and this length is small relative to the blocks. Otherwise the default is as in :class:`Scene`.
     contact_tolerance: Largest gap or overlap of faces that are in contact, such as the width of mortar that
         is not drawn. :class:`Scene` explains it.
+
+    Returns
+    -------
+    Scene
+        The scene in space.
+
+    Raises
+    ------
+    CaseError
+        If a file cannot be read, if a block is not a closed surface, or if there are no supports. The message
+        names the file and each wrong block.
+    OptionError
+        If an STL file is given and trimesh is not installed, which is part of the extra "meshes".
     """
     path = as_path(path, "a mesh")
     drawing = MeshDrawing.of(locals())

@@ -36,6 +36,11 @@ class Opening(Record):
     height: Number of courses of the opening.
     bearing: Bearing of the lintel on either side. The default is half a block, which fits the bond if
         ``sill`` and ``height`` add up to an odd number, and the jambs are whole blocks from the wall's end.
+
+    Raises
+    ------
+    CaseError
+        If a value is out of range.
     """
 
     at: NonNegative
@@ -50,12 +55,17 @@ class PlanWall(Record):
 
     Parameters
     ----------
-    name: Name of the wall, with which the names of its blocks begin: "front 3-2".
+    name: Name of the wall, with which the names of its blocks begin: ``front 3-2``.
     axis: Points ``[[x, y], ...]`` of the middle line of the wall. The line is parallel to x or y between
         successive points. Two walls meet if their axes cross, or if one axis ends on the other axis.
     leaves: Number of leaves, one or two, each as thick as a block.
     courses: Number of courses (default: the number of courses of the plan).
     openings: :class:`Opening` records.
+
+    Raises
+    ------
+    CaseError
+        If the axis has fewer than two points, or if a value is out of range.
     """
 
     name: Name
@@ -165,9 +175,6 @@ class Plan(SolidGenerator):
     a block of the wall that passes through extends beyond the face of the other wall. Pieces at ends and
     openings are at least a quarter of a block long. A shorter piece is joined to its neighbour.
 
-    Raises CaseError if an axis has an angle that is not a right angle, if walls overlap, if an opening does
-    not fit, or if a piece would be shorter than a quarter of a block.
-
     Parameters
     ----------
     block: Length and height of a block.
@@ -184,6 +191,12 @@ class Plan(SolidGenerator):
     base: True for a fixed base under all walls, which extends beyond them by the thickness of a leaf.
     name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
         origin is the origin of the coordinates of the axes, at the foot of the walls.
+
+    Raises
+    ------
+    CaseError
+        If an axis has an angle that is not a right angle, if walls overlap, if an opening does not fit, or if
+        a piece would be shorter than a quarter of a block.
     """
 
     block: tuple[Positive, Positive]
@@ -363,6 +376,11 @@ class Plan(SolidGenerator):
 
         The names are ``wall course-block``. The blocks of a course are numbered along the straight pieces of
         the wall's axis. In each piece they are numbered leaf by leaf, by ascending coordinates.
+
+        Returns
+        -------
+        list of Solid
+            The blocks, in the coordinates of the scene.
         """
         stretches = self._crossed_stretches()
         solids = []

@@ -19,8 +19,6 @@ class Barrel(ArchRing, SolidGenerator):
 
     Point (x, y) of the arch becomes (x, t, y), with t from 0 to the length of the vault.
 
-    Raises CaseError if the dimensions do not describe an arch, or if the stones are longer than the vault.
-
     Parameters
     ----------
     radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments: See
@@ -33,6 +31,11 @@ class Barrel(ArchRing, SolidGenerator):
     unit_weight: Weight per unit volume.
     name, at, live_per_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the origin is the
         origin of the arch, at y = 0.
+
+    Raises
+    ------
+    CaseError
+        If the dimensions do not describe an arch, or if the stones are longer than the vault.
     """
 
     length: Positive
@@ -55,6 +58,11 @@ class Barrel(ArchRing, SolidGenerator):
         If ``stone`` is set, voussoirs and skewbacks are cut into stones along y. The names of stones are
         ``v1-1``, ``v1-2``, ... and ``skewback 1-1``, ... along y. Abutments are named ``abutment 1`` and
         ``abutment 2``.
+
+        Returns
+        -------
+        list of Solid
+            The blocks, in the coordinates of the scene.
         """
         solids = []
         # In a running bond, rows with odd numbers are offset by half a stone. To stagger the joints of a
@@ -93,9 +101,6 @@ class Groin(SolidGenerator):
     groin, a course has one stone with two convex parts, one in each barrel. From this stone, the course
     continues in running bond along both barrels.
 
-    Raises CaseError if the dimensions do not describe an arch, or if the bay is too short for stones between
-    the corners.
-
     Parameters
     ----------
     span, rise, thickness: Dimensions of the arch of both barrels, see
@@ -106,6 +111,11 @@ class Groin(SolidGenerator):
     abutments: True for a fixed abutment under each corner.
     name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
         origin is the middle of the square, at the height of the springing points.
+
+    Raises
+    ------
+    CaseError
+        If the dimensions do not describe an arch, or if the bay is too short for stones between the corners.
     """
 
     span: Positive
@@ -139,6 +149,11 @@ class Groin(SolidGenerator):
 
         For corner 1, names are ``1 g1``, ... on the groin, ``1 y1-1``, ... along y and ``1 x1-1``, ... along
         x. Abutments are named ``abutment 1`` to ``abutment 4``.
+
+        Returns
+        -------
+        list of Solid
+            The blocks, in the coordinates of the scene.
         """
         solids = []
         *courses, foot = self._courses()
@@ -201,8 +216,6 @@ class Dome(SolidGenerator):
     flat, and neighbours share whole faces. In a "running" bond, each voussoir has additional corners in the
     middle, at the corners of the rings above and below, and consists of two convex parts.
 
-    Raises CaseError if the dimensions do not describe a dome.
-
     Parameters
     ----------
     radius: Radius of the sphere halfway between the inner and the outer corners.
@@ -217,6 +230,11 @@ class Dome(SolidGenerator):
     base: True for a fixed ring under the dome, whose height is the thickness of the dome.
     name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
         origin is the centre of the spheres.
+
+    Raises
+    ------
+    CaseError
+        If the dimensions do not describe a dome.
     """
 
     radius: Positive
@@ -251,6 +269,11 @@ class Dome(SolidGenerator):
         """Return the voussoirs of the dome, and finally the blocks ``key`` and ``base``.
 
         Voussoir 2 of ring 1 is named ``1-2``. Rings are numbered from the foot upwards.
+
+        Returns
+        -------
+        list of Solid
+            The blocks, in the coordinates of the scene.
         """
         first = math.radians(self.springing)
         if self.oculus is None:
@@ -301,8 +324,6 @@ class Shaft(SolidGenerator):
 
     The section is a regular polygon. The top of the base is at z = 0.
 
-    Raises CaseError if a value is not valid.
-
     Parameters
     ----------
     diameter: Diameter of the circle through the polygon's corners, or ``[bottom, top]`` if the shaft tapers.
@@ -313,6 +334,11 @@ class Shaft(SolidGenerator):
     base: True for a fixed base under the shaft, with the outline of the foot and the height of a drum.
     name, at, live_per_weight, unit_weight: See :class:`~masonry_opt.scene.generator.SolidGenerator`; the
         origin is the middle of the foot.
+
+    Raises
+    ------
+    CaseError
+        If a value is not valid.
     """
 
     diameter: Widths
@@ -322,7 +348,13 @@ class Shaft(SolidGenerator):
     base: YesNo = True
 
     def blocks(self) -> list[Solid]:
-        """Return the drums ``d1``, ``d2``, ... from the foot upwards, and finally the ``base``."""
+        """Return the drums ``d1``, ``d2``, ... from the foot upwards, and finally the ``base``.
+
+        Returns
+        -------
+        list of Solid
+            The blocks, in the coordinates of the scene.
+        """
         bottom, top = both(self.diameter)
         drum = self.height / self.drums
         widths = [bottom + (top - bottom) * number / self.drums for number in range(self.drums + 1)]

@@ -363,8 +363,11 @@ class Comparison:
     limits: RunLimits
     bounds: dict[str, CertifiedBounds]  #: bounds on the associative load factor, by scene name
     best: dict[str, BestKnown]  #: lowest known exact Coulomb states, by scene name
-    results: pd.DataFrame  #: table with one row for each run (see :data:`~.runs.COMPARISON_COLUMNS`)
-    summary: pd.DataFrame  #: table with one row for each scene and ``Pair`` (see :func:`summary`)
+    #: Table with one row for each run: its method and solver, verdict, load factor, residuals, time and size.
+    results: pd.DataFrame
+    #: Table with one row for each scene and each combination of method, modelling language, solver and
+    #: tolerance.
+    summary: pd.DataFrame
     notes: tuple[str, ...] = ()  #: remarks, one line each
     interrupted: bool = False  #: True if runs are missing
     warnings: tuple[str, ...] = ()  #: warnings about damaged lines of the journal and about unusual inputs

@@ -77,7 +77,7 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         if least is None or not bounds:
             return
         bound = min(bounds)
-        if least >= bound or self.load_factor_scale.equal(bound, least):
+        if not self.load_factor_scale.is_distinctly_lower(least, bound):
             return
         sentence = (
             f"λ = {numeral(least, '.6f')} at the worst position is less than the separately computed lower "
@@ -124,6 +124,11 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
 
         Both parts have the same x axis. The x axis of the chart is the position of the first axle.
 
+        Returns
+        -------
+        Picture
+            The figure, a subclass of matplotlib's ``Figure``.
+
         Raises
         ------
         OptionError
@@ -138,6 +143,11 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
 
         The page also has the result at the worst position and the table. The file is written completely or
         not at all.
+
+        Parameters
+        ----------
+        path: File to write.
+        force: True to replace a file that another program wrote.
 
         Raises
         ------

@@ -80,8 +80,7 @@ def assessed(answer: CrossingLoadFactors, required: float) -> Assessment:
 
 def _is_below(load_factor: float, required: float) -> bool:
     """Return True if a load factor is less than the required one by more than a rounding error."""
-    scale = LoadFactorScale(min(1.0, required))
-    return load_factor < required and not scale.equal(load_factor, required)
+    return LoadFactorScale(min(1.0, required)).is_distinctly_lower(load_factor, required)
 
 
 def _last_of_least(named: dict[str, float]) -> tuple[str, float]:

@@ -10,17 +10,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from masonry_opt.analysis import Session, prepare
-from masonry_opt.deadline import TimeLimitReached, limited
+from masonry_opt.deadline import TimeLimitReached, limited, unlimited
 from masonry_opt.effort import Effort, Phases, phases_from
 from masonry_opt.errors import MasonryError, TimeLimitError, counted
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.settled import Movements
-from masonry_opt.reporting.sentences import numeral
+from masonry_opt.reporting.sentences import numeral, sentences
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.road import Axles
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.reasons import Code, Status
+from masonry_opt.solution.sense import warnings_of
 from masonry_opt.studies.crossing import search
 from masonry_opt.studies.crossing.answer import Crossing
 from masonry_opt.studies.crossing.assessment import refuse_required_factor
@@ -278,9 +279,13 @@ def _worst_result(
     return session.result(assembly, worst.answers[worst.position], effort), stop
 
 
-def _time_is_over(scene: Scene, stop: TimeLimitReached, known: str) -> TimeLimitError:
+def _time_is_over(
+    scene: Scene, stop: TimeLimitReached, known: str, warnings: tuple[str, ...] = ()
+) -> TimeLimitError:
     """Return the error to raise if the time limit ends a crossing; ``known`` states the results so far."""
-    return TimeLimitError(f"{scene.origin}: the {stop} ended the crossing: {known}; raise the time limit")
+    return TimeLimitError(
+        f"{scene.origin}: the {stop} ended the crossing: {known}; raise the time limit", warnings
+    )
 
 
 def _first_loaded(passage: search.Passage) -> float:
@@ -354,8 +359,16 @@ def _without_positions(
         value = numeral(least, ".6f")
         known = f"{known}; λ is at most {value}, the least of the associative load factors at {positions}"
     if isinstance(stop, TimeLimitReached):
-        return _time_is_over(all_trials[0].passage.assembly.scene, stop, known)
+        scene = all_trials[0].passage.assembly.scene
+        return _time_is_over(scene, stop, known, _warnings_about(all_trials[0].passage))
     return KeyboardInterrupt(known)
+
+
+def _warnings_about(passage: search.Passage) -> tuple[str, ...]:
+    """Return the warnings about the scene of a passage, as sentences, also after the time limit."""
+    with unlimited():
+        loaded = passage.loaded(passage.live(_first_loaded(passage)))
+        return sentences(warnings_of(loaded, None))
 
 
 def _other_methods(session: Session, result: Result, worst: search.PassageTrials) -> dict[str, Any]:

@@ -66,6 +66,11 @@ class CrossingLoadFactors:
     def required(self) -> float:
         """Return the least load factor.
 
+        Returns
+        -------
+        float
+            The least λ of all positions.
+
         Raises
         ------
         NoLoadFactorError

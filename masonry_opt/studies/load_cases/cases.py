@@ -219,7 +219,17 @@ class Cases(StudyAnswer):
     def save(self, path: str | Path, force: bool = False) -> None:
         """Write the picture that ``plot`` returns to a .png, .svg or .pdf file.
 
-        Raises the same errors as ``Result.save``.
+        Parameters
+        ----------
+        path: File to write.
+        force: True to replace a file that another program wrote.
+
+        Raises
+        ------
+        OptionError
+            If the name has another ending, or if the file cannot be written or replaced.
+        OSError
+            If the file cannot be written.
         """
         self.plot().save(path, force)
 

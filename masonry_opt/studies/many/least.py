@@ -117,8 +117,25 @@ def most(  # noqa: PLR0913 - options of the public API are keywords
 ) -> Threshold:
     """Find the greatest value of a parameter at which a scene is stable, or carries a required load.
 
-    See :func:`least` for the parameters, the answer and the errors. However, the scene must hold at ``lower``
-    and fail at ``upper``. If there are several thresholds, the answer is the lowest.
+    Parameters
+    ----------
+    make, load, method, tolerance, progress, **options: As in :func:`least`.
+    lower, upper: Ends of the searched range. The scene must hold at ``lower`` and fail at ``upper``.
+    samples: As in :func:`least`. If there are several thresholds, the answer is the lowest.
+
+    Returns
+    -------
+    Threshold
+        The threshold, both ends of its interval, and all trials.
+
+    Raises
+    ------
+    OptionError
+        As in :func:`least`.
+    CaseError
+        As in :func:`least`.
+    NoLoadFactorError
+        As in :func:`least`.
     """
     return _Search(False, make, load, progress, method, options).threshold(lower, upper, tolerance, samples)
 

@@ -72,6 +72,24 @@ def warnings_of_falls(frame: pd.DataFrame, names: Sequence[str], method: str) ->
             yield record
 
 
+def warnings_of_correlations(sensitivity: pd.DataFrame, method: str) -> Iterator[dict[str, Any]]:
+    """Generate a warning for each friction, cohesion or strength whose increase lowers the load factor.
+
+    ``sensitivity`` is the table of rank correlations. The whole confidence interval of the correlation must
+    be below zero. The method must seek the lowest state.
+    """
+    for row in sensitivity.to_dict("records"):
+        parameter, correlation = row["parameter"], row["rank_correlation"]
+        if row["upper"] < 0 and is_limit(parameter):
+            sentence = (
+                f"the load factor falls as {parameter} grows (rank correlation "
+                f"{numeral(correlation, '+.3f')}): larger values weaken the scene, or lower load "
+                f"factors were missed at smaller values{search_advice(method, 'them')}"
+            )
+            values = {"parameter": parameter, "rank_correlation": correlation}
+            yield study_warning(StudyCode.FALLS_WITH_STRENGTH, sentence, **values)
+
+
 def warnings_by_status(code: StudyCode, rows: pd.DataFrame, kind: str) -> Iterator[dict[str, Any]]:
     """Generate a warning for each status: the number of runs with this status, and their first message."""
     for status in rows["status"].unique():
@@ -110,7 +128,7 @@ def _largest_fall(
     largest = int(np.nanargmax(falls.to_numpy()))
     first, second = before.iloc[largest], after.iloc[largest]
     higher, lower = first["load_factor"], second["load_factor"]
-    if lower >= higher or LoadFactorScale().equal(lower, higher):
+    if not LoadFactorScale().is_distinctly_lower(lower, higher):
         return None
     fixed = {other: float(first[other]) for other in others}
     where = f"{name} = {numeral(first[name], 'g')}"

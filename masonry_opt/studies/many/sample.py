@@ -15,14 +15,13 @@ from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.problem.arguments import list_of_numbers, refuse_shares
 from masonry_opt.problem.load_factor_scale import EQUALITY_TOLERANCE
-from masonry_opt.reporting.load_factors import meaning, search_advice
-from masonry_opt.reporting.sentences import numeral
+from masonry_opt.reporting.load_factors import meaning
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.mistakes import instead_of
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solution.reasons import Status
 from masonry_opt.studies.many.draws import Draws
-from masonry_opt.studies.many.run_warnings import is_limit, warnings_by_status
+from masonry_opt.studies.many.run_warnings import warnings_by_status, warnings_of_correlations
 from masonry_opt.studies.many.runs import (
     INCREMENTAL_COLUMN,
     RunProgress,
@@ -32,10 +31,10 @@ from masonry_opt.studies.many.runs import (
     ends,
     run_many,
 )
-from masonry_opt.studies.many.sample_text import quantile_text, statistic_text
+from masonry_opt.studies.many.sample_text import correlation_text, quantile_text, spread_text
 from masonry_opt.studies.run_columns import CROSSED_RUNS, is_crossed
 from masonry_opt.studies.runner import REFUSED, UNSOLVED, whole
-from masonry_opt.studies.warning_codes import StudyCode, study_warning
+from masonry_opt.studies.warning_codes import StudyCode
 from masonry_opt.studies.writing import StudyAnswer, chart_files, csv_text, records
 
 if TYPE_CHECKING:
@@ -197,11 +196,20 @@ class Sample(StudyAnswer):
     ) -> pd.DataFrame:
         """Return quantiles of the load factor and of the incremental load factor, with confidence limits.
 
-        The columns are ``probability``, ``value``, ``lower`` and ``upper``; those of the incremental load
-        factor begin with ``incremental_``. The limits are two of the sorted load factors. Their ranks are
-        quantiles of the binomial distribution (n, p), with equal probabilities on both sides. Undecided runs
-        are sorted first for the lower limit, and last for the upper limit. A limit is NaN if there are too
-        few runs to compute it.
+        The limits are two of the sorted load factors. Their ranks are quantiles of the binomial distribution
+        (n, p), with equal probabilities on both sides. Undecided runs are sorted first for the lower limit,
+        and last for the upper limit. A limit is NaN if there are too few runs to compute it.
+
+        Parameters
+        ----------
+        probabilities: Probabilities of the quantiles, between 0 and 1.
+        confidence: Confidence of the limits.
+
+        Returns
+        -------
+        DataFrame
+            Table with one row for each probability. The columns are ``probability``, ``value``, ``lower`` and
+            ``upper``; those of the incremental load factor begin with ``incremental_``.
 
         Raises
         ------
@@ -229,8 +237,7 @@ class Sample(StudyAnswer):
     ) -> pd.DataFrame:
         """Return the probability of collapse at given load factors (the fragility curve).
 
-        The columns are ``load``, ``probability``, ``lower`` and ``upper``; those of the incremental load
-        factor begin with ``incremental_``. The probability is the fraction of decided runs whose load factor
+        The probability is the fraction of decided runs whose load factor
         does not exceed the load, up to rounding. The limits are those of Clopper and Pearson (1934): the
         lower limit assumes that no undecided run has collapsed, the upper limit that all undecided runs have.
 
@@ -239,6 +246,12 @@ class Sample(StudyAnswer):
         loads: Load factors. Default: those of all runs, where load factors that differ by rounding errors
             count as one, and two values that extend their range by 5 % at each end.
         confidence: Confidence of the limits.
+
+        Returns
+        -------
+        DataFrame
+            Table with one row for each load. The columns are ``load``, ``probability``, ``lower`` and
+            ``upper``; those of the incremental load factor begin with ``incremental_``.
 
         Raises
         ------
@@ -281,14 +294,23 @@ class Sample(StudyAnswer):
     def sensitivity(self, confidence: float = CONFIDENCE) -> pd.DataFrame:
         """Return Spearman's rank correlations of λ with the random parameters, strongest first.
 
-        The columns are ``parameter``, ``rank_correlation``, ``lower`` and ``upper``; those of the
-        incremental load factor begin with ``incremental_``. A correlation is NaN if the load factor or the
+        A correlation is NaN if the load factor or the
         number is constant. Load factors that differ by rounding errors have equal ranks. Undecided runs are
         omitted.
 
         The interval uses Fisher's transform, with the variance (1 + r²/2) / (n − 3) of Bonett and Wright
         (2000). All intervals of a load factor contain the true correlations with a probability of at least
         ``confidence`` (Bonferroni correction).
+
+        Parameters
+        ----------
+        confidence: Confidence of the intervals.
+
+        Returns
+        -------
+        DataFrame
+            Table with one row for each parameter. The columns are ``parameter``, ``rank_correlation``,
+            ``lower`` and ``upper``; those of the incremental load factor begin with ``incremental_``.
 
         Raises
         ------
@@ -328,7 +350,7 @@ class Sample(StudyAnswer):
         """
         records = [*self.table.attrs.get("warning_records", ()), *self._without_answer()]
         if METHODS[self._method].seeks_lowest:
-            records += self._falls()
+            records += warnings_of_correlations(self.sensitivity(), self._method)
         return records
 
     def _without_answer(self) -> Iterator[dict[str, Any]]:
@@ -337,23 +359,6 @@ class Sample(StudyAnswer):
         undecided = self._counting[np.isnan(self.load_factors)]
         yield from warnings_by_status(StudyCode.RUNS_LEFT_OUT, refused, "left out")
         yield from warnings_by_status(StudyCode.RUNS_UNDECIDED, undecided, "undecided")
-
-    def _falls(self) -> Iterator[dict[str, Any]]:
-        """Generate a warning for each friction, cohesion or strength whose increase lowers the load factor.
-
-        The whole confidence interval of the rank correlation must be below zero. The method must seek the
-        lowest state.
-        """
-        for row in self.sensitivity().to_dict("records"):
-            parameter, correlation = row["parameter"], row["rank_correlation"]
-            if row["upper"] < 0 and is_limit(parameter):
-                sentence = (
-                    f"the load factor falls as {parameter} grows (rank correlation "
-                    f"{numeral(correlation, '+.3f')}): larger values weaken the scene, or lower load "
-                    f"factors were missed at smaller values{search_advice(self._method, 'them')}"
-                )
-                values = {"parameter": parameter, "rank_correlation": correlation}
-                yield study_warning(StudyCode.FALLS_WITH_STRENGTH, sentence, **values)
 
     @property
     def notebook_table(self) -> pd.DataFrame:
@@ -365,7 +370,11 @@ class Sample(StudyAnswer):
         return self.drawing(CHART_KINDS[0]).source()
 
     def plot(self, kind: str = "fragility") -> "altair.TopLevelMixin":
-        """Return an Altair chart: "fragility" (probability of collapse) or "sensitivity" (rank correlations).
+        """Return the Altair chart of a statistic.
+
+        Parameters
+        ----------
+        kind: "fragility" (probability of collapse) or "sensitivity" (rank correlations).
 
         Raises
         ------
@@ -398,23 +407,14 @@ class Sample(StudyAnswer):
         facts["λ is"] = meaning(name for name in self._counting["which"].dropna() if name)
         if is_crossed(self.table):
             facts["axles"] = CROSSED_RUNS
-        lower, upper = self.table["spread_lower"], self.table["spread_upper"]
-        if lower.notna().any():
-            share = ((upper - lower) / self.table["incremental"]).median()
-            within = f"{numeral(lower.min(), '.5f')} to {numeral(upper.max(), '.5f')}"
-            facts["spread"] = (
-                "with random contact stiffness or self-stress, the incremental λ of a run varies by "
-                f"{share:.1%} (median of the runs); over all runs, it ranges from {within}"
-            )
+        if self.table["spread_lower"].notna().any():
+            facts["spread"] = spread_text(self.table)
         return facts
 
     def __str__(self) -> str:
-        lines = []
-        for row in self.quantiles().to_dict("records"):
-            lines.append(quantile_text(row, CONFIDENCE))
-        for row in self.sensitivity().dropna(thresh=4).head(_PRINTED_CORRELATIONS).to_dict("records"):
-            correlation = statistic_text(row, "rank_correlation", "+.3f")
-            lines.append(f"rank correlation with {row['parameter']} {correlation}")
+        lines = [quantile_text(row, CONFIDENCE) for row in self.quantiles().to_dict("records")]
+        printed = self.sensitivity().dropna(thresh=4).head(_PRINTED_CORRELATIONS)
+        lines += map(correlation_text, printed.to_dict("records"))
         return printable("\n".join([super().__str__(), *lines]))
 
     def as_dict(self) -> dict[str, Any]:

@@ -4,6 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import pandas as pd
+
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.studies.many.runs import INCREMENTAL_COLUMN
 
@@ -19,7 +21,7 @@ def quantile_text(row: Mapping[Any, Any], confidence: float) -> str:
     if not math.isinf(value):
         return (
             f"{probability:<6.0%} of the load factors are below "
-            f"{statistic_text(row, 'value', '.5f')} {remark}"
+            f"{_statistic_text(row, 'value', '.5f')} {remark}"
         )
     share = probability if value < 0 else 1 - probability
     does = "are unstable under their dead load" if value < 0 else "carry any load"
@@ -30,7 +32,29 @@ def quantile_text(row: Mapping[Any, Any], confidence: float) -> str:
     return f"{line}; {probability:.0%} of the incremental load factors are below {incremental} {remark}"
 
 
-def statistic_text(row: Mapping[Any, Any], name: str, spec: str) -> str:
+def correlation_text(row: Mapping[Any, Any]) -> str:
+    """Return a line of text that states a rank correlation.
+
+    ``row`` is a row of :meth:`~.sample.Sample.sensitivity`.
+    """
+    return f"rank correlation with {row['parameter']} {_statistic_text(row, 'rank_correlation', '+.3f')}"
+
+
+def spread_text(table: pd.DataFrame) -> str:
+    """Return a text that states the spread of the incremental load factor.
+
+    ``table`` has one row for each run.
+    """
+    lower, upper = table["spread_lower"], table["spread_upper"]
+    share = ((upper - lower) / table["incremental"]).median()
+    within = f"{numeral(lower.min(), '.5f')} to {numeral(upper.max(), '.5f')}"
+    return (
+        "with random contact stiffness or self-stress, the incremental λ of a run varies by "
+        f"{share:.1%} (median of the runs); over all runs, it ranges from {within}"
+    )
+
+
+def _statistic_text(row: Mapping[Any, Any], name: str, spec: str) -> str:
     """Return a text that states a statistic of λ and of the incremental load factor, with confidence limits.
 
     ``row`` is a row of a table of ``Sample``, ``name`` is the column of the statistic, and ``spec`` is the

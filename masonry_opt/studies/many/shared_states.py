@@ -170,7 +170,7 @@ def _improves(state: FoundState, row: Row) -> bool:
     load_factor = row["load_factor"]
     if load_factor is None:
         return True
-    return state.load_factor < load_factor and not LoadFactorScale().equal(state.load_factor, load_factor)
+    return LoadFactorScale().is_distinctly_lower(state.load_factor, load_factor)
 
 
 def _certified_by(problem: Problem, state: FoundState) -> Answer | None:

@@ -212,6 +212,11 @@ class Settlement(StudyAnswer):
         names: True to write the names of the blocks into the picture.
         view: Angles from which solids are seen, as in :meth:`Result.plot`.
 
+        Returns
+        -------
+        Picture
+            The figure, a subclass of matplotlib's ``Figure``.
+
         Raises
         ------
         OptionError
@@ -242,8 +247,13 @@ class Settlement(StudyAnswer):
     ) -> None:
         """Write one picture to a .png, .svg or .pdf file, or a page with all pictures to an .html file.
 
-        See ``plot`` for the parameters ``end``, ``kind`` and ``view``. The file is written completely or not
-        at all.
+        The file is written completely or not at all.
+
+        Parameters
+        ----------
+        path: File to write.
+        end, kind, view: See ``plot``. A page shows both ends, and uses only ``view``.
+        force: True to replace a file that another program wrote.
 
         Raises
         ------

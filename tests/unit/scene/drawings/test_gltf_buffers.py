@@ -76,7 +76,7 @@ def test_messages_show_both_ends_of_a_long_path(tmp_path):
     path = write(tmp_path, "stones", STONES)
     refer(path, f"folder/{5000 * 'x'}.bin")
     message = refusal(path)
-    assert f"the file needs 'folder/{18 * 'x'}...{28 * 'x'}.bin', which is missing: " in message
+    assert f"the file needs 'folder/{21 * 'x'}...{25 * 'x'}.bin', which is missing: " in message
     refer(path, f"{51 * 'x'}/long.bin")
     assert f"the file needs '{51 * 'x'}/long.bin', which is missing: " in refusal(path)
 
