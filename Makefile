@@ -32,7 +32,7 @@ lint: .venv/installed
 guide: .venv/installed
 	OMP_NUM_THREADS=1 $(BIN)/python -m sphinx -W --keep-going -q -b html docs build/guide
 
-# Modules are compiled when they are first imported: to compile all of them takes half a minute.
+# Modules are compiled when they are first imported, because most of them are never used.
 .venv/installed: pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Python 3.11 or newer is needed: make PYTHON=python3.12")'
 	$(PYTHON) -m venv --clear .venv

@@ -1,6 +1,6 @@
 """Draw the pictures of the README and of the guide that no page computes.
 
-    python docs/pictures.py            # all of them, in half a minute
+    python docs/pictures.py            # all of them; solves their scenes
     python docs/pictures.py diagram    # docs/how_it_works.png and docs/no_picture.png alone
 
 The README and the first page of the guide show arch.png, facade.png and wall.png. The arch and the façade are

@@ -62,7 +62,7 @@ def prove_least(scene: Scene | str | Path, seconds: float = 60.0) -> LeastLoadFa
     The search starts from the answer of the default method, which proves most scenes of up to 15 joints.
     The proof covers forces whose sum is at most a million times the sum of the loads, and motions whose sum
     is at most a million times the mean velocity of the live load; :func:`~masonry_opt.check_proof` computes
-    the exact sizes. Scenes of up to about 25 joints are proven within seconds.
+    the exact sizes. Most scenes of up to about 25 joints are proven within seconds.
 
     If no state is known, states are searched for up to the associative load factor. If forces within friction
     can carry any multiple of the live load, the search ends at ten times the last load factor of the load

@@ -11,7 +11,7 @@ def use_one_thread() -> None:
     """Limit numerical libraries to one thread, unless the user has set a number of threads.
 
     Further threads do not factorise the stiffness matrices of an analysis faster. On a busy machine they wait
-    for each other, and one factorisation takes hundreds of times as long.
+    for each other, and a factorisation takes much longer.
     """
     if not any(name in os.environ for name in ONE_THREAD):
         os.environ.update(ONE_THREAD)

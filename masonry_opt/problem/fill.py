@@ -347,7 +347,7 @@ class Road:
         A uniform load acts from abscissa ``start`` to ``end`` with the intensity ``load`` per unit length,
         shape (loads,) each. It is replaced by point loads at Gauss points between the positions at which
         blocks or pieces of edges below the road end. The replacement is exact for loads that act straight
-        down. Forces of loads that spread through fill have errors of about 2e-4 of the load.
+        down. Forces of loads that spread through fill have errors of less than 2e-4 of the load.
         """
         points, weights = _GAUSS_RULE
         x, shares = [np.empty(0)], [np.empty(0)]

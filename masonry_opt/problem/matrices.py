@@ -16,7 +16,8 @@ from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Extents
 
 #: Number of sides of the friction polygon inside the cone. More sides enlarge the programs. Load factors of
-#: corner walls are lower than with the cone: by about 0.2 % with 24 sides, 1 % with 12.
+#: corner walls are lower than with the cone: by 0.1 to 0.3 % with 24 sides, by 0.2 to 0.5 % with 16 (see
+#: "Polygons and cones" in ``benchmarks/README.md``).
 SIDES = 24
 
 

@@ -11,8 +11,9 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components, structural_rank
 
 #: The columns of a scaled matrix count as independent if the smallest singular value of the matrix exceeds
-#: this fraction of the largest. The ratio of the two is 4e-6 for a stack of 600 blocks, and 1e-16 for a scene
-#: with a redundant joint. If the value is larger, fewer scenes count as statically determinate.
+#: this fraction of the largest. The ratio of the two is 6e-6 for a stack of 500 cubes. It is 1e-16 for the
+#: prism on a knife edge of ``tests/unit/problem/test_rank.py``, whose columns are dependent. If the value is
+#: larger, fewer scenes count as statically determinate.
 _LEAST_SINGULAR_VALUE = 1e-9
 
 #: Largest number of columns of a connected component for which singular values are computed. The computation

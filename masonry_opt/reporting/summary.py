@@ -25,7 +25,7 @@ from masonry_opt.reporting.load_factors import (
     own_name,
     why_not_incremental,
 )
-from masonry_opt.reporting.names import labelled, verb
+from masonry_opt.reporting.names import FORCE_UNIT, labelled, verb
 from masonry_opt.reporting.sentences import message, numeral, sentences
 from masonry_opt.reporting.stability import answer_line, reserves
 from masonry_opt.scene.blocks import Reference
@@ -217,7 +217,7 @@ def _ties(result: Outcome) -> str:
         carried = 0.0 if abs(tie["force"]) <= rounding else tie["force"]
         force = "" if np.isnan(carried) else f" {predicate} {numeral(carried, '.5g')}"
         phrases.append(f"{tie['kind']} '{tie['name']}'{force}")
-    return "; ".join(shortened(phrases, _MOST_TIES))
+    return f"forces {FORCE_UNIT}: {'; '.join(shortened(phrases, _MOST_TIES))}"
 
 
 def _live_load(result: Outcome) -> str:
@@ -270,7 +270,8 @@ def of_fills(assembly: Assembly) -> Iterator[str]:
         phrases = [f"touches {counted(len({piece.edge for piece in pieces}), 'edge')}"]
         factor = scene.factor("dead", "fill")
         factored = "" if factor == 1 else f" (the factor {factor:g} of the load case is not included)"
-        phrases.append(f"weighs {weight:.4g} on {blocks}{factored}" if fill.weight else "without weight")
+        weighs = f"weighs {weight:.4g} on {blocks}{factored}, {FORCE_UNIT}"
+        phrases.append(weighs if fill.weight else "without weight")
         spread = f"loads on the road spread within {fill.spread:g}° of the vertical"
         phrases.append("loads on the road do not spread" if fill.spread is False else spread)
         if fill.pressure:

@@ -38,8 +38,8 @@ DIAGNOSIS = "diagnosis"
 _MOST_PROGRAMS = 40
 
 #: Largest number of joints for which more than one program is solved to decide if a load drives a mechanism.
-#: The simplex method solves all programs but the first. On a scene of this size it takes about half a minute.
-#: For larger scenes, the question remains undecided if the first program does not decide it.
+#: The simplex method solves all programs but the first, and is slow on larger scenes. For larger scenes, the
+#: question remains undecided if the first program does not decide it.
 _SIMPLEX_UP_TO = 2000
 
 #: The smallest multiplier of all friction coefficients with which a scene is stable is computed up to this

@@ -94,11 +94,11 @@ def test_counted_and_told(tmp_path):
     mo.save(made, tmp_path / "a.toml")
     assert mo.load(tmp_path / "a.toml") == made
     text = summary(mo.solve(made, "static"))
-    assert "touches 5 edges; weighs 14 on 2 blocks;" in text
+    assert "touches 5 edges; weighs 14 on 2 blocks, in the force unit of the case;" in text
     assert "fill touches 5 edges; weighs 14" in str(mo.check(made))
     heavy = made.with_load_case(mo.LoadCase(name="heavy", dead={"fill": 1.2}, live={"live": 1}))
     (line,) = of_fills(assemble(heavy))
-    assert "weighs 14 on 2 blocks (the factor 1.2 of the load case is not included);" in line
+    assert "weighs 14 on 2 blocks (the factor 1.2 of the load case is not included), in the force" in line
     assert "within 25° of the vertical" in text
     assert "5 edges touched by fill" in counts(assemble(made))
 

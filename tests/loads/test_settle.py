@@ -114,6 +114,7 @@ def test_what_is_known_of_each_reaction():
         assert "(found, not proven)" in first
         assert [line.split()[0] for line in others[1:]] == ["incremental", "associative"]
     assert found.warning_sentences == ()
+    assert found.facts()["reactions"] == "in the force unit of the case"
     assert found.facts()["at rest"].endswith("with elastic contacts")
     proven = with_solution(found.least, is_only_state=True)
     certainty = proven.rows()[0]["certainty"]

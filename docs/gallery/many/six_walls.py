@@ -33,7 +33,7 @@ for n, table in runs.items():
 # slide, and the load factor of both equals the friction coefficient. At 0.65 they also rock, and at 0.8 wall
 # 1 rocks without sliding, so their load factors increase less. Walls 5 and 6 slide and rock at the same time.
 #
-# On wall 6 the load factors at 0.5 and 0.8 differ by 7 %, on wall 5 by 1 %. The load factor of wall 5 even
+# On wall 6 the load factors at 0.5 and 0.8 differ by 8 %, on wall 5 by 1 %. The load factor of wall 5 even
 # decreases from 0.65 to 0.8: friction also permits more self-stress, with some of which the wall carries
 # less.
 # The default finds the lowest of a few states, and the option ``search`` finds a lower state at 0.65.
@@ -51,7 +51,7 @@ for friction, marker in zip(FRICTIONS, "<|>", strict=True):
 figure.legend(loc="outside lower center", ncols=3)
 changes = {n: table["load_factor"].max() / table["load_factor"].min() - 1 for n, table in runs.items()}
 assert max(changes[3], changes[4]) < 1e-6
-assert abs(changes[6] - 0.07) < 0.01
+assert abs(changes[6] - 0.08) < 0.005
 assert abs(changes[5] - 0.01) < 0.005
 assert runs[1].iloc[-1]["mechanism"] == "hinging"
 for n in (1, 2):

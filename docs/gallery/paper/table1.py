@@ -111,8 +111,8 @@ print(table_residuals.to_string(index=False, float_format="{:.2g}".format))
 # - the default, which is at most 5e-4 above the published MCP
 # - the search, which finds the lowest known state of walls 1 to 5
 #
-# On wall 6 the result of the search depends on the speed of the machine. The search ends 2e-4 above the
-# lowest known state or, on a slow machine, in the state of the MPEC.
+# On wall 6 the result of the search depends on the speed of the machine. The search ends at the lowest known
+# state or, on a slow machine, above it.
 for wall, scene in WALLS.items():
     size, known = results[wall, "loop"].size, scene.reference
     assert (size.blocks, size.joints) == (known["blocks"].value, known["joints"].value), wall

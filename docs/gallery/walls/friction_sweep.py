@@ -30,7 +30,7 @@ frame[["friction", "load_factor", "associative", "mechanism"]].round(4)
 # %%
 # Up to a friction of 0.545 the wall slides, and the load factor equals the friction coefficient. At higher
 # friction the stones above a stepped crack rock about the foot of the wall, and the load factor is constant.
-# The associative load factor increases further, and is a third higher at a friction of 1.
+# The associative load factor increases further, and is 37 % higher at a friction of 1.
 sliding = frame["mechanism"] == "sliding"
 assert (frame["load_factor"] - frame["friction"])[sliding].abs().max() < 1e-6
 assert (frame["load_factor"] - 0.545055)[~sliding].abs().max() < 1e-6

@@ -2,7 +2,8 @@
 
 The first program finds the mechanism with the least energy z·p for forces near a state. The second program
 finds forces with a low λ and little energy z·p for the rates of this mechanism. Interior-point methods reduce
-the energy to about 1e-8 of λ, also on façades for which the simplex method takes minutes.
+the energy below its limit, the setting ``largest_energy``, also on façades that are too large for the simplex
+method.
 """
 
 from collections.abc import Callable, Iterable

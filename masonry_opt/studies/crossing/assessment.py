@@ -8,13 +8,10 @@ from typing import NamedTuple
 from masonry_opt.errors import OptionError
 from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.reporting.load_factors import known_least
+from masonry_opt.reporting.names import FORCE_UNIT
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result
 from masonry_opt.studies.crossing.load_factors import CrossingLoadFactors
-
-#: Words for the unit in the text on the loads at collapse. A report replaces these words if the user names
-#: the unit of force.
-FORCE_UNIT = "in the force unit of the case"
 
 
 class AssessmentOutcome(StrEnum):

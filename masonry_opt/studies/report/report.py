@@ -27,6 +27,7 @@ from masonry_opt.finite_motion.capacity import Capacity
 from masonry_opt.finite_motion.kinematic_check import activation
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.reporting.load_factors import certainty, known_least, named_factor
+from masonry_opt.reporting.names import FORCE_UNIT
 from masonry_opt.reporting.page import RESIDUAL_MEANINGS
 from masonry_opt.reporting.page import answer as in_full
 from masonry_opt.reporting.sentences import numeral
@@ -41,7 +42,6 @@ from masonry_opt.solution.acceptance import LIMITS
 from masonry_opt.solution.motion import joint_motion
 from masonry_opt.solution.thresholds import NEGLIGIBLE_SHARE
 from masonry_opt.studies.crossing.answer import Crossing
-from masonry_opt.studies.crossing.assessment import FORCE_UNIT
 from masonry_opt.studies.load_cases.cases import Cases, Directions
 from masonry_opt.studies.settle.answer import Settlement
 from masonry_opt.studies.settle.bound import KIND_NAMES
@@ -309,7 +309,7 @@ def _governing(answer: Crossing) -> str:
 
 
 def _in_unit(parts: Sequence[ReportPart], force: str) -> list[ReportPart]:
-    """Name the user's unit of force in the facts about the loads at collapse; return the changed parts."""
+    """Name the user's unit of force in the facts with loads or reactions; return the changed parts."""
     named = []
     for part in parts:
         facts = {label: text.replace(FORCE_UNIT, f"in {force}", 1) for label, text in part.facts.items()}

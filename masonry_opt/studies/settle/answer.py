@@ -16,7 +16,7 @@ from masonry_opt.errors import OptionError, printable
 from masonry_opt.methods.incremental.settings import IncrementalSettings
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.reporting.linear_laws import BY_CHORDS
-from masonry_opt.reporting.names import some
+from masonry_opt.reporting.names import FORCE_UNIT, some
 from masonry_opt.reporting.sentences import numeral
 from masonry_opt.result import Result, distinct_warnings
 from masonry_opt.solution.reasons import Status
@@ -165,6 +165,7 @@ class Settlement(StudyAnswer):
             return facts | {
                 "reaction": f"no reaction makes the blocks stable ({self.status}): {self.fallen.message}"
             }
+        facts["reactions"] = FORCE_UNIT
         facts["at rest"] = self._at_rest_text()
         facts |= {name: bound_text(end) for name, end in self.ends.items()}
         if self.least and self.least.moves_no_support:

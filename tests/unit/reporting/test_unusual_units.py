@@ -201,6 +201,7 @@ def test_no_force_is_shown_beyond_its_limit(method, weight):
     largest force of the scene: for this tie, a solver returned 20.023."""
     result = mo.solve(tied(20.0, weight), method)
     assert result.ties["force"].tolist() == [20.0]
+    assert "forces in the force unit of the case: " in str(result)
     assert "yields at 20" in str(result)
     assert "yields at 20.0" not in str(result)
 
