@@ -15,7 +15,8 @@ from masonry_opt.errors import CaseError
 from masonry_opt.files import is_written_by_package
 from masonry_opt.scene.blocks import Block, Number
 from masonry_opt.scene.drawings import stones
-from masonry_opt.scene.drawings.meshes import Mesh, area_vector, polyhedron, refuse_holes
+from masonry_opt.scene.drawings.holes import refuse_holes
+from masonry_opt.scene.drawings.meshes import Mesh, area_vector, polyhedron
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import box
 from masonry_opt.scene.tables import as_path, parse_file
