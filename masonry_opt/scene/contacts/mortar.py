@@ -14,7 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from masonry_opt.errors import counted, rounded
+from masonry_opt.errors import counted, rounded, rounded_down
+from masonry_opt.scene.contacts.faces import NARROWEST
 from masonry_opt.scene.contacts.gaps import Closing, aligning_tolerance, closing
 from masonry_opt.scene.contacts.neighbours import facing_sides, near_pairs
 from masonry_opt.scene.contacts.sides import SMALL_LENGTH_RATIO, Facing
@@ -75,6 +76,7 @@ class Bridge:
     closing: Closing  #: scene option that closes the gaps, and the smallest value that closes them all
     gap: float  #: width of the widest gap that ``closing`` closes; 0 if the blocks touch
     widest: tuple[int, int]  #: indices of the two blocks at the widest gap
+    breadth: float  #: smallest breadth of the sides that ``closing`` joins
     joints: int  #: number of joints that ``closing`` adds
     blocks: int  #: number of floating blocks that ``closing`` connects to supports
     remaining: np.ndarray  #: indices of the floating blocks that ``closing`` does not connect to supports
@@ -97,8 +99,8 @@ class Bridge:
         if not self.gap:
             joint_count = counted(self.joints, "joint")
             return (
-                f"lower 'tolerance', because its present value prevents {joint_count} that would connect "
-                f"{self._describe_connections(scene)}"
+                f"set 'tolerance' to less than {rounded_down(self.breadth / NARROWEST)}, because its present "
+                f"value prevents {joint_count} that would connect {self._describe_connections(scene)}"
             )
         first, second = (repr(scene.blocks[index].name) for index in self.widest)
         advice = self.closing.advice
@@ -229,6 +231,7 @@ def _bridge_within(
         closing=option,
         gap=gap,
         widest=(first, second),
+        breadth=float(closed_gaps.breadth.min()),
         joints=len(closed_gaps.pair),
         blocks=connected_count,
         remaining=remaining,
