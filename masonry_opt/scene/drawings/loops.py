@@ -39,7 +39,8 @@ def closed_outlines(
     """Return the closed curves of a drawing, and the closed loops formed by the open curves of each layer.
 
     Curves and loops are in the order of the drawing. Two ends of curves are joined if their distance is
-    within the rounding, or if it is within the tolerance and no third free end is as near. Open curves that
+    within the rounding, or if it is within the tolerance and no third free end is as near. Parts of a closed
+    polyline are joined only to each other. Open curves that
     do not belong to a simple loop are added to the defects, except straight lines. ``is_support`` returns
     True for a curve on a layer of supports.
 
@@ -47,8 +48,8 @@ def closed_outlines(
     original. The third list contains straight lines that do not belong to a loop.
     """
     outlines = []
-    open_curves: defaultdict[str, list[tuple[int, Curve]]] = defaultdict(list)
-    originals: dict[tuple[str, bytes], Curve] = {}
+    open_curves: defaultdict[tuple[str, str], list[tuple[int, Curve]]] = defaultdict(list)
+    originals: dict[tuple[str, str, bytes], Curve] = {}
     copies = []
     lines: list[OpenLine] = []
     for number, curve in enumerate(curves):
@@ -59,12 +60,12 @@ def closed_outlines(
         # Two curves with equal keys are copies. The key does not depend on the direction of the curve,
         # because a copy may run in the opposite direction.
         grid_points = np.round(curve.points / rounding) + 0.0
-        key = curve.layer, min(grid_points.tobytes(), grid_points[::-1].tobytes())
+        key = curve.layer, curve.polyline, min(grid_points.tobytes(), grid_points[::-1].tobytes())
         if key in originals:
             copies.append((curve, originals[key]))
             continue
         originals[key] = curve
-        open_curves[curve.layer].append((number, curve))
+        open_curves[curve.layer, curve.polyline].append((number, curve))
     for curves_of_layer in open_curves.values():
         on_support_layer = is_support(curves_of_layer[0][1])
         outlines += _loops(curves_of_layer, (rounding, tolerance), lines, defects, on_support_layer)

@@ -58,6 +58,10 @@ _METRES = {
 }  # fmt: skip
 
 
+#: Beginning of the color names that mark the parts of a closed polyline.
+_POLYLINE_MARK = "part of polyline "
+
+
 class Curve(NamedTuple):
     """Polyline that represents a curve or line of a DXF drawing."""
 
@@ -66,6 +70,7 @@ class Curve(NamedTuple):
     layer: str  #: name of the drawing layer of the curve
     handle: str  #: handle of the curve in the DXF file
     label: str = ""  #: kind, handle and layer of the curve's entity, for error messages
+    polyline: str = ""  #: mark of the closed polyline of which the curve is a part, or an empty text
 
 
 class Outline(NamedTuple):
@@ -141,6 +146,20 @@ def layer_of(entity: Any) -> str:
     return str(attribute(entity, "layer", "0"))
 
 
+def mark_polyline(entity: Any, mark: str) -> None:
+    """Mark an entity as a part of a closed polyline, so that it is joined only to the other parts.
+
+    The mark is stored as the name of the entity's color, which ezdxf copies to all parts of a polyline.
+    """
+    entity.dxf.color_name = f"{_POLYLINE_MARK}{mark}"
+
+
+def polyline_mark(entity: Any) -> str:
+    """Return the mark of an entity that is a part of a closed polyline, or an empty text."""
+    color_name = str(attribute(entity, "color_name", ""))
+    return color_name.removeprefix(_POLYLINE_MARK) if color_name.startswith(_POLYLINE_MARK) else ""
+
+
 def attribute(entity: Any, name: str, default: object) -> Any:
     """Return an attribute of an entity, or the default if the entity lacks the attribute."""
     return entity.dxf.get(name, default) if entity.dxf.is_supported(name) else default
@@ -178,7 +197,10 @@ def curves(
             continue
         is_closed = bool(is_closed_entity(entity))
         handle = str(entity.dxf.handle)
-        outlines.append(Curve(scale * points, is_closed, layer_of(entity), handle, _describe(entity)))
+        polyline = "" if is_closed else polyline_mark(entity)
+        outlines.append(
+            Curve(scale * points, is_closed, layer_of(entity), handle, _describe(entity), polyline)
+        )
     return outlines, extent
 
 
