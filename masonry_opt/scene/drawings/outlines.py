@@ -120,7 +120,7 @@ def metres(document: Any) -> float | None:
 def hidden_layers(document: Any) -> dict[str, str]:
     """Return a dict that maps the lower-case name of each hidden layer to "frozen" or "off"."""
     return {
-        layer.dxf.name.casefold(): "frozen" if layer.is_frozen() else "off"
+        decoded(layer.dxf.name).casefold(): "frozen" if layer.is_frozen() else "off"
         for layer in document.layers
         if layer.is_off() or layer.is_frozen()
     }
@@ -143,7 +143,17 @@ def is_ignored(entity: Any) -> bool:
 
 def layer_of(entity: Any) -> str:
     """Return the name of the layer on which an entity is drawn."""
-    return str(attribute(entity, "layer", "0"))
+    return decoded(str(attribute(entity, "layer", "0")))
+
+
+def decoded(text: str) -> str:
+    """Return a text of a DXF file, with codes such as ``\\U+00e9`` replaced by characters.
+
+    Files of old versions contain such codes for characters that their encoding lacks.
+    """
+    from ezdxf.lldxf.encoding import decode_dxf_unicode
+
+    return str(decode_dxf_unicode(text))
 
 
 def mark_polyline(entity: Any, mark: str) -> None:
@@ -321,7 +331,7 @@ def texts(entities: list[Any]) -> Iterator[tuple[str, float, float]]:
             case _:
                 continue
         if math.isfinite(at[0]) and math.isfinite(at[1]):
-            yield text, float(at[0]), float(at[1])
+            yield decoded(text), float(at[0]), float(at[1])
 
 
 def _describe(entity: Any) -> str:

@@ -471,3 +471,19 @@ def test_three_components_of_a_live_load_need_a_thickness(tmp_path, keys):
     with pytest.raises(mo.CaseError, match=rf"a\.dxf: '{key}' .* has three components, .*set 'thickness'"):
         mo.read_dxf(path, **GIVEN | keys)
     assert mo.read_dxf(path, **GIVEN | keys, thickness=1.0).dimension == 3
+
+
+@pytest.mark.parametrize("version", ["R12", "R2000", "R2018"])
+def test_names_with_characters_of_other_alphabets(tmp_path, version):
+    """Files of old versions write characters that their encoding lacks as codes such as \\U+77f3."""
+    document = ezdxf.new(version)
+    space = document.modelspace()
+    for layer, (_, ring) in (("fixed", FLOOR), ("石 é", brick(0, 0)), ("hidden 石", brick(5, 5))):
+        space.add_polyline2d(ring, close=True, dxfattribs={"layer": layer})
+    document.layers.add("hidden 石").off()
+    space.add_text("камень", dxfattribs={"insert": (0.5, 0.5), "layer": "石 é"})
+    document.saveas(tmp_path / "a.dxf")
+    scene = mo.read_dxf(tmp_path / "a.dxf", layers=["石 É", "fixed"], **GIVEN)
+    assert [block.name for block in scene.blocks if not block.fixed] == ["камень"]
+    with pytest.raises(mo.CaseError, match="layer 'hidden 石' is off"):
+        mo.read_dxf(tmp_path / "a.dxf", layers=["hidden 石"], **GIVEN)
