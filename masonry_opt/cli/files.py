@@ -167,6 +167,8 @@ def convert(arguments: CommandArguments, drawing: Path, out: Path, force: bool =
     if suffix == ".toml" or (isinstance(data, dict) and "joints" in data):
         raise OptionError(_case_file_message(drawing))
     if suffix not in _READERS:
+        if not drawing.exists():
+            raise CaseError(f"{drawing}: no such file or folder")
         raise OptionError(
             f"{drawing}: only drawings (.dxf), meshes ({', '.join(MESHES)}), COMPAS data (.json) and folders "
             "of meshes can be converted: use a file of one of these types"

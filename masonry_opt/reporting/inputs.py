@@ -7,7 +7,7 @@ from collections.abc import Callable
 from math import atan, degrees, radians, tan
 from typing import Any
 
-from masonry_opt.errors import rounded, rounded_up
+from masonry_opt.errors import rounded, rounded_down, rounded_up
 from masonry_opt.reporting.names import blocks, do, pairs, verb
 from masonry_opt.scene.tolerance_advice import set_both, set_contact_tolerance, set_tolerance
 from masonry_opt.scene.typical_sizes import GRAVITY_BY_UNIT
@@ -171,7 +171,7 @@ def small_gaps(v: dict[str, Any]) -> str:
 def lost_joints(v: dict[str, Any]) -> str:
     """Return a warning that a large tolerance removes joints, and name a remedy."""
     wide = [f"{_wide(width)} apart" if width > 0 else "touching" for width in v["widths"]]
-    remedy = "lower 'tolerance'"
+    remedy = f"set 'tolerance' to less than {rounded_down(v['tolerance'])}"
     if max(v["widths"]) > 0:
         remedy = f"{set_contact_tolerance(max(v['widths']))} and remove 'tolerance'"
     return (

@@ -4,13 +4,13 @@ import math
 
 from masonry_opt.errors import rounded, rounded_down, rounded_up
 
-#: Amount by which a recommended contact tolerance exceeds the gap, relative to the gap, to allow for
+#: Amount by which a recommended tolerance exceeds the gap, relative to the gap, to allow for
 #: rounding.
 _GAP_ROUNDING = 1e-6
 
 #: Largest advised ``tolerance``, relative to the thickness of the thinnest block. Sides shorter than about
 #: ten tolerances have no joints. With a larger value, the advised tolerance might remove joints.
-_ADVISED_SHARE = 0.1
+ADVISED_SHARE = 0.1
 
 
 def set_tolerance(tolerance: float) -> str:
@@ -36,7 +36,7 @@ def lower_tolerance(thickness: float, limit: float = math.inf, option: str = "to
     The advised tolerances are small compared with the thickness of the thinnest block, and smaller than
     ``limit``. The ``option`` is the name of the tolerance.
     """
-    advised = rounded_down(min(limit, _ADVISED_SHARE * thickness))
+    advised = rounded_down(min(limit, ADVISED_SHARE * thickness))
     return f"set '{option}' to less than {advised}, and set 'contact_tolerance' to close gaps between stones"
 
 
@@ -52,8 +52,13 @@ def set_both(gap: float, tolerance: float) -> str:
 
 
 def set_contact_tolerance(gap: float) -> str:
-    """Return the part of a message that advises setting ``contact_tolerance`` to a value that closes a gap.
+    """Return the part of a message that advises a ``contact_tolerance`` that closes a gap."""
+    return f"set 'contact_tolerance' to {above_gap(gap)}"
 
-    The value has three digits. It is larger than the gap, because the width of the gap may be rounded.
+
+def above_gap(gap: float) -> str:
+    """Return a tolerance that closes a gap, as text with three digits.
+
+    It is larger than the gap, because the width of the gap may be rounded.
     """
-    return f"set 'contact_tolerance' to {rounded_up(gap * (1 + _GAP_ROUNDING), 3)}"
+    return rounded_up(gap * (1 + _GAP_ROUNDING), 3)

@@ -16,12 +16,12 @@ from masonry_opt.scene.contacts.gaps import (
     near_misses,
     widest_gaps,
 )
+from masonry_opt.scene.contacts.lost_joints import LostJoints, find_lost_joints, find_narrow_joints
 from masonry_opt.scene.contacts.mortar import (
     Bridge,
     bridged_by_tolerance,
     find_bridge,
     is_drawn_apart,
-    lost_joints,
     refuse_thin_blocks,
 )
 from masonry_opt.scene.contacts.neighbours import (
@@ -99,8 +99,8 @@ class Joints:
     gaps: Gaps  #: small gaps between blocks, with the largest width of each gap
     closing: Closing  #: option that turns all small gaps into joints, with the smallest value that does so
     #: Pairs of blocks that have no joint, because their facing sides are shorter than about ten times the
-    #: scene's option ``tolerance``, with the width of the gap between the sides (0 if they coincide).
-    lost: Gaps
+    #: scene's option ``tolerance``.
+    lost: LostJoints
     #: Gaps that are probably undrawn mortar joints and that the scene's option ``tolerance`` closes, with the
     #: largest width of each gap.
     bridged: Gaps
@@ -256,21 +256,30 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     candidates = np.flatnonzero(may_meet_elsewhere)
     corners = CONTACT_FUNCTIONS[scene.dimension][2](shapes, np.unique(pairs[candidates]))
     contacts = corners.touches(pairs, candidates, shared_sides)
-    drawn_apart = is_drawn_apart(scene, shapes)
-    gap_sides = near_misses((shared_sides, contacts), gap_sides, len(pairs), drawn_apart=drawn_apart)
+    gap_sides = near_misses(
+        (shared_sides, contacts), gap_sides, len(pairs), drawn_apart=is_drawn_apart(scene, shapes)
+    )
     at_corners = corners.touches_at_corners(pairs, candidates, (shared_sides, contacts))
     facing_pairs = pairs[np.concatenate([shared_sides.pair, contacts.pair, gap_sides.pair])]
-    lost_gaps = lost_joints(scene, shapes, (facing_pairs[:, 0], facing_pairs[:, 1]))
+    lost = find_lost_joints(scene, shapes, facing_pairs)
     # Leave out contacts at corners of two blocks that face each other across a small gap, or that have no
     # joint because ``tolerance`` is too large.
-    is_lost = np.array([tuple(pair) in lost_gaps for pair in pairs[at_corners.pair].tolist()], dtype=bool)
+    is_lost = np.array([tuple(pair) in lost.gaps for pair in pairs[at_corners.pair].tolist()], dtype=bool)
     at_corners = at_corners.where(~np.isin(at_corners.pair, gap_sides.pair) & ~is_lost)
     contacts = contacts.then(at_corners)
     gaps = widest_gaps(pairs, gap_sides)
+    lost = lost.then(
+        find_narrow_joints(
+            scene,
+            shapes,
+            pairs,
+            (np.flatnonzero(both_fixed), shared_sides.pair, contacts.pair, gap_sides.pair),
+        )
+    )
     closes_gaps = closing(scene, shapes, pairs, gap_sides)
     meeting_pairs, meeting_points = corners.without_normal(pairs, candidates, (shared_sides, contacts))
-    # Exclude pairs of blocks in ``gaps`` or ``lost_gaps``, because other warnings name these pairs.
-    named_pairs = {*gaps, *lost_gaps}
+    # Exclude pairs of blocks in ``gaps`` or ``lost``, because other warnings name these pairs.
+    named_pairs = {*gaps, *lost.gaps}
     has_no_gap = np.array(
         [tuple(pair) not in named_pairs for pair in pairs[meeting_pairs].tolist()], dtype=bool
     )
@@ -284,7 +293,8 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     tangent, owner_of_ring, count, point = map(np.concatenate, outlines)
     joint = np.argsort(order)[owner_of_ring]
     rings = np.argsort(joint, kind="stable")
-    first, second = pairs[owner[order]].T
+    ends = pairs[owner[order]]
+    first, second = ends.T
     if not floating:
         refuse_floating(scene, shapes, (first, second), closes_gaps)
     normal = np.concatenate([shared_sides.normal, contacts.normal])[order]
@@ -294,7 +304,6 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     point = point[ranges((np.cumsum(count) - count)[rings], count[rings])]
     joint, ring = np.repeat(joint[rings], count[rings]), np.repeat(np.arange(len(rings)), count[rings])
     rounding = coordinate_rounding(shapes)
-    ends = pairs[owner[order]]
     alignment = aligned(DrawnContacts(ends, normal, accuracy, point, joint, ring, shapes.tolerance, rounding))
     tangent = np.where(
         alignment.turn[:, None] > 0, square_to(tangent[order], alignment.normal), tangent[order]
@@ -320,7 +329,7 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         fixed_pairs=fixed_pairs,
         gaps=gaps,
         closing=closes_gaps,
-        lost=lost_gaps,
+        lost=lost,
         bridged=bridged_gaps,
         aligning=alignment_tolerance,
         facing=outline_sides(*gap_sides.outlines()[2:])[0],

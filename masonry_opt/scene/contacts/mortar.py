@@ -14,7 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from masonry_opt.errors import counted, rounded
+from masonry_opt.errors import counted, rounded, rounded_down
+from masonry_opt.scene.contacts.faces import NARROWEST
 from masonry_opt.scene.contacts.gaps import Closing, aligning_tolerance, closing
 from masonry_opt.scene.contacts.neighbours import facing_sides, near_pairs
 from masonry_opt.scene.contacts.sides import SMALL_LENGTH_RATIO, Facing
@@ -75,6 +76,7 @@ class Bridge:
     closing: Closing  #: scene option that closes the gaps, and the smallest value that closes them all
     gap: float  #: width of the widest gap that ``closing`` closes; 0 if the blocks touch
     widest: tuple[int, int]  #: indices of the two blocks at the widest gap
+    breadth: float  #: smallest breadth of the sides that ``closing`` joins
     joints: int  #: number of joints that ``closing`` adds
     blocks: int  #: number of floating blocks that ``closing`` connects to supports
     remaining: np.ndarray  #: indices of the floating blocks that ``closing`` does not connect to supports
@@ -97,8 +99,8 @@ class Bridge:
         if not self.gap:
             joint_count = counted(self.joints, "joint")
             return (
-                f"lower 'tolerance', because its present value prevents {joint_count} that would connect "
-                f"{self._describe_connections(scene)}"
+                f"set 'tolerance' to less than {rounded_down(self.breadth / NARROWEST)}, because its present "
+                f"value prevents {joint_count} that would connect {self._describe_connections(scene)}"
             )
         first, second = (repr(scene.blocks[index].name) for index in self.widest)
         advice = self.closing.advice
@@ -208,7 +210,7 @@ def _bridge_within(
         return None
     closed_ends = pairs[closed_gaps.pair]
     # Round the widths, so that rounding errors do not decide which of several equal gaps a message names.
-    width = np.round(closed_gaps.largest_gap / max(gap, _fine_tolerance(scene, shapes)), 6)
+    width = np.round(closed_gaps.largest_gap / max(gap, fine_tolerance(scene, shapes)), 6)
     first, second = closed_ends[width.argmax()].tolist()
     neighbour: dict[int, tuple[int, float]] = {}
     for row in np.argsort(width, kind="stable").tolist():
@@ -216,7 +218,7 @@ def _bridge_within(
         neighbour.setdefault(i, (j, float(closed_gaps.largest_gap[row])))
         neighbour.setdefault(j, (i, float(closed_gaps.largest_gap[row])))
     option = _option(scene, shapes, pairs, closed_gaps, gap_option)
-    if gap <= _fine_tolerance(scene, shapes):
+    if gap <= fine_tolerance(scene, shapes):
         gap = 0.0
     replaces = option.option == "contact_tolerance" and has_large_tolerance(scene, shapes)
     lowers = option.option == "tolerance" and option.tolerance < shapes.tolerance
@@ -229,6 +231,7 @@ def _bridge_within(
         closing=option,
         gap=gap,
         widest=(first, second),
+        breadth=float(closed_gaps.breadth.min()),
         joints=len(closed_gaps.pair),
         blocks=connected_count,
         remaining=remaining,
@@ -255,8 +258,8 @@ def _gaps_to_close(
     tolerance of the shapes if it is larger.
     """
     wide_shapes = replace(shapes, contact_tolerance=max(shapes.contact_tolerance, contact_tolerance or 0.0))
-    pairs, facing = _facing_across_mortar(scene, wide_shapes, share)
-    is_joined = np.isin(_codes(pairs[facing.pair], scene), _codes(np.column_stack(joint_ends), scene))
+    pairs, facing = facing_across_mortar(scene, wide_shapes, share)
+    is_joined = np.isin(pair_codes(pairs[facing.pair], scene), pair_codes(np.column_stack(joint_ends), scene))
     return pairs, facing.where(~is_joined | (facing.largest_gap > shapes.contact_tolerance))
 
 
@@ -282,7 +285,7 @@ def mortar_gaps(scene: Scene, shapes: Extents) -> Facing:
     least half of the pairs of sides that face each other. Gaps that are only errors of the drawing do not
     count. Gaps that are much wider than the median gap are openings, and are left out.
     """
-    pairs, facing = _facing_across_mortar(scene, shapes)
+    pairs, facing = facing_across_mortar(scene, shapes)
     gaps = facing.where(facing.largest_gap > _widest_error(shapes, pairs, facing))
     if not _are_usual(gaps, len(facing.pair)):
         return gaps.where(np.zeros(0, dtype=int))
@@ -317,30 +320,6 @@ def has_large_tolerance(scene: Scene, shapes: Extents) -> bool:
     Errors of a drawing are usually smaller.
     """
     return shapes.tolerance > NEAR_MISS * float(shapes.width[~scene.fixed].min())
-
-
-def lost_joints(
-    scene: Scene, shapes: Extents, joint_ends: tuple[np.ndarray, np.ndarray]
-) -> dict[tuple[int, int], float]:
-    """Return the pairs of blocks that have no joint because the option ``tolerance`` is too large.
-
-    The blocks face each other with sides that are shorter than about ten times ``tolerance``, and longer than
-    a tenth of a block's width. The result contains the width of the gap between the blocks of each pair, or 0
-    if the sides coincide.
-    """
-    if not has_large_tolerance(scene, shapes):
-        return {}
-    pairs, facing = _facing_across_mortar(scene, shapes)
-    ends = pairs[facing.pair]
-    is_lost = (facing.largest_gap <= shapes.reach[ends].min(axis=1)) & ~np.isin(
-        _codes(ends, scene), _codes(np.column_stack(joint_ends), scene)
-    )
-    is_lost &= facing.width > SMALL_LENGTH_RATIO * shapes.width[ends].min(axis=1)
-    gaps = np.where(facing.largest_gap > _fine_tolerance(scene, shapes), facing.largest_gap, 0.0)
-    lost_gaps: dict[tuple[int, int], float] = {}
-    for (i, j), width in zip(ends[is_lost].tolist(), gaps[is_lost].tolist(), strict=True):
-        lost_gaps[i, j] = max(lost_gaps.get((i, j), 0.0), width)
-    return lost_gaps
 
 
 def bridged_by_tolerance(
@@ -444,7 +423,7 @@ def refuse_thin_blocks(scene: Scene, shapes: Extents) -> None:
     )
 
 
-def _facing_across_mortar(scene: Scene, shapes: Extents, share: float = MORTAR) -> tuple[np.ndarray, Facing]:
+def facing_across_mortar(scene: Scene, shapes: Extents, share: float = MORTAR) -> tuple[np.ndarray, Facing]:
     """Return pairs of neighbouring blocks, and their sides that touch or have a gap as narrow as mortar.
 
     The mean width of the gap is at most ``share`` times the width of the narrower block.
@@ -474,13 +453,13 @@ def _sides_across_mortar(scene: Scene, shapes: Extents, pairs: np.ndarray, limit
     The mean width of the gap is at most the value of ``limits`` for both blocks. The sides are computed with
     a ``tolerance`` of at most the default value, because a large ``tolerance`` would hide some of the sides.
     """
-    fine_shapes = replace(shapes, tolerance=_fine_tolerance(scene, shapes))
+    fine_shapes = replace(shapes, tolerance=fine_tolerance(scene, shapes))
     gap_limit = limits[pairs].min(axis=1, initial=np.inf)
     facing = facing_sides(scene, fine_shapes, pairs, 2 * gap_limit)
     return facing.where(_mean_gap(facing) <= gap_limit[facing.pair])
 
 
-def _fine_tolerance(scene: Scene, shapes: Extents) -> float:
+def fine_tolerance(scene: Scene, shapes: Extents) -> float:
     """Return the option ``tolerance`` of the scene or its default, whichever is smaller."""
     low, high = (corners[~scene.fixed] for corners in shapes.boxes)
     default = RELATIVE_TOLERANCE * float(np.hypot.reduce(high.max(axis=0) - low.min(axis=0)))
@@ -493,7 +472,7 @@ def _mean_gap(facing: Facing) -> np.ndarray:
     return mean
 
 
-def _codes(ends: np.ndarray, scene: Scene) -> np.ndarray:
+def pair_codes(ends: np.ndarray, scene: Scene) -> np.ndarray:
     """Return a number that identifies each pair of blocks in either order, shape (pairs,)."""
     codes: np.ndarray = ends.min(axis=1) * len(scene.blocks) + ends.max(axis=1)
     return codes

@@ -57,6 +57,8 @@ def refuse_overlaps(scene: Scene, shapes: Extents, near_pairs: np.ndarray) -> No
         advice += (
             f"; {_advice_on_intended_overlaps(shapes, sides, advised_depth, is_mortar, len(overlaps) > 1)}"
         )
+    else:
+        advice += ", or remove one of them if both are the same stone"
     omitted_count = len(overlaps) - 1
     qualifier = "at least " if len(overlaps) == shapes.enough else ""
     addition = ""

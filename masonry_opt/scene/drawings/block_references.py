@@ -8,12 +8,21 @@ from collections.abc import Iterator
 from itertools import islice
 from typing import Any
 
-from masonry_opt.scene.drawings.outlines import attribute, hidden_layers, layer_of
+from masonry_opt.scene.drawings.outlines import (
+    attribute,
+    hidden_layers,
+    layer_of,
+    mark_polyline,
+    polyline_mark,
+)
 from masonry_opt.scene.tables import broken
 
 #: Largest number of entities that one reference may place. Nested references can place a number of entities
 #: that grows exponentially with the size of the file.
 _MOST_PLACED = 50_000
+
+#: Kinds of entities that may be closed polylines with arcs.
+_POLYLINES = ("LWPOLYLINE", "POLYLINE")
 
 
 def in_model_space(document: Any) -> list[Any]:
@@ -30,10 +39,23 @@ def in_model_space(document: Any) -> list[Any]:
     Raises ValueError if a reference is invalid or places too many entities.
     """
     frozen_layers = {layer for layer, reason in hidden_layers(document).items() if reason == "frozen"}
+    _mark_polylines(document)
     entities: list[Any] = []
     for entity in document.modelspace():
         entities += _placed_entities(entity, frozen_layers) if entity.dxftype() == "INSERT" else [entity]
     return entities
+
+
+def _mark_polylines(document: Any) -> None:
+    """Mark the closed polylines with arcs in block definitions.
+
+    A reference with different scales along its axes divides such a polyline into lines and parts of ellipses.
+    The mark of the parts keeps them separate from the parts of a stone that touches.
+    """
+    for definition in document.blocks:
+        for entity in definition:
+            if entity.dxftype() in _POLYLINES and entity.is_closed and entity.has_arc:
+                mark_polyline(entity, str(entity.dxf.handle))
 
 
 def _placed_entities(reference: Any, frozen_layers: set[str]) -> list[Any]:
@@ -63,13 +85,15 @@ def _placed_parts(entity: Any, frozen_layers: set[str], definitions: tuple[str, 
         return
     skipped_entities: list[Any] = []
     references = entity.multi_insert() if entity.mcount > 1 else [entity]
-    parts = [
-        part
-        for reference in references
+    parts = []
+    for position, reference in enumerate(references):
         for part in reference.virtual_entities(
             skipped_entity_callback=lambda part, _: skipped_entities.append(part)
-        )
-    ]
+        ):
+            mark = polyline_mark(part)
+            if mark:
+                mark_polyline(part, f"{mark} in {entity.dxf.handle}-{position}")
+            parts.append(part)
     if not parts or skipped_entities:
         yield entity
         return

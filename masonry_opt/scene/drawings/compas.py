@@ -15,17 +15,17 @@ from masonry_opt.errors import CaseError
 from masonry_opt.files import is_written_by_package
 from masonry_opt.scene.blocks import Block, Number
 from masonry_opt.scene.drawings import stones
-from masonry_opt.scene.drawings.meshes import Mesh, area_vector, polyhedron, refuse_holes
+from masonry_opt.scene.drawings.holes import refuse_holes
+from masonry_opt.scene.drawings.meshes import Mesh, area_vector, polyhedron
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import box
 from masonry_opt.scene.tables import as_path, parse_file
 
-#: Largest distance between the middle planes of prisms in a plane scene, relative to the thickness of the
-#: thickest prism. A larger distance raises an error.
+#: Largest distance between the middle planes of prisms in a plane scene, relative to the largest thickness.
+#: A larger distance raises an error.
 _PLANE_TOLERANCE = 1e-4
 
-#: Default tolerance of lengths, relative to the size of a solid. The value allows for coordinates in single
-#: precision.
+#: Default tolerance of lengths, relative to the size of a solid, for coordinates in single precision.
 _RELATIVE_TOLERANCE = 1e-5
 
 #: Outlines of solids projected along a direction, and thicknesses of the solids in this direction, shape

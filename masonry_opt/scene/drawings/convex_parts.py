@@ -67,7 +67,8 @@ def convex_solids(mesh: Mesh, tolerance: float) -> list[MeshSolid]:
 
     1. If the corners are at most four times the tolerance away from the planes of the sides, the sides are
        flattened.
-    2. A solid that is convex within the tolerance is one part.
+    2. A solid that is closed, and convex within the tolerance, is one part. Sides with corners in the middle
+       of a neighbour's edge are not closed.
     3. If the volume of the convex hull exceeds the volume of the solid by at most the tolerance times the
        surface area of the solid, the hull is the only part.
     4. Otherwise the solid is divided into convex parts.
@@ -83,7 +84,7 @@ def convex_solids(mesh: Mesh, tolerance: float) -> list[MeshSolid]:
             f"the block is not a solid within the tolerance {rounded(tolerance)}: lower 'tolerance', "
             "check the unit of the drawing, or give the block a thickness"
         )
-    if solid.convex(tolerance):
+    if solid.unclosed() is None and solid.convex(tolerance):
         return [solid]
     hull = _hull(solid.corners, tolerance)
     if hull and _fills(solid, hull, tolerance):

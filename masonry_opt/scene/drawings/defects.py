@@ -6,6 +6,10 @@ from typing import NamedTuple
 
 from masonry_opt.errors import shortened
 from masonry_opt.scene.drawings.stones import refuse
+from masonry_opt.scene.tolerance_advice import above_gap
+
+#: Part of a remedy that is replaced by a length slightly larger than the widest gap of all defects of a kind.
+WIDEST_GAP = "{widest gap}"
 
 #: Largest number of places that a message lists for one kind of defect; further places are only counted.
 _MOST_PLACES = 10
@@ -20,6 +24,7 @@ class Defect(NamedTuple):
     plural_mistake: str
     remedy: str
     place: str = ""  #: position of the entity, such as " near (1, 2)"
+    gap: float = 0.0  #: width of the gap that the remedy closes; 0 if there is none
 
 
 class Defects:
@@ -43,10 +48,13 @@ class Defects:
 def _line(defects: Sequence[Defect]) -> str:
     """Return the message about defects of one kind."""
     first = defects[0]
+    remedy = first.remedy
+    if WIDEST_GAP in remedy:
+        remedy = remedy.replace(WIDEST_GAP, above_gap(max(defect.gap for defect in defects)))
     if len(defects) == 1:
-        return f"{first.label} {first.mistake}{first.place}: {first.remedy}"
+        return f"{first.label} {first.mistake}{first.place}: {remedy}"
     places = shortened([f"{defect.label}{defect.place}" for defect in defects], _MOST_PLACES)
-    return f"{len(defects)} {first.plural_mistake} ({'; '.join(places)}): {first.remedy}"
+    return f"{len(defects)} {first.plural_mistake} ({'; '.join(places)}): {remedy}"
 
 
 def near(x: float, y: float) -> str:

@@ -150,6 +150,7 @@ class _Gltf:
                 continue
             _refuse_extensions([name for name in node.get("extensions", {}) if "instancing" in name])
             mesh = self._entry("meshes", node["mesh"])
+            _refuse_morphing(node, mesh)
             points, faces = self._corners_and_triangles(mesh["primitives"])
             corners += len(points)
             if corners > _MOST_GLTF_CORNERS:
@@ -309,6 +310,19 @@ def _refuse_extensions(names: list[str]) -> None:
     if names:
         name = one_line(names[0])
         raise ValueError(f"the file has the glTF extension {name}, which cannot be read: export without it")
+
+
+def _refuse_morphing(node: dict[str, Any], mesh: dict[str, Any]) -> None:
+    """Raise ValueError if morph targets move the corners of a mesh.
+
+    The standard adds the targets of a mesh, multiplied by the weights of its node, to its corners.
+    """
+    weights = node.get("weights", mesh.get("weights", []))
+    if any(weights) and any(primitive.get("targets") for primitive in mesh["primitives"]):
+        name = stones.block_name(str(node.get("name", "")))
+        raise ValueError(
+            f"morph targets (shape keys) change the shape of mesh '{name}': apply them before the export"
+        )
 
 
 def _is_bin(uri: Any) -> bool:

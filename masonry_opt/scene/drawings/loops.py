@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from masonry_opt.errors import rounded
-from masonry_opt.scene.drawings.defects import Defect, Defects, near
+from masonry_opt.scene.drawings.defects import WIDEST_GAP, Defect, Defects, near
 from masonry_opt.scene.drawings.meshes import first_near, rings_of
 from masonry_opt.scene.drawings.outlines import Curve
 
@@ -39,7 +39,8 @@ def closed_outlines(
     """Return the closed curves of a drawing, and the closed loops formed by the open curves of each layer.
 
     Curves and loops are in the order of the drawing. Two ends of curves are joined if their distance is
-    within the rounding, or if it is within the tolerance and no third free end is as near. Open curves that
+    within the rounding, or if it is within the tolerance and no third free end is as near. Parts of a closed
+    polyline are joined only to each other. Open curves that
     do not belong to a simple loop are added to the defects, except straight lines. ``is_support`` returns
     True for a curve on a layer of supports.
 
@@ -47,8 +48,8 @@ def closed_outlines(
     original. The third list contains straight lines that do not belong to a loop.
     """
     outlines = []
-    open_curves: defaultdict[str, list[tuple[int, Curve]]] = defaultdict(list)
-    originals: dict[tuple[str, bytes], Curve] = {}
+    open_curves: defaultdict[tuple[str, str], list[tuple[int, Curve]]] = defaultdict(list)
+    originals: dict[tuple[str, str, bytes], Curve] = {}
     copies = []
     lines: list[OpenLine] = []
     for number, curve in enumerate(curves):
@@ -59,12 +60,12 @@ def closed_outlines(
         # Two curves with equal keys are copies. The key does not depend on the direction of the curve,
         # because a copy may run in the opposite direction.
         grid_points = np.round(curve.points / rounding) + 0.0
-        key = curve.layer, min(grid_points.tobytes(), grid_points[::-1].tobytes())
+        key = curve.layer, curve.polyline, min(grid_points.tobytes(), grid_points[::-1].tobytes())
         if key in originals:
             copies.append((curve, originals[key]))
             continue
         originals[key] = curve
-        open_curves[curve.layer].append((number, curve))
+        open_curves[curve.layer, curve.polyline].append((number, curve))
     for curves_of_layer in open_curves.values():
         on_support_layer = is_support(curves_of_layer[0][1])
         outlines += _loops(curves_of_layer, (rounding, tolerance), lines, defects, on_support_layer)
@@ -151,13 +152,15 @@ def _open_chains(
         visited_ends.add(end ^ 1)
         distance = np.hypot(*(ends[free_ends] - ends[start]).T)
         nearest_distance = float(np.sort(distance)[1]) if len(free_ends) > 1 else math.inf
-        gap = f", {rounded(nearest_distance)} from the nearest free end" if len(free_ends) > 1 else ""
-        place = f"{near(*ends[start])}{gap}"
+        gap_text = f", {rounded(nearest_distance)} from the nearest free end" if len(free_ends) > 1 else ""
+        place = f"{near(*ends[start])}{gap_text}"
         length = sum(float(np.hypot(*np.diff(curve.points, axis=0).T).sum()) for curve in chain)
-        change = _closing_advice(chain, length, math.dist(ends[start], ends[end ^ 1]), nearest_distance)
-        remedy = _remedy(change, on_support_layer)
-        defect = Defect(chain[0].label, "is open", "outlines are open", remedy, place)
         chain_ends = [start, end ^ 1]
+        change = _closing_advice(chain, length, math.dist(*ends[chain_ends]), nearest_distance)
+        remedy = _remedy(change, on_support_layer)
+        gaps = [float(np.sort(np.hypot(*(ends[free_ends] - ends[tip]).T))[:2][-1]) for tip in chain_ends]
+        widest_gap = max((gap for gap in gaps if gap <= WIDEST_ERROR * length), default=0.0)
+        defect = Defect(chain[0].label, "is open", "outlines are open", remedy, place, widest_gap)
         other_ends = ends[free_ends[~np.isin(free_ends, chain_ends)]]
         gap_width = min(
             float(np.hypot(*(other_ends - ends[tip]).T).min(initial=math.inf)) for tip in chain_ends
@@ -184,7 +187,7 @@ def _closing_advice(chain: Sequence[Curve], length: float, own_gap: float, neare
     The distance between the ends of the chain is ``own_gap``. The distance from its first end to the nearest
     free end is ``nearest_distance``.
     """
-    raise_advice = "raise 'outline_tolerance' (--outline-tolerance) to close the gaps"
+    raise_advice = f"set 'outline_tolerance' (--outline-tolerance) to {WIDEST_GAP} to close the gaps"
     is_near = nearest_distance <= WIDEST_ERROR * length
     if own_gap > WIDEST_ERROR * length and all(len(curve.points) > 2 for curve in chain):
         flag_advice = "set the flag 'closed' of polylines that lack their last side"

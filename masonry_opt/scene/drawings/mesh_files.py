@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from pydantic import ConfigDict
 
-from masonry_opt.errors import DrawingWarning, counted, listed, printable
+from masonry_opt.errors import CaseError, DrawingWarning, counted, listed, printable
 from masonry_opt.files import is_written_by_package
 from masonry_opt.scene.blocks import LARGEST_NUMBER
 from masonry_opt.scene.drawings import stones
@@ -126,6 +126,8 @@ def read_mesh(  # noqa: PLR0913 - options of the public API are keywords
         If an STL file is given and trimesh is not installed, which is part of the extra "meshes".
     """
     path = as_path(path, "a mesh")
+    if path.suffix.lower() not in MESHES and not path.exists():
+        raise CaseError(f"{path}: no such file or folder")
     drawing = MeshDrawing.of(locals())
     with stones.naming(f"{path}:"):
         unmarked_meshes = (
@@ -159,7 +161,9 @@ def _meshes_in_folder(folder: Path, drawing: MeshDrawing) -> list[Mesh]:
         visible_files = _visible_files(folder)
         files = [file for file in visible_files if _is_mesh(file)]
         size = sum(
-            file.stat().st_size for file in visible_files if _is_mesh(file) or file.suffix.lower() == ".bin"
+            file.stat().st_size
+            for file in visible_files
+            if (_is_mesh(file) or file.suffix.lower() == ".bin") and file.exists()
         )
         subfolders = [file for file in visible_files if file.is_dir() and _has_meshes(file)]
     except OSError as error:

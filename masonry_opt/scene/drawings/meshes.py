@@ -1,15 +1,14 @@
 """Process blocks that are drawn as meshes: join corners, orient faces, and merge faces of one plane."""
 
 from collections import Counter, defaultdict
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
 
 from masonry_opt.errors import rounded
-from masonry_opt.scene.rows import first_alike, linked, spaces, steps_round, turned
-from masonry_opt.scene.space.faces import place
+from masonry_opt.scene.rows import first_alike, linked, steps_round, turned
 
 #: A face is merged with a side if the distance of its corners from the plane of the side is at most this
 #: value, relative to the tolerance. A larger value merges more faces of a bent surface.
@@ -176,7 +175,7 @@ def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
     if no face remains.
     """
     points = mesh.points
-    faces = outwards(points, _join_corners(points, mesh.faces, tolerance))
+    faces = outwards(points, join_corners(points, mesh.faces, tolerance))
     faces = [piece for face in faces for piece in _flat_pieces(points, face, tolerance)]
     if not faces:
         raise ValueError(
@@ -222,57 +221,6 @@ def _is_flat(points: np.ndarray, side: Side, tolerance: float) -> bool:
     return is_simple and bool(height.max() <= tolerance)
 
 
-def refuse_holes(mesh: Mesh, tolerance: float) -> None:
-    """Raise ValueError if the surface of a block has a hole wider than the tolerance.
-
-    An edge that belongs to a single face borders a hole, unless other edges of single faces lie along its
-    whole length. Such edges exist where corners of one face lie on an edge of another face, and at gaps
-    narrower than the tolerance.
-    """
-    faces = _join_corners(mesh.points, mesh.faces, tolerance)
-    open_edges = np.array([edge for edge, owners in by_edge(faces).items() if len(owners) == 1], dtype=int)
-    ends = mesh.points[open_edges.reshape(-1, 2)]
-    for edge, neighbours in zip(ends, _nearby_edges(ends, tolerance), strict=True):
-        if not _is_covered(edge, ends[neighbours], tolerance):
-            start, end = map(place, edge)
-            raise ValueError(
-                f"the block is not closed at its edge from {start} to {end}, which belongs to only one face: "
-                "add the missing face, or close the hole in the program that drew the block"
-            )
-
-
-def _nearby_edges(ends: np.ndarray, tolerance: float) -> Iterator[np.ndarray]:
-    """Find, for each edge, the indices of the other edges with bounding boxes near the edge's box.
-
-    ``ends`` has shape (edges, 2, 3). The boxes are projected along the axis in which the mesh is least deep,
-    and stored in a search tree, so that few candidates remain.
-    """
-    if not len(ends):
-        return
-    low, high = ends.min(axis=1), ends.max(axis=1)
-    axes = np.argsort(np.ptp(ends.reshape(-1, 3), axis=0))[-2:]
-    tree = shapely.STRtree(shapely.box(*low[:, axes].T, *high[:, axes].T))
-    # Search within twice the tolerance because of rounding in the search tree. The caller then compares the
-    # exact distances with the tolerance.
-    reach = 2 * tolerance
-    enlarged_boxes = shapely.box(*(low[:, axes] - reach).T, *(high[:, axes] + reach).T)
-    for number, box in enumerate(enlarged_boxes):
-        candidates = tree.query(box)
-        distance = np.maximum(low[candidates] - high[number], low[number] - high[candidates]).max(axis=1)
-        yield np.sort(candidates[(distance <= reach) & (candidates != number)])
-
-
-def _is_covered(edge: np.ndarray, other_edges: np.ndarray, tolerance: float) -> bool:
-    """Return True if ``other_edges``, shape (edges, 2, 3), cover the whole length of an edge."""
-    length = float(np.linalg.norm(edge[1] - edge[0]))
-    direction = (edge[1] - edge[0]) / length
-    arms = other_edges - edge[0]
-    position = arms @ direction
-    distance = np.linalg.norm(arms - position[..., None] * direction, axis=-1)
-    intervals = np.sort(position[(distance <= tolerance).all(axis=1)], axis=1).tolist()
-    return not spaces(0.0, length, intervals, least=2 * tolerance)
-
-
 def outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:
     """Orient the faces of a surface counter-clockwise, seen from outside.
 
@@ -294,7 +242,7 @@ def used(name: str, points: np.ndarray, faces: list[list[int]], layers: str = ""
     return Mesh(name, points[corners], renumbered, layers=layers)
 
 
-def _join_corners(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:
+def join_corners(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:
     """Join corners that are nearer to each other than the tolerance, and return the distinct faces."""
     first = first_near(points, tolerance).tolist()
     return [*distinct_faces([[first[corner] for corner in face] for face in faces]).values()]
@@ -353,6 +301,8 @@ def _flat_pieces(points: np.ndarray, face: list[int], tolerance: float) -> list[
     The algorithm is ear clipping, which begins with the ear that has the shortest third side. The triangles
     depend only on the corners of the face, so two blocks with a common face have the same triangles.
     """
+    if len(face) == 3:
+        return [face]
     vector = area_vector(points[face])
     triangles = []
     size = float(np.linalg.norm(vector))

@@ -58,6 +58,10 @@ _METRES = {
 }  # fmt: skip
 
 
+#: Beginning of the color names that mark the parts of a closed polyline.
+_POLYLINE_MARK = "part of polyline "
+
+
 class Curve(NamedTuple):
     """Polyline that represents a curve or line of a DXF drawing."""
 
@@ -66,6 +70,7 @@ class Curve(NamedTuple):
     layer: str  #: name of the drawing layer of the curve
     handle: str  #: handle of the curve in the DXF file
     label: str = ""  #: kind, handle and layer of the curve's entity, for error messages
+    polyline: str = ""  #: mark of the closed polyline of which the curve is a part, or an empty text
 
 
 class Outline(NamedTuple):
@@ -115,7 +120,7 @@ def metres(document: Any) -> float | None:
 def hidden_layers(document: Any) -> dict[str, str]:
     """Return a dict that maps the lower-case name of each hidden layer to "frozen" or "off"."""
     return {
-        layer.dxf.name.casefold(): "frozen" if layer.is_frozen() else "off"
+        decoded(layer.dxf.name).casefold(): "frozen" if layer.is_frozen() else "off"
         for layer in document.layers
         if layer.is_off() or layer.is_frozen()
     }
@@ -138,7 +143,31 @@ def is_ignored(entity: Any) -> bool:
 
 def layer_of(entity: Any) -> str:
     """Return the name of the layer on which an entity is drawn."""
-    return str(attribute(entity, "layer", "0"))
+    return decoded(str(attribute(entity, "layer", "0")))
+
+
+def decoded(text: str) -> str:
+    """Return a text of a DXF file, with codes such as ``\\U+00e9`` replaced by characters.
+
+    Files of old versions contain such codes for characters that their encoding lacks.
+    """
+    from ezdxf.lldxf.encoding import decode_dxf_unicode
+
+    return str(decode_dxf_unicode(text))
+
+
+def mark_polyline(entity: Any, mark: str) -> None:
+    """Mark an entity as a part of a closed polyline, so that it is joined only to the other parts.
+
+    The mark is stored as the name of the entity's color, which ezdxf copies to all parts of a polyline.
+    """
+    entity.dxf.color_name = f"{_POLYLINE_MARK}{mark}"
+
+
+def polyline_mark(entity: Any) -> str:
+    """Return the mark of an entity that is a part of a closed polyline, or an empty text."""
+    color_name = str(attribute(entity, "color_name", ""))
+    return color_name.removeprefix(_POLYLINE_MARK) if color_name.startswith(_POLYLINE_MARK) else ""
 
 
 def attribute(entity: Any, name: str, default: object) -> Any:
@@ -178,7 +207,10 @@ def curves(
             continue
         is_closed = bool(is_closed_entity(entity))
         handle = str(entity.dxf.handle)
-        outlines.append(Curve(scale * points, is_closed, layer_of(entity), handle, _describe(entity)))
+        polyline = "" if is_closed else polyline_mark(entity)
+        outlines.append(
+            Curve(scale * points, is_closed, layer_of(entity), handle, _describe(entity), polyline)
+        )
     return outlines, extent
 
 
@@ -299,7 +331,7 @@ def texts(entities: list[Any]) -> Iterator[tuple[str, float, float]]:
             case _:
                 continue
         if math.isfinite(at[0]) and math.isfinite(at[1]):
-            yield text, float(at[0]), float(at[1])
+            yield decoded(text), float(at[0]), float(at[1])
 
 
 def _describe(entity: Any) -> str:

@@ -14,8 +14,9 @@ from pydantic import ConfigDict
 from masonry_opt.errors import CaseError, DrawingWarning, listed, printable, shortened
 from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Positive, Record
 from masonry_opt.scene.drawings.convex_parts import convex_solids
-from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, area_vector, refuse_holes, used, with_one_face
-from masonry_opt.scene.drawings.surfaces import count_outer_surfaces
+from masonry_opt.scene.drawings.holes import least_width, refuse_holes
+from masonry_opt.scene.drawings.meshes import Mesh, MeshSolid, area_vector, used, with_one_face
+from masonry_opt.scene.drawings.surfaces import count_outer_surfaces, without_back_faces
 from masonry_opt.scene.geometry import NEAR_MISS, RELATIVE_TOLERANCE
 from masonry_opt.scene.joints import Friction, JointDefaults
 from masonry_opt.scene.scene import Scene
@@ -204,7 +205,7 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
         raise ValueError(f"every block is a support: mark fewer blocks as supports (blocks: {names})")
     middle = np.concatenate(block_points).mean(axis=0)
     tolerance = drawing.tolerance or _precision_tolerance(block_points)
-    meshes = [with_one_face(mesh) for mesh in meshes]
+    meshes = [without_back_faces(with_one_face(mesh)) for mesh in meshes]
     blocks, mistakes = _solids(meshes, drawing, tolerance, middle)
     if mistakes and drawing.tolerance is not None:
         wrong_meshes = [meshes[number] for number in mistakes]
@@ -212,18 +213,18 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
     refuse(list(mistakes.values()))
     scene = scene_of(blocks, drawing.replace(tolerance=tolerance), path)
     shapes(scene)  # raises CaseError if the analysis cannot use a block
-    _warn_of_several_surfaces(path, meshes)
+    _warn_of_several_surfaces(path, meshes, tolerance)
     return scene
 
 
-def _warn_of_several_surfaces(path: Path, meshes: Sequence[Mesh]) -> None:
+def _warn_of_several_surfaces(path: Path, meshes: Sequence[Mesh], tolerance: float) -> None:
     """Issue a DrawingWarning that names the movable blocks that consist of several closed surfaces.
 
     Such a block is probably several stones, which the modelling program joined or wrote as one layer. Meshes
     that this package wrote are not checked, because their closed surfaces are the convex parts of a block.
     """
     checked_meshes = [mesh for mesh in meshes if not mesh.fixed and not mesh.is_exported]
-    count = {mesh.name: count_outer_surfaces(mesh) for mesh in checked_meshes}
+    count = {mesh.name: count_outer_surfaces(mesh, tolerance) for mesh in checked_meshes}
     divided_blocks = [f"'{name}' ({number} surfaces)" for name, number in count.items() if number > 1]
     if not divided_blocks:
         return
@@ -270,17 +271,9 @@ def _refuse_large_tolerance(wrong_meshes: Sequence[Mesh], drawing: SolidDrawing,
         limit /= 2
         if limit < default:
             return
-    thickness = {mesh.name: _least_width(mesh) for mesh in wrong_meshes}
+    thickness = {mesh.name: least_width(mesh) for mesh in wrong_meshes}
     name = min(thickness, key=lambda block: thickness[block])
     raise ValueError(f"block '{name}' is {too_thin_for(tolerance, thickness[name], limit)}")
-
-
-def _least_width(mesh: Mesh) -> float:
-    """Return the smallest distance between two planes that are parallel to a face and enclose the mesh."""
-    vectors = np.array([area_vector(mesh.points[face]) for face in mesh.faces])
-    sizes = np.linalg.norm(vectors, axis=1)
-    normals = vectors[sizes > 0] / sizes[sizes > 0, None]
-    return float(np.ptp(mesh.points @ normals.T, axis=0).min(initial=np.inf))
 
 
 def _slab(mesh: Mesh, middle: np.ndarray) -> Mesh:

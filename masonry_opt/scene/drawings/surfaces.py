@@ -2,6 +2,7 @@
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import chain
 
 import numpy as np
@@ -14,6 +15,7 @@ from masonry_opt.scene.drawings.meshes import (
     across,
     by_edge,
     distinct_faces,
+    first_near,
     from_smallest,
     merge_equal_corners,
     outwards,
@@ -57,15 +59,21 @@ def divide_into_surfaces(mesh: Mesh) -> list[Mesh]:
     ]
 
 
-def count_outer_surfaces(mesh: Mesh) -> int:
+def count_outer_surfaces(mesh: Mesh, tolerance: float) -> int:
     """Return the number of closed surfaces of a mesh, without surfaces that bound a cavity.
 
-    A surface bounds a cavity if the mean of its corners is inside an odd number of surfaces with a larger
-    bounding box.
+    Corners that are nearer to each other than the tolerance are joined. Surfaces that are open even then
+    count as parts of one surface. A surface bounds a cavity if the mean of its corners is inside an odd
+    number of surfaces with a larger bounding box.
     """
+    joined_mesh = replace(mesh, points=mesh.points[first_near(mesh.points, tolerance)])
     try:
-        surfaces = divide_into_surfaces(mesh)
+        all_surfaces = divide_into_surfaces(joined_mesh)
     except ValueError:
+        return 1
+    surfaces = [surface for surface in all_surfaces if _is_closed(surface)]
+    has_open_surface = len(surfaces) < len(all_surfaces)
+    if not surfaces:
         return 1
     low = np.array([surface.points.min(axis=0) for surface in surfaces])
     high = np.array([surface.points.max(axis=0) for surface in surfaces])
@@ -79,7 +87,30 @@ def count_outer_surfaces(mesh: Mesh) -> int:
         middle = surface.points.mean(axis=0)
         enclosing_count = sum(winding_number(middle, triangles[number]) > 0.5 for number in candidates)
         count += enclosing_count % 2 == 0
-    return count
+    return count + has_open_surface
+
+
+def _is_closed(surface: Mesh) -> bool:
+    """Return True if no edge of a surface belongs to only one face."""
+    faces = [*distinct_faces(merge_equal_corners(surface)).values()]
+    return all(len(edge_faces) > 1 for edge_faces in by_edge(faces).values())
+
+
+def without_back_faces(mesh: Mesh) -> Mesh:
+    """Return a closed mesh without its back faces, if each face is drawn in both orientations.
+
+    Some programs export each face a second time in the opposite orientation, so that it is visible from both
+    sides. Any other mesh is returned unchanged.
+    """
+    faces = distinct_faces(merge_equal_corners(mesh))
+    if not _is_two_sided([*faces.values()]):
+        return mesh
+    front_faces: dict[tuple[int, ...], int] = {}
+    for number, face in faces.items():
+        front_faces.setdefault(min(from_smallest(face), from_smallest(face[::-1])), number)
+    front_mesh = replace(mesh, faces=[mesh.faces[number] for number in front_faces.values()])
+    owners = by_edge([faces[number] for number in front_faces.values()]).values()
+    return front_mesh if all(len(edge_faces) == 2 for edge_faces in owners) else mesh
 
 
 def _triangles(surface: Mesh) -> np.ndarray:

@@ -1,6 +1,9 @@
 """References to block definitions in DXF drawings: the entities that they place are read as if drawn."""
 
+import math
+
 import ezdxf
+import numpy as np
 import pytest
 
 import masonry_opt as mo
@@ -113,3 +116,43 @@ def test_references_that_grow_exponentially_are_refused(tmp_path, monkeypatch):
     document.modelspace().add_blockref("a0", (0, 0))
     with pytest.raises(mo.CaseError, match=r"block reference .* places more than 500 entities"):
         read(document, tmp_path)
+
+
+@pytest.mark.parametrize("version", ["R12", "R2010"])
+def test_touching_stones_with_arcs_may_be_stretched(tmp_path, version):
+    """Half of a semicircular arch is placed twice, mirrored and stretched upwards by 1.5.
+
+    The stones are compared with polygons whose corners are on the two ellipses, in closed form.
+    """
+    stretch, count = 1.5, 6
+
+    def on_circle(radius, angle):
+        return radius * math.cos(angle), radius * math.sin(angle)
+
+    document = ezdxf.new(version)
+    add = {"R12": "add_polyline2d", "R2010": "add_lwpolyline"}[version]
+    floor = [(-3, -1), (3, -1), (3, 0), (-3, 0)]
+    getattr(document.modelspace(), add)(floor, close=True, dxfattribs={"layer": "fixed"})
+    definition = document.blocks.new("HALF")
+    bulge = math.tan(math.pi / count / 4)
+    for number in range(count // 2):
+        low, high = (math.pi * (number + side) / count for side in (0, 1))
+        inner = [(*on_circle(1, high), -bulge), (*on_circle(1, low), 0)]
+        outer = [(*on_circle(1.3, low), bulge), (*on_circle(1.3, high), 0)]
+        getattr(definition, add)([*inner, *outer], format="xyb", close=True)
+    for side in (1, -1):
+        scales = {"xscale": side, "yscale": stretch, "layer": "stones"}
+        document.modelspace().add_blockref("HALF", (0, 0), dxfattribs=scales)
+    path = tmp_path / "a.dxf"
+    document.saveas(path)
+    scene = mo.read_dxf(path, friction=0.6, unit_weight=20, live=(1, 0), sagitta=1e-5)
+    blocks = [mo.Block(name="floor", vertices=floor, fixed=True)]
+    for number in range(count):
+        angles = math.pi * (number + np.linspace(0, 1, 100)) / count
+        points = [on_circle(1.3, angle) for angle in angles] + [on_circle(1, angle) for angle in angles[::-1]]
+        corners = [(x, stretch * y) for x, y in points]
+        blocks.append(mo.Block(name=f"v{number}", vertices=corners, unit_weight=20, live_per_weight=(1, 0)))
+    drawn = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=blocks)
+    assert len(scene.blocks) == len(drawn.blocks)
+    load_factors = [mo.solve(each, "static").required() for each in (scene, drawn)]
+    assert load_factors[0] == pytest.approx(load_factors[1], rel=1e-4)

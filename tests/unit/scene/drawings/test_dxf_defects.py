@@ -399,18 +399,41 @@ def lines_of(path, *chains):
         # The flag "closed" is missing.
         ([(0, 0), (4000, 0), (4000, 2000), (0, 2000)], "set the flag 'closed' of polylines"),
         # The last corner misses the first one.
-        ([(0, 0), (4000, 0), (4000, 2000), (0, 2000), (0, 30)], "raise 'outline_tolerance'"),
+        ([(0, 0), (4000, 0), (4000, 2000), (0, 2000), (0, 30)], "set 'outline_tolerance'"),
         # A single line of four is left.
         ([(0, 0), (4000, 0)], "draw the missing sides"),
     ],
 )
 def test_the_remedy_of_an_open_outline_depends_on_its_gap(tmp_path, corners, advice):
     """A tolerance as large as a side of the stone would leave no stone."""
-    every = {"set the flag 'closed' of polylines", "raise 'outline_tolerance'", "draw the missing sides"}
+    every = {"set the flag 'closed' of polylines", "set 'outline_tolerance'", "draw the missing sides"}
     with pytest.raises(mo.CaseError) as refusal:
         mo.read_dxf(lines_of(tmp_path / "a.dxf", corners), **GIVEN)
     assert [text for text in every if text in str(refusal.value)] == [advice]
     assert "e+03" not in str(refusal.value)
+
+
+def test_the_advised_outline_tolerance_closes_all_gaps(tmp_path):
+    """Three bricks miss their first corner by 0.001, 0.003 and 0.02. The tallest one has λ = 0.5/1.25."""
+    chains = [
+        [(x, 0), (x + 0.5, 0), (x + 0.5, height), (x, height), (x, gap)]
+        for x, height, gap in ((0, 0.5, 0.001), (1, 1.25, 0.003), (2, 0.5, 0.02))
+    ]
+    path = lines_of(tmp_path / "a.dxf", *chains)
+    message = r"3 outlines are open .*set 'outline_tolerance' \(--outline-tolerance\) to ([\d.]+) to close"
+    with pytest.raises(mo.CaseError, match=message) as refusal:
+        mo.read_dxf(path, **GIVEN)
+    advised = float(re.search(message, str(refusal.value))[1])
+    assert 0.02 < advised < 0.021
+    scene = mo.read_dxf(path, outline_tolerance=advised, **GIVEN)
+    assert mo.solve(scene, "static").required() == pytest.approx(0.4, rel=1e-6)
+
+
+def test_near_copies_of_a_stone_may_be_removed(tmp_path):
+    """Two copies that are 0.01 apart overlap almost entirely. One of them is superfluous."""
+    path = drawn(tmp_path / "a.dxf", FLOOR, brick(0, 0), brick(0.01, 0))
+    with pytest.raises(mo.CaseError, match="or remove one of them if both are the same stone"):
+        mo.solve(mo.read_dxf(path, **GIVEN))
 
 
 def test_polylines_without_the_flag_closed_beside_each_other_are_each_named(tmp_path):
@@ -448,3 +471,19 @@ def test_three_components_of_a_live_load_need_a_thickness(tmp_path, keys):
     with pytest.raises(mo.CaseError, match=rf"a\.dxf: '{key}' .* has three components, .*set 'thickness'"):
         mo.read_dxf(path, **GIVEN | keys)
     assert mo.read_dxf(path, **GIVEN | keys, thickness=1.0).dimension == 3
+
+
+@pytest.mark.parametrize("version", ["R12", "R2000", "R2018"])
+def test_names_with_characters_of_other_alphabets(tmp_path, version):
+    """Files of old versions write characters that their encoding lacks as codes such as \\U+77f3."""
+    document = ezdxf.new(version)
+    space = document.modelspace()
+    for layer, (_, ring) in (("fixed", FLOOR), ("石 é", brick(0, 0)), ("hidden 石", brick(5, 5))):
+        space.add_polyline2d(ring, close=True, dxfattribs={"layer": layer})
+    document.layers.add("hidden 石").off()
+    space.add_text("камень", dxfattribs={"insert": (0.5, 0.5), "layer": "石 é"})
+    document.saveas(tmp_path / "a.dxf")
+    scene = mo.read_dxf(tmp_path / "a.dxf", layers=["石 É", "fixed"], **GIVEN)
+    assert [block.name for block in scene.blocks if not block.fixed] == ["камень"]
+    with pytest.raises(mo.CaseError, match="layer 'hidden 石' is off"):
+        mo.read_dxf(tmp_path / "a.dxf", layers=["hidden 石"], **GIVEN)

@@ -95,3 +95,15 @@ def test_extensions_that_change_shapes_are_refused(tmp_path, node, keys, named):
 def test_other_extensions_are_ignored(tmp_path):
     scene = read(tmp_path, extensionsRequired=["KHR_materials_unlit", "KHR_mesh_quantization"])
     assert mo.solve(scene, "static").required() == pytest.approx(0.7, rel=1e-5)
+
+
+def test_a_mesh_that_morph_targets_change_is_refused(tmp_path):
+    """The corners of a mesh are the sum of its corners and of its weighted targets."""
+    data = read(tmp_path) and (tmp_path / "stones.glb").read_bytes()
+    size = struct.unpack_from("<I", data, 12)[0]
+    meshes = json.loads(data[20 : 20 + size])["meshes"]
+    (primitive,) = meshes[1]["primitives"]
+    primitive["targets"] = [{"POSITION": primitive["attributes"]["POSITION"]}]
+    assert shapes(read(tmp_path, {"weights": [0]}, meshes=meshes)).size == pytest.approx([12, 2], rel=1e-6)
+    with pytest.raises(mo.CaseError, match=r"morph targets .* change the shape of mesh 'low': apply them"):
+        read(tmp_path, {"weights": [1]}, meshes=meshes)

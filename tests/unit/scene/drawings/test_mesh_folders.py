@@ -122,6 +122,26 @@ def test_broken_files_of_a_folder_are_all_named(folder):
     assert lines[1].startswith(f"{folder}: b.obj: the file is not valid OBJ")
 
 
+def test_a_broken_link_in_a_folder_is_named(folder):
+    (folder / "stone_3.stl").symlink_to("missing.stl")
+    with pytest.raises(mo.CaseError, match=r"stone_3\.stl: no such file"):
+        mo.read_mesh(folder, **GIVEN)
+
+
+def test_a_missing_folder_is_named(tmp_path, monkeypatch, capsys):
+    """A missing folder is not called a mesh whose name has a wrong ending."""
+    case = tmp_path / "case.toml"
+    case.write_text("joints.friction = 0.7\n[mesh]\nfile = 'stones'\nunit_weight = 10\n")
+    with pytest.raises(mo.CaseError, match=r"stones: no such file or folder"):
+        mo.load(case)
+    options = ["--friction", "0.7", "--unit-weight", "10"]
+    code, _, err = run_command(
+        monkeypatch, capsys, "convert", tmp_path / "stones", tmp_path / "a.toml", *options
+    )
+    assert code == 2
+    assert "stones: no such file or folder" in err
+
+
 def test_an_open_stone_of_a_folder_is_named_by_its_file(folder):
     (folder / "open.obj").write_bytes(obj({"Cube": (HIGH[0] + 9, HIGH[1][1:])}))
     with pytest.raises(mo.CaseError, match=r"stones: block 'open' is not closed at its edge"):

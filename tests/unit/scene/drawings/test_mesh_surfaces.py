@@ -1,6 +1,7 @@
 """Meshes with several closed surfaces: stones that one object contains, and stones that touch."""
 
 import json
+import re
 import warnings
 
 import numpy as np
@@ -265,3 +266,75 @@ def test_a_single_stone_may_have_two_sided_triangles(tmp_path):
     low = corners, [face for three in own for face in (three, three[::-1])]
     scene = read(tmp_path, "a.stl", stl({"low": low, "ground": GROUND}), fixed_below=-0.5)
     assert [len(block.polyhedra) for block in scene.blocks] == [1, 1]
+
+
+#: Stone of the area 1.75 and the depth 1, on the ground with the width 2.
+NOTCHED = prism([(0, 0), (2, 0), (2, 0.5), (0.5, 0.5), (0.5, 2), (0, 2)], 1.0)
+
+
+def weight_on_ground(scene):
+    """Return the normal force between the only movable block and the ground, under a horizontal live load."""
+    return mo.solve(scene, "static").joints["n"].sum()
+
+
+def test_the_back_faces_of_notched_stones_in_objects_are_left_out(tmp_path):
+    """Some programs write each face with its reverse, and each stone as an object.
+
+    The stone weighs 10 × 1.75.
+    """
+    corners, faces = NOTCHED
+    ground, its_faces = GROUND
+    shapes = {
+        "stone": (corners, faces + reversed_faces(faces)),
+        "fixed": (ground, its_faces + reversed_faces(its_faces)),
+    }
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = read(tmp_path, "a.obj", obj(shapes))
+    assert weight_on_ground(scene) == pytest.approx(17.5, rel=1e-6)
+
+
+@pytest.mark.parametrize("shape", [LOW, NOTCHED], ids=["convex", "notched"])
+def test_a_corner_in_the_middle_of_an_edge_is_no_hole(tmp_path, shape):
+    """One of the two faces at an edge has an additional corner in the middle of the edge."""
+    corners, faces = shape
+    corners = np.concatenate([corners, [(corners[0] + corners[1]) / 2]])
+    number = next(number for number, face in enumerate(faces) if 0 in face and 1 in face)
+    face = list(faces[number])
+    start = face.index(0) if face[face.index(0) - 1] == 1 else face.index(1)
+    faces = [*faces[:number], (*face[:start], len(corners) - 1, *face[start:]), *faces[number + 1 :]]
+    scene = read(tmp_path, "a.obj", obj({"stone": (corners, faces), "fixed": GROUND}))
+    assert weight_on_ground(scene) == pytest.approx(10 if shape is LOW else 17.5, rel=1e-6)
+
+
+@pytest.mark.parametrize("error", [3e-7, 3e-6, 1e-4])
+def test_triangles_with_their_own_inexact_corners_are_one_surface(tmp_path, error):
+    """Some programs divide each face of a stone separately, so that common corners differ by rounding.
+
+    Corners within the tolerance are joined, also where the warning counts the surfaces of a block. If the
+    corners are farther apart, the message advises a tolerance that joins them.
+    """
+    rng = np.random.default_rng(0)
+    corners, faces = LOW
+    own = [three for a, b, c, d in faces for three in ((a, b, c), (a, c, d))]
+    apart = np.concatenate([corners[list(face)] for face in own])
+    apart += rng.uniform(-error, error, apart.shape)
+    triangles = np.arange(len(apart)).reshape(-1, 3).tolist()
+    data = obj({"stone": (apart, triangles), "fixed": GROUND})
+    tolerance = None
+    if error > 1e-6:
+        advised = r"its coordinates are inexact: set 'tolerance' to ([\d.e-]+)$"
+        with pytest.raises(mo.CaseError, match=advised) as refusal:
+            read(tmp_path, "a.obj", data)
+        tolerance = float(re.search(advised, str(refusal.value))[1])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = read(tmp_path, "a.obj", data, tolerance=tolerance)
+    assert weight_on_ground(scene) == pytest.approx(10, rel=10 * error)
+
+
+def test_a_face_outside_of_the_surface_is_to_be_deleted(tmp_path):
+    corners, faces = LOW
+    fin = (*corners, (0.5, -1, 0)), [*faces, (0, 1, 8)]
+    with pytest.raises(mo.CaseError, match=r"block 'stone' is not closed .*: delete this face, which is not"):
+        read(tmp_path, "a.obj", obj({"stone": (np.array(fin[0]), fin[1]), "fixed": GROUND}))

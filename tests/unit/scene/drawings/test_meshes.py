@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from touching_solids import contacts_of
 
 import masonry_opt as mo
-from masonry_opt.scene.drawings import meshes as mesh_checks
+from masonry_opt.scene.drawings import holes as mesh_checks
 from masonry_opt.scene.space.shapes import shapes
 
 #: A high stone on a low stone on the ground, with corners that coincide.

@@ -1,14 +1,17 @@
 """Joints of blocks in space, found from their geometry: areas, corners and normals in closed form."""
 
 import math
+import re
 
 import numpy as np
 import pytest
+from atlas.random_scenes_in_space import KINDS, random_scene_in_space
 from touching_solids import FLOOR, box, contacts_of, hull, joints, parted, scene
 
 import masonry_opt as mo
+from masonry_opt.reporting.sentences import sentences
 from masonry_opt.scene.space.shapes import shapes
-from masonry_opt.solution.reasons import Code
+from masonry_opt.solution.reasons import Code, Status
 
 
 def same_points(found, expected):
@@ -177,7 +180,7 @@ def test_a_strip_narrower_than_ten_tolerances_is_no_joint():
     assert on(0.011).extent == pytest.approx([0.011])
     narrow = on(0.009)
     assert len(narrow.first) == 0
-    assert narrow.without_normal == [(0, 1)]
+    assert (narrow.lost.gaps, narrow.without_normal) == ({(0, 1): 0.0}, [])
 
 
 def test_a_corner_on_a_corner_has_a_joint_after_the_advised_cut():
@@ -203,3 +206,36 @@ def test_a_corner_on_a_corner_has_a_joint_after_the_advised_cut():
     assert cut.status is mo.Status.STABLE
     assert cut.warnings == ()
     assert cut.joints["n"].sum() == pytest.approx(1 + (cut.ties["force"] / np.sqrt(6) * 2).sum(), rel=1e-6)
+
+
+@pytest.mark.parametrize(("width", "lost"), [(0.012, False), (0.009, True), (0.0025, True)])
+def test_a_rest_that_is_too_narrow_for_a_joint_is_named_with_the_tolerance_that_makes_it(width, lost):
+    """A beam rests on two piers, on one of them with a strip narrower than ten tolerances of 0.001.
+
+    Without the joint on the strip, the beam falls: its centroid is beside the other pier, because
+    1 - width + 3.4 < 2 · 3. With a smaller tolerance, both joints carry the beam.
+    """
+    piers = box("P", (0, 1), (0, 1), (0, 1)), box("Q", (3, 4), (0, 1), (0, 1))
+    beam = box("beam", (1 - width, 3.4), (0, 1), (1, 1.3))
+    blocks = scene(*piers, beam, FLOOR, tolerance=1e-3)
+    named = [warning for warning in mo.solve(blocks).warnings if warning.code == Code.LOST_JOINTS]
+    assert bool(named) == lost
+    if not lost:
+        return
+    (warning,) = named
+    assert warning.values["pairs"] == [["P", "beam"]]
+    (sentence,) = sentences([warning])
+    remedy = r"'P'–'beam' \(touching\); set 'tolerance' to less than ([\d.e-]+)$"
+    limit = float(re.search(remedy, sentence)[1])
+    assert limit == pytest.approx(width / 10, rel=0.02)
+    result = mo.solve(blocks.replace(tolerance=0.99 * limit))
+    assert result.status == Status.STABLE
+    assert not [warning for warning in result.warnings if warning.code == Code.LOST_JOINTS]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_exact_walls_have_no_narrow_rests(kind):
+    """Blocks that meet along edges and at corners have no strips, whose joints could be lost."""
+    for seed in range(5):
+        blocks = random_scene_in_space(kind, seed)
+        assert contacts_of(blocks).lost.gaps == {}
