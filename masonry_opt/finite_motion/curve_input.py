@@ -34,7 +34,7 @@ class CurveForces(NamedTuple):
 
     dead: Forces
     live: Forces
-    control: Forces  #: forces along which the control displacement is measured
+    control: Forces  #: forces whose points of action define the control displacement
 
 
 def curve_forces(

@@ -8,8 +8,7 @@ from masonry_opt.errors import listed
 _MOST_LISTED_NAMES = 5  #: Largest number of names that a text lists; the remaining names are only counted.
 _LABEL_WIDTH = 16  #: Width of the labels at the beginning of lines, in characters.
 WARNING = "warning: "  #: Prefix of each line that states a warning.
-#: Words for the unit of the forces in a text. A report replaces these words if the user names the unit of
-#: force.
+#: Phrase after a force in a text. A report replaces this phrase with the user's unit of force, if specified.
 FORCE_UNIT = "in the force unit of the case"
 
 

@@ -199,7 +199,7 @@ class Scene(SceneKeys):
         return scene
 
     def in_case_of(self, scene: "Scene") -> Self:
-        """Return this scene with the load case that is selected in another scene.
+        """Return a copy of this scene with the selected load case of another scene.
 
         If the load case is in the list ``scene.load_cases``, the result has the load case with the same name
         from the list of this scene. Otherwise the result has the load case of ``scene`` itself.

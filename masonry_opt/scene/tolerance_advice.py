@@ -52,7 +52,7 @@ def set_both(gap: float, tolerance: float) -> str:
 
 
 def set_contact_tolerance(gap: float) -> str:
-    """Return the part of a message that advises a ``contact_tolerance`` that closes a gap."""
+    """Return the part of a message that advises setting ``contact_tolerance`` to close a gap."""
     return f"set 'contact_tolerance' to {above_gap(gap)}"
 
 

@@ -18,8 +18,8 @@ from masonry_opt.scene.contacts.sides import SMALL_LENGTH_RATIO, Facing
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.scene import Scene
 
-#: Shared strips of two faces up to this width, relative to the tolerance, may be errors of the drawing: each
-#: of the two edges of a strip is accurate within the tolerance. With a larger value, warnings miss joints.
+#: Contact strips up to this width, relative to the tolerance, count as errors of the drawing: each of the two
+#: edges of a strip may be wrong by the tolerance. With a larger value, fewer lost joints are reported.
 _WIDEST_ERROR = 2.0
 
 
@@ -27,10 +27,10 @@ class LostJoints(NamedTuple):
     """Pairs of blocks that have no joint, because their sides are narrow compared with the tolerance."""
 
     gaps: Gaps  #: width of the gap between the blocks of each pair, or 0 if their sides touch
-    tolerance: float  #: the joints are found with a tolerance below this value; infinite if there are none
+    tolerance: float  #: all pairs have joints only with a tolerance below this value; infinite without pairs
 
     def then(self, other: "LostJoints") -> "LostJoints":
-        """Return the pairs of both records; the gap of a pair in both records is the gap in this record."""
+        """Return the pairs of both records. For a pair in both, the gap of this record is used."""
         return LostJoints(other.gaps | self.gaps, min(self.tolerance, other.tolerance))
 
 
@@ -76,12 +76,13 @@ def find_narrow_joints(
         return LostJoints({}, np.inf)
     fine_shapes = replace(shapes, tolerance=shapes.tolerance * _WIDEST_ERROR / NARROWEST)
     strips = facing_sides(scene, fine_shapes, pairs, np.full(len(pairs), shapes.contact_tolerance))
-    # A gap that a tolerance below this value closes is no obstacle to the joint.
+    # Blocks at a gap narrower than ``breadth / NARROWEST`` count as touching: a tolerance between both values
+    # closes the gap and permits the joint.
     return _lost(pairs, strips, strips.breadth / NARROWEST)
 
 
 def _lost(pairs: np.ndarray, sides: Facing, least_gap: float | np.ndarray) -> LostJoints:
-    """Return the pairs of blocks with the given sides. Gaps up to ``least_gap`` count as 0."""
+    """Return the pairs of blocks that share ``sides``. Gaps up to ``least_gap`` are recorded as 0."""
     widths = np.where(sides.largest_gap > least_gap, sides.largest_gap, 0.0)
     gaps: Gaps = {}
     for (i, j), width in zip(pairs[sides.pair].tolist(), widths.tolist(), strict=True):

@@ -76,7 +76,7 @@ class Bridge:
     closing: Closing  #: scene option that closes the gaps, and the smallest value that closes them all
     gap: float  #: width of the widest gap that ``closing`` closes; 0 if the blocks touch
     widest: tuple[int, int]  #: indices of the two blocks at the widest gap
-    breadth: float  #: smallest breadth of the sides that ``closing`` joins
+    breadth: float  #: smallest breadth of the joints that ``closing`` adds
     joints: int  #: number of joints that ``closing`` adds
     blocks: int  #: number of floating blocks that ``closing`` connects to supports
     remaining: np.ndarray  #: indices of the floating blocks that ``closing`` does not connect to supports

@@ -59,7 +59,7 @@ def _find_hole(mesh: Mesh, tolerance: float) -> OpenEdge | None:
 
 
 def _closing_tolerance(mesh: Mesh, tolerance: float) -> float | None:
-    """Return a tolerance at which the surface of a block has no hole, or None if a small one does not exist.
+    """Return a tolerance that closes all holes of a block's surface, or None if it would be too large.
 
     The tolerance is doubled until the holes are closed. It stays small compared with the block and with its
     edges, because a larger tolerance would join corners of different edges.

@@ -309,7 +309,7 @@ def _governing(answer: Crossing) -> str:
 
 
 def _in_unit(parts: Sequence[ReportPart], force: str) -> list[ReportPart]:
-    """Name the user's unit of force in the facts with loads or reactions; return the changed parts."""
+    """Return parts in which the facts name the user's unit of force instead of ``FORCE_UNIT``."""
     named = []
     for part in parts:
         facts = {label: text.replace(FORCE_UNIT, f"in {force}", 1) for label, text in part.facts.items()}
