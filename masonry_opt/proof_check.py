@@ -1,8 +1,9 @@
 """Check of a proof that no collapse state has a lower load factor, independent of the program that found it.
 
-The check shares the matrices of the scene with the search, and no other code. Every conflict is recomputed in
-exact arithmetic: floating-point numbers are binary fractions, and so are their sums and products. Another SAT
-solver than that of the search decides that no assignment satisfies all clauses.
+The check uses the matrices of the scene, and no code of the search. (The search uses one part of the check,
+the expansion of products in :mod:`masonry_opt.solution.product_check`.) Every conflict and every sum of
+products is recomputed in exact arithmetic: floating-point numbers are binary fractions, and so are their sums
+and products. Another SAT solver than that of the search decides that no assignment satisfies all clauses.
 """
 
 from dataclasses import dataclass
@@ -19,6 +20,8 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solution.product_check import InvalidProduct, ProductChecker, permits_products
+from masonry_opt.solution.products import KINEMATIC_FACTORS, STATIC_FACTORS, NormalLimit, ProductRelaxation
 from masonry_opt.solution.proof import REACH, EnergyBound, KinematicConflict, Proof, StaticConflict
 
 
@@ -31,7 +34,8 @@ class ProofCheck:
     bound: load factor up to which the proof excludes states.
     faults: one sentence for each fault of the proof; empty if the proof is correct.
     static, kinematic: numbers of static and of kinematic conflicts in the proof.
-    reach: limit on the forces and velocities of the excluded states; infinite if no conflict has residuals.
+    products: number of products in the proof.
+    reach: limit on the forces and velocities of the excluded states; infinite if there are no residuals.
         The proof excludes all states with λ from 0 to ``bound`` that satisfy two conditions. The sum of the
         forces is at most ``reach`` times the sum of all loads. The sum of the velocities and rates is at most
         ``reach`` times the mean velocity of the live load.
@@ -41,6 +45,7 @@ class ProofCheck:
     faults: tuple[str, ...]
     static: int
     kinematic: int
+    products: int
     reach: float
 
     __repr__ = brief
@@ -53,12 +58,16 @@ class ProofCheck:
     def __str__(self) -> str:
         if self.faults:
             return "the proof does NOT hold: " + "; ".join(self.faults)
+        parts = []
+        if self.products:
+            parts.append(f"{self.products} products of a static and a kinematic form")
+        if self.static or self.kinematic or not parts:
+            parts.append(f"{self.static} static and {self.kinematic} kinematic conflicts of yield conditions")
         return (
             f"proven: no collapse state has a load factor from 0 to {self.bound:.9g}. The proof consists of "
-            f"{self.static} static and {self.kinematic} kinematic conflicts, checked in exact arithmetic. It "
-            f"covers all states in which two ratios are at most {self.reach:.1e}: the ratio of the sum of "
-            "forces to the sum of loads, and the ratio of the sum of velocities and rates to the mean "
-            "velocity of the live load"
+            f"{' and '.join(parts)}, checked in exact arithmetic. It covers all states within two "
+            f"limits. The sum of forces is at most {self.reach:.1e} times the sum of loads. The sum of "
+            f"velocities and rates is at most {self.reach:.1e} times the mean velocity of the live load"
         )
 
 
@@ -99,10 +108,11 @@ def check(problem: Problem, proof: Proof) -> ProofCheck:
     if not faults:
         checker = _Checker(problem, proof)
         faults, reach = checker.faults(), checker.reach
-        if not faults and _is_satisfiable(proof):
+        if not faults and not checker.reaches_bound and _is_satisfiable(proof):
             faults = ["the clauses do not exclude all states, because an assignment satisfies all clauses"]
     kinds = [isinstance(conflict, StaticConflict) for conflict in proof.conflicts]
-    return ProofCheck(proof.bound, tuple(faults), sum(kinds), len(kinds) - sum(kinds), reach)
+    numbers = sum(kinds), len(kinds) - sum(kinds), proof.product_count
+    return ProofCheck(proof.bound, tuple(faults), *numbers, reach)
 
 
 def _faults_of_form(problem: Problem, proof: Proof) -> list[str]:
@@ -119,18 +129,49 @@ def _faults_of_form(problem: Problem, proof: Proof) -> list[str]:
         return [f"the proof has {proof.conditions} yield conditions, but the scene has {problem.faces}"]
     arrays = [(np.asarray(proof.senses, dtype=float).ravel(), 2 * len(proof.senses))]
     indices = [proof.senses.ravel()]
-    for item in (*proof.conflicts, *proof.energy_bounds):
+    limits = tuple(limit for step in proof.relaxations for limit in step.limits)
+    for item in (*proof.conflicts, *proof.energy_bounds, *limits):
         if isinstance(item, KinematicConflict):
             arrays.append((np.append(item.q, [item.load_factor, item.weight]), width + 2))
         else:
             arrays += [(item.d, height), (item.p, problem.faces)]
-        indices.append(np.atleast_1d(item.condition if isinstance(item, EnergyBound) else item.conditions))
+        if not isinstance(item, NormalLimit):
+            own = item.condition if isinstance(item, EnergyBound) else item.conditions
+            indices.append(np.atleast_1d(own))
+    for step in proof.relaxations:
+        arrays += [(array, len(step.multipliers)) for array in (step.multipliers, step.corrections)]
     if any(array.shape != (size,) or not np.isfinite(array).all() for array, size in arrays):
         return ["some multipliers of the proof are missing, or are not finite numbers"]
     every = np.concatenate(indices)
     if len(every) and (every.min() < 0 or every.max() >= problem.faces):
         return ["the proof refers to a yield condition that the scene does not have"]
+    return _faults_of_products_form(problem, proof)
+
+
+def _faults_of_products_form(problem: Problem, proof: Proof) -> list[str]:
+    """Return a list with the first fault in the form of the products of a proof, or []."""
+    if not 0 <= proof.excluded_by_products <= proof.load_factor:
+        return ["products can exclude states only up to a number between zero and the load factor"]
+    if proof.relaxations and not permits_products(problem):
+        return [
+            "proofs by products exist only for joints that slide and rock, without ties, props and crushing"
+        ]
+    if not all(_is_well_formed(step, problem.joints) for step in proof.relaxations):
+        return ["the products of the proof have unknown factors, or some factors or force limits are missing"]
     return []
+
+
+def _is_well_formed(step: ProductRelaxation, joints: int) -> bool:
+    """Return True if a relaxation has arrays of correct shapes, known kinds and finite force limits."""
+    size = len(step.multipliers)
+    if step.static.shape != (size, 2) or step.kinematic.shape != (size, 2):
+        return False
+    for factors, kinds in ((step.static, STATIC_FACTORS), (step.kinematic, KINEMATIC_FACTORS)):
+        if (factors < 0).any() or (factors[:, 0] >= len(kinds)).any():
+            return False
+    if not np.isfinite([step.lowest, step.highest, *(limit.value for limit in step.limits)]).all():
+        return False
+    return sorted(limit.joint for limit in step.limits) == list(range(joints))
 
 
 class _Checker:
@@ -143,18 +184,26 @@ class _Checker:
         self._dead, self._live = _exact(problem.dead), _exact(problem.live)
         self._cohesion = _exact(problem.face_cohesion)
         self._bound = Fraction(proof.bound)
+        #: Load factor up to which products exclude all states; the conflicts exclude states above it.
+        self._lowest = Fraction(0)
         self._load = sum(map(abs, self._dead)) + self._bound * sum(map(abs, self._live))
         self._sliders = len(problem.sliding)
         #: ``ProofCheck.reach`` for the conflicts checked so far; infinite if they have no residuals.
         self.reach = float("inf")
         self._energy: list[Fraction | None] = list(self._cohesion)
 
+    @property
+    def reaches_bound(self) -> bool:
+        """True if the products alone exclude all states up to the bound of the proof."""
+        return self._lowest > self._bound
+
     def faults(self) -> list[str]:
         """Return one sentence for each fault of the proof.
 
-        The method checks the pairs of sliding directions, the energy bounds and the conflicts.
+        The method checks the products, the pairs of sliding directions, the energy bounds and the conflicts.
         """
-        faults = [
+        faults = self._faults_of_products()
+        faults += [
             f"yield conditions {pair} do not belong to the two opposite sliding directions of one joint"
             for pair in self._wrong_senses()
         ]
@@ -167,6 +216,52 @@ class _Checker:
             if fault:
                 faults.append(f"conflict no. {number}: {fault}")
         return faults
+
+    def _faults_of_products(self) -> list[str]:
+        """Check the relaxations by products one after the other, and return their faults."""
+        faults = []
+        for number, step in enumerate(self._proof.relaxations, start=1):
+            following = [Fraction(other.lowest) for other in self._proof.relaxations[number:]]
+            fault = self._fault_of_step(step, min([*following, self._bound]))
+            if fault:
+                faults.append(f"relaxation no. {number}: {fault}")
+        if not faults and self._lowest < Fraction(self._proof.excluded_by_products):
+            faults.append(
+                f"the products do not exclude all states up to λ = {self._proof.excluded_by_products:.9g}"
+            )
+        return faults
+
+    def _fault_of_step(self, step: ProductRelaxation, needed: Fraction) -> str:
+        """Return the fault of a relaxation; if it has none, update the excluded interval and return "".
+
+        ``needed`` is the load factor up to which the following relaxations, or the proof, need this one.
+        """
+        lowest, highest = Fraction(step.lowest), Fraction(step.highest)
+        if not 0 <= lowest <= self._lowest or highest < self._bound:
+            return (
+                f"its interval of load factors must begin between 0 and {float(self._lowest):.9g}, and reach "
+                f"the bound {float(self._bound):.9g}"
+            )
+        for limit in step.limits:
+            row = self._problem.N[[limit.joint]].toarray()[0]
+            cost = [-Fraction(entry) for entry in row.tolist()]
+            fault = self._fault_of_duals(
+                limit.d, limit.p, set(), cost, -Fraction(limit.value), (lowest, highest)
+            )
+            if fault:
+                return f"the limit on the normal force of joint {limit.joint} is not proven: {fault}"
+        try:
+            proven = ProductChecker(self._problem, step).bound()
+        except InvalidProduct as error:
+            return str(error)
+        excluded = min(proven.up_to(REACH), highest)
+        if excluded <= self._lowest:
+            return "it excludes no load factors beyond those that earlier relaxations exclude"
+        self._lowest = excluded
+        if proven.decrease:
+            excess = proven.value - min(needed, excluded)
+            self.reach = min(self.reach, float(excess / proven.decrease))
+        return ""
 
     def _wrong_senses(self) -> list[list[int]]:
         """Return the pairs of yield conditions that are not the two sliding directions of one joint."""
@@ -204,22 +299,34 @@ class _Checker:
     def _fault_of_bound(self, bound: EnergyBound, excess: Fraction, joint: int) -> str:
         row = self._problem.N[[joint]].toarray()[0]
         cost = [excess * Fraction(entry) for entry in row.tolist()]
-        return self._fault_of_duals(bound.d, bound.p, {bound.condition}, cost, Fraction(bound.value))
+        at_yield = {bound.condition}
+        return self._fault_of_duals(bound.d, bound.p, at_yield, cost, Fraction(bound.value), self._within)
 
     def _fault_of_statics(self, conflict: StaticConflict) -> str:
         nothing = [Fraction(0)] * self._problem.B.shape[1]
         at_yield = set(conflict.conditions.tolist())
-        return self._fault_of_duals(conflict.d, conflict.p, at_yield, nothing, Fraction(0))
+        return self._fault_of_duals(conflict.d, conflict.p, at_yield, nothing, Fraction(0), self._within)
+
+    @property
+    def _within(self) -> tuple[Fraction, Fraction]:
+        """Interval of load factors in which the conflicts exclude all states."""
+        return min(Fraction(self._proof.excluded_by_products), self._bound), self._bound
 
     def _fault_of_duals(
-        self, d: np.ndarray, p: np.ndarray, at_yield: set[int], cost: list[Fraction], least: Fraction
+        self,
+        d: np.ndarray,
+        p: np.ndarray,
+        at_yield: set[int],
+        cost: list[Fraction],
+        least: Fraction,
+        within: tuple[Fraction, Fraction],
     ) -> str:
         """Return the fault if dual multipliers do not prove the inequality cost·q > least, otherwise "".
 
         The multipliers of the equations of equilibrium are d, shape (3b,), and those of the yield conditions
         are p, shape (faces,). The inequality must be valid for all forces q with three properties:
 
-        - They are in equilibrium with the loads at a load factor 0 ≤ λ ≤ bound.
+        - They are in equilibrium with the loads at a load factor in the interval ``within``.
         - They violate no yield condition (z ≥ 0).
         - They are at yield (z = 0) in the conditions ``at_yield``.
 
@@ -236,7 +343,9 @@ class _Checker:
         )
         live_work = _dot(self._live, motion)
         gain = (
-            _dot(self._dead, motion) - _dot(self._cohesion, rates) + min(Fraction(0), self._bound * live_work)
+            _dot(self._dead, motion)
+            - _dot(self._cohesion, rates)
+            + min(within[0] * live_work, within[1] * live_work)
         )
         return self._outweighed(gain - least, residual * self._load, "static")
 

@@ -1,8 +1,8 @@
 """Linear relaxation of the MPEC by products of static and kinematic variables, in Pyomo."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from itertools import chain, product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyomo.environ as pyo
@@ -15,6 +15,14 @@ from masonry_opt.problem.problem import Problem
 #: (joints, joints), selects the forces of joint i times the rates of joint j. Entry (i, e) of the second
 #: mask, shape (joints, blocks), selects the forces of joint i times the velocities of block e.
 Pairs = tuple[np.ndarray, np.ndarray]
+
+
+class Factor(NamedTuple):
+    """Linear form of statics or kinematics, which is one of the two factors of a row of the relaxation."""
+
+    name: str  #: kind of the form, from ``STATIC_FACTORS`` or ``KINEMATIC_FACTORS``
+    number: int  #: number of the form among all forms of this kind
+    form: Form
 
 
 class PyomoProducts:
@@ -56,6 +64,8 @@ class PyomoProducts:
         model = self.program = pyo.ConcreteModel()
         #: Pyomo variable of each product, by the indices of the static factor and of the kinematic factor.
         self.product: dict[tuple[int, int], Any] = {}
+        #: Static and kinematic factor of each row, by the name of the row's constraint.
+        self.factors_of_rows: dict[str, list[tuple[Factor, Factor]]] = {}
         static_unit, kinematic_unit = factors.static_unit, factors.kinematic_unit
         self._declare("force", [(i, kinematic_unit) for i in factors.forces])
         self._declare("load_factor", [(factors.load_factor, kinematic_unit)])
@@ -89,53 +99,63 @@ class PyomoProducts:
         """Declare the rows of the relaxation, except rows that contain a product without a variable."""
         model = self.program
         factors = self.factors
-        static_unit = factors.static_unit
-        force = {static_unit: 1.0}
-        motion = {factors.kinematic_unit: 1.0}
-        all_forces = [{i: 1.0} for i in factors.forces]
-        all_rates = [{k: 1.0} for k in factors.rates]
-        all_velocities = [{e: 1.0} for e in factors.velocities]
+        static_unit, kinematic_unit = factors.static_unit, factors.kinematic_unit
+        force = Factor("one", 0, {static_unit: 1.0})
+        motion = Factor("one", 0, {kinematic_unit: 1.0})
+        load_factor = Factor("load factor", 0, {factors.load_factor: 1.0})
+        all_forces = [Factor("force", i, {i: 1.0}) for i in factors.forces]
+        all_rates = [Factor("rate", k, {k: 1.0}) for k in factors.rates]
+        first_velocity = factors.velocities.start
+        all_velocities = [Factor("velocity", e - first_velocity, {e: 1.0}) for e in factors.velocities]
         margins = [  # margin n̂ − n of each joint whose normal force n has an upper bound n̂
-            {static_unit: largest[j], **dict.fromkeys(factors.forces_of(j)[:2], -1.0)}
+            Factor("margin", j, {static_unit: largest[j], **dict.fromkeys(factors.forces_of(j)[:2], -1.0)})
             for j in np.flatnonzero(np.isfinite(largest)).tolist()
         ]
-        slacks = list(factors.other_slacks.values())
-        equilibrium = list(factors.equilibrium())
-        motions = [*factors.compatibility(), factors.live_work()]
+        slacks = [Factor("other slack", rate // 4, form) for rate, form in factors.other_slacks.items()]
+        equilibrium = [Factor("equilibrium", row, form) for row, form in enumerate(factors.equilibrium())]
+        compatibility = [
+            Factor("compatibility", row, form) for row, form in enumerate(factors.compatibility())
+        ]
+        motions = [*compatibility, Factor("live work", 0, factors.live_work())]
         # Complementarity of z₁ and p₁ needs the row z₁ p₁ = 0, because z₁ is a linear form of several
         # unknowns. The products x₂ u₂, x₃ u₃ and z₀ p₀ have single unknowns as factors. They are known to be
         # zero, and need neither a row nor a variable.
-        complementary = [(form, {rate: 1.0}) for rate, form in factors.other_slacks.items()]
-        model.statics = self._constraint(product(equilibrium, [motion, *all_velocities]))
+        complementary = [
+            (slack, Factor("rate", rate, {rate: 1.0}))
+            for slack, rate in zip(slacks, factors.other_slacks, strict=True)
+        ]
+        model.statics = self._constraint("statics", product(equilibrium, [motion, *all_velocities]))
         # Multiply each equilibrium row by the rates of each joint. Rows multiplied by p₀, whose index
         # satisfies ``rate % 4 == 2``, are always declared. Rows multiplied by u₂, u₃ or p₁ are omitted if
         # compatibility implies them.
         with_rates = (
-            (form, {rate: 1.0})
-            for form, rate in product(equilibrium, factors.rates)
-            if rate % 4 == 2 or not self._follows(form, rate)
+            (row, rate)
+            for row, rate in product(equilibrium, all_rates)
+            if rate.number % 4 == 2 or not self._follows(row.form, rate.number)
         )
-        model.statics_rate = self._constraint(with_rates)
-        static_factors = [force, {factors.load_factor: 1.0}, *all_forces]
-        model.kinematics = self._constraint(product(static_factors, motions))
-        model.complementary = self._constraint(complementary)
+        model.statics_rate = self._constraint("statics_rate", with_rates)
+        static_factors = [force, load_factor, *all_forces]
+        model.kinematics = self._constraint("kinematics", product(static_factors, motions))
+        model.complementary = self._constraint("complementary", complementary)
         lowest, highest = within
-        load_factors = [{static_unit: highest, factors.load_factor: -1.0}]
+        load_factors = [Factor("load margin", 0, {static_unit: highest, factors.load_factor: -1.0})]
         if lowest > 0:  # for λ₀ = 0, the lower bound 0 of each variable λ v replaces the row
-            load_factors.append({factors.load_factor: 1.0, static_unit: -lowest})
-        model.within = self._constraint(product([*slacks, *margins], [motion]), least=0.0)
-        model.slack_rate = self._constraint(product([*slacks, *margins, *load_factors], all_rates), least=0.0)
+            excess = {factors.load_factor: 1.0, static_unit: -lowest}
+            load_factors.append(Factor("load excess", 0, excess))
+        limits = [*slacks, *margins]
+        model.within = self._constraint("within", product(limits, [motion]), least=0.0)
+        of_rates = product([*limits, *load_factors], all_rates)
+        model.slack_rate = self._constraint("slack_rate", of_rates, least=0.0)
         # Each row requires that the product of an edge opening and an edge force, slack or margin is at least
         # 0. Omit the row if the product is known to be zero, or has a variable with the lower bound 0.
-        opening = list(factors.openings())
         with_variable = factors.at_rest.union(self.product)
         open_beyond = (
-            (statics, form)
-            for form, rate in opening
-            for statics in [*all_forces, *slacks, *margins]
-            if (min(statics), rate) not in with_variable and not set(statics) & factors.signed
+            (statics, Factor("opening", rate, form))
+            for form, rate in factors.openings()
+            for statics in [*all_forces, *limits]
+            if (min(statics.form), rate) not in with_variable and not set(statics.form) & factors.signed
         )
-        model.opening = self._constraint(open_beyond, least=0.0)
+        model.opening = self._constraint("opening", open_beyond, least=0.0)
 
     def _follows(self, statics: Form, rate: int) -> bool:
         """Return True if compatibility implies the row that is an equilibrium row times a rate of a joint.
@@ -148,36 +168,41 @@ class PyomoProducts:
         forces = [i for i in statics if i < self.factors.load_factor]
         return all(pair in self.product for pair in product(forces, moves))
 
-    def _constraint(self, pairs: Iterable[tuple[Form, Form]], least: float | None = None) -> pyo.Constraint:
+    def _constraint(
+        self, name: str, pairs: Iterable[tuple[Factor, Factor]], least: float | None = None
+    ) -> pyo.Constraint:
         """Return a constraint that bounds the product of each pair of linear forms, or sets it to zero.
 
-        Each product is equal to 0 if ``least`` is None, and otherwise at least ``least``.
+        Each product is equal to 0 if ``least`` is None, and otherwise at least ``least``. The factors of each
+        row are stored in ``factors_of_rows``, by the name of the constraint.
         """
-        rows = [
-            body == -constant if least is None else body >= least - constant
-            for body, constant in self._expanded(pairs)
-        ]
+        rows = []
+        self.factors_of_rows[name] = []
+        for statics, motion in pairs:
+            expanded = self._expanded(statics.form, motion.form)
+            if expanded is not None:
+                body, constant = expanded
+                rows.append(body == -constant if least is None else body >= least - constant)
+                self.factors_of_rows[name].append((statics, motion))
         return pyo.Constraint(range(len(rows)), rule=lambda _, row: rows[row])
 
-    def _expanded(self, pairs: Iterable[tuple[Form, Form]]) -> Iterator[tuple[Any, float]]:
-        """Expand the product of each pair of linear forms into a sum of products of unknowns.
+    def _expanded(self, statics: Form, motion: Form) -> tuple[Any, float] | None:
+        """Expand the product of two linear forms into a sum of products of unknowns.
 
-        Variables replace the products of unknowns, so the sum is a linear expression and a constant.
-        Pairs with a product that has no variable and is not known to be zero are omitted.
+        Variables replace the products of unknowns, so the sum is a linear expression and a constant. The
+        result is None if a product has no variable and is not known to be zero, or if all products are zero.
         """
-        at_rest = self.factors.at_rest
         constants = (self.factors.static_unit, self.factors.kinematic_unit)
-        for statics, motion in pairs:
-            coefficients, variables, constant = [], [], 0.0
-            for (i, a), (k, b) in product(statics.items(), motion.items()):
-                variable = self.product.get((i, k))
-                if variable is not None:
-                    coefficients.append(a * b)
-                    variables.append(variable)
-                elif (i, k) == constants:
-                    constant += a * b
-                elif (i, k) not in at_rest:
-                    break
-            else:
-                if variables:
-                    yield LinearExpression(linear_coefs=coefficients, linear_vars=variables), constant
+        coefficients, variables, constant = [], [], 0.0
+        for (i, a), (k, b) in product(statics.items(), motion.items()):
+            variable = self.product.get((i, k))
+            if variable is not None:
+                coefficients.append(a * b)
+                variables.append(variable)
+            elif (i, k) == constants:
+                constant += a * b
+            elif (i, k) not in self.factors.at_rest:
+                return None
+        if not variables:
+            return None
+        return LinearExpression(linear_coefs=coefficients, linear_vars=variables), constant

@@ -115,19 +115,19 @@ def export(
 def _clauses(path: Path, scene: Scene | Result | str | Path) -> str:
     """Return the clauses of a proof as the text of a DIMACS file, with a comment for each variable.
 
-    If a result has a proof, this proof is written; otherwise a proof is computed. Raises OptionError if no
-    proof is found.
+    If a result has a proof by conflicts alone, this proof is written; otherwise such a proof is searched for.
+    Raises OptionError if no proof is found.
     """
     proof, why = None, ""
     if isinstance(scene, Result):
         assembly, proof = scene.assembly, scene.proof
     else:
         assembly = assemble(as_scene(scene))
-    if proof is None:
+    if proof is None or proof.relaxations:
         # The import is local, because it imports HiGHS and a SAT solver.
         from masonry_opt.proving import prove_least
 
-        answer = prove_least(assembly.scene)
+        answer = prove_least(assembly.scene, products=False)
         proof, why = answer.proof, answer.why
     if proof is None:
         raise OptionError(f"{path}: the clauses cannot be written, because no proof was found: {why}")

@@ -22,7 +22,8 @@ from masonry_opt.errors import NoLoadFactorError, OptionError
 from masonry_opt.exports.header import comments, header
 from masonry_opt.exports.solid_files import SOLID_ENDS
 from masonry_opt.files import refuse_unwritable
-from masonry_opt.methods.bracket.relaxation import a_little_above, assumed_rates, bounds_of
+from masonry_opt.methods.bounds.products import a_little_above
+from masonry_opt.methods.bracket.relaxation import assumed_rates, bounds_of
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.models.pyomo_kinematic import PyomoKinematic
 from masonry_opt.models.pyomo_mcp import PyomoMcp, with_pairs

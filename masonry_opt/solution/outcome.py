@@ -108,9 +108,9 @@ class Outcome:
     bound: lower bound on λ: no exact Coulomb state has a load factor from 0 to this bound. ``proof`` or
         method "global" proves the bound. A bound from method "global" may assume limits on rates and forces,
         which ``reasons`` state. None if no bound is known.
-    proof: proof by conflicts that no state has a lower load factor, see :func:`~masonry_opt.check_proof`. It
-        covers forces up to a million times the loads, and motions up to a million times the mean velocity of
-        the live load. None if there is no proof.
+    proof: proof that no state has a lower load factor, see :func:`~masonry_opt.check_proof`. It covers forces
+        up to a million times the loads, and motions up to a million times the mean velocity of the live load.
+        None if there is no proof.
     seconds: seconds by part of the analysis, such as "dead load".
     solvers: names of the solvers by purpose: "dead load", "load factor", "sub-problems", ...
     largest_turn: largest angle (radians) by which a joint was turned to align contacts within the accuracy of

@@ -5,7 +5,12 @@ yield (z_i = 0), or zero. One Boolean variable for each condition states whether
 *conflict* is a clause that excludes one combination of values, by the multipliers of a linear program. The
 proof is complete if no assignment satisfies all clauses.
 
-The record holds data only. :func:`masonry_opt.check_proof` recomputes every conflict from the matrices.
+Sums of *products* of statics and kinematics prove lower bounds on λ, see
+:mod:`masonry_opt.solution.products`. If they do not reach the bound of the proof, the conflicts exclude the
+states between.
+
+The record holds data only. :func:`masonry_opt.check_proof` recomputes every conflict and every sum of
+products from the matrices.
 Forces, load factors and velocities are in the units of :class:`~masonry_opt.problem.problem.Problem`.
 """
 
@@ -17,11 +22,12 @@ from typing import Any, Self
 import numpy as np
 
 from masonry_opt.brief import brief
-from masonry_opt.errors import CaseError, counted
+from masonry_opt.errors import CaseError, OptionError, counted
 from masonry_opt.files import JSON_KEY, WRITER, refuse_unwritable, write_whole
+from masonry_opt.solution.products import NormalLimit, ProductRelaxation
 
 #: Version of the file format. A reader refuses files of other versions.
-FORMAT = 1
+FORMAT = 2
 
 #: Limit on the states that a proof excludes. A proof excludes a collapse state with λ up to its bound only if
 #: the state satisfies two conditions:
@@ -106,24 +112,44 @@ class Proof:
     #: it exceeds the bound.
     load_factor: float
     conditions: int  #: number of yield conditions; each corresponds to one Boolean variable
-    #: Conflicts with their multipliers. The clauses of the conflicts and of ``senses`` cannot all be
-    #: satisfied, so no collapse state exists up to the bound.
+    #: Conflicts with their multipliers. No assignment satisfies the clauses of all conflicts and ``senses``,
+    #: so no collapse state exists between ``lowest`` and the bound. A proof by products alone has no
+    #: conflicts.
     conflicts: tuple[Conflict, ...]
     #: Lower bounds on the energy that friction dissipates. The kinematic conflicts use these bounds.
     energy_bounds: tuple[EnergyBound, ...]
     #: Indices of the two sliding conditions of each joint, shape (pairs, 2). By the flow rule, a joint cannot
     #: slide in both directions at once, so each pair forms a clause.
     senses: np.ndarray
+    #: Successive relaxations by products, each of which raises the load factor up to which states are
+    #: excluded.
+    relaxations: tuple[ProductRelaxation, ...] = ()
+    #: Load factor up to which the products exclude all states, zero without products. If it is below the
+    #: bound, the conflicts exclude the states between.
+    excluded_by_products: float = 0.0
 
     def __str__(self) -> str:
         return (
-            f"no collapse state has a load factor from 0 to {self.bound:.9g}: proof by "
-            f"{counted(len(self.conflicts), 'conflict')} of {self.conditions} yield conditions; "
-            "mo.check_proof verifies it"
+            f"no collapse state has a load factor from 0 to {self.bound:.9g}: proof by {self.contents}, "
+            f"for {self.conditions} yield conditions; mo.check_proof verifies it"
         )
+
+    @property
+    def contents(self) -> str:
+        """Numbers of products and of conflicts, as in "1204 products and 35 conflicts"."""
+        parts = [counted(self.product_count, "product")] if self.product_count else []
+        if self.conflicts or not parts:
+            parts.append(counted(len(self.conflicts), "conflict"))
+        return " and ".join(parts)
+
+    @property
+    def product_count(self) -> int:
+        """Number of products in all relaxations."""
+        return sum(len(step.multipliers) for step in self.relaxations)
 
     def __repr__(self) -> str:
         sizes = f"conditions={self.conditions}, conflicts={len(self.conflicts)}"
+        sizes += f", products={self.product_count}"
         return f"<Proof bound={self.bound!r}, load_factor={self.load_factor!r}, {sizes}>"
 
     def clauses(self) -> list[list[int]]:
@@ -135,10 +161,22 @@ class Proof:
         return own + [[-(int(first) + 1), -(int(second) + 1)] for first, second in self.senses]
 
     def to_dimacs(self) -> str:
-        """Return the clauses in DIMACS format. Any SAT solver can show that they are unsatisfiable."""
+        """Return the clauses in DIMACS format. Any SAT solver can show that they are unsatisfiable.
+
+        Raises
+        ------
+        OptionError
+            If products prove the bound, so that the proof has no clauses.
+        """
+        if self.excluded_by_products > self.bound:
+            raise OptionError(
+                "this proof has no clauses, because products prove the bound: "
+                "call mo.prove_least(scene, products=False) to search for a proof with clauses"
+            )
         clauses = self.clauses()
         lines = [
-            f"c no collapse state of this masonry structure has a load factor in [0, {self.bound!r}]",
+            f"c no collapse state of this masonry structure has a load factor in "
+            f"[{self.excluded_by_products!r}, {self.bound!r}]",
             "c variable i is true if yield condition i has a positive rate",
             f"p cnf {self.conditions} {len(clauses)}",
         ]
@@ -151,9 +189,14 @@ class Proof:
             JSON_KEY: WRITER,
             "format": FORMAT,
             "bound": self.bound,
+            "excluded_by_products": self.excluded_by_products,
             "load_factor": self.load_factor,
             "conditions": self.conditions,
             "senses": self.senses.tolist(),
+            "relaxations": [
+                _as_table(step) | {"limits": [_as_table(limit) for limit in step.limits]}
+                for step in self.relaxations
+            ],
             "energy_bounds": [_as_table(bound) for bound in self.energy_bounds],
             "static": [
                 _as_table(conflict) for conflict in self.conflicts if isinstance(conflict, StaticConflict)
@@ -214,7 +257,7 @@ class Proof:
             )
         try:
             return cls._from_table(table)
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
             damage = (
                 f"key {error} is missing" if isinstance(error, KeyError) else f"a value is wrong: {error}"
             )
@@ -229,15 +272,41 @@ class Proof:
         kinematic = [KinematicConflict(**_as_arrays(conflict)) for conflict in table["kinematic"]]
         return cls(
             bound=float(table["bound"]),
+            excluded_by_products=float(table["excluded_by_products"]),
             load_factor=float(table["load_factor"]),
             conditions=int(table["conditions"]),
             conflicts=(*static, *kinematic),
             energy_bounds=tuple(EnergyBound(**_as_arrays(bound)) for bound in table["energy_bounds"]),
             senses=np.array(table["senses"], dtype=int).reshape(-1, 2),
+            relaxations=tuple(_relaxation_of(step) for step in table["relaxations"]),
         )
 
 
-def _as_table(record: Conflict | EnergyBound) -> dict[str, Any]:
+def _relaxation_of(table: dict[str, Any]) -> ProductRelaxation:
+    """Return a relaxation by products from the parsed contents of a JSON file."""
+    limits = tuple(
+        NormalLimit(int(limit["joint"]), float(limit["value"]), _floats(limit["d"]), _floats(limit["p"]))
+        for limit in table["limits"]
+    )
+    return ProductRelaxation(
+        lowest=float(table["lowest"]),
+        highest=float(table["highest"]),
+        limits=limits,
+        static=np.array(table["static"], dtype=int).reshape(-1, 2),
+        kinematic=np.array(table["kinematic"], dtype=int).reshape(-1, 2),
+        multipliers=_floats(table["multipliers"]),
+        corrections=_floats(table["corrections"]),
+    )
+
+
+def _floats(values: list[float]) -> np.ndarray:
+    """Return a list of numbers as an array; raise TypeError if ``values`` is no list."""
+    if not isinstance(values, list):
+        raise TypeError(f"{values!r} is not a list of numbers")
+    return np.array(values, dtype=float)
+
+
+def _as_table(record: Conflict | EnergyBound | NormalLimit | ProductRelaxation) -> dict[str, Any]:
     """Return the fields of a record, with arrays converted to lists."""
     return {name: of.tolist() if isinstance(of, np.ndarray) else of for name, of in vars(record).items()}
 

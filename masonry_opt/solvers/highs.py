@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import highspy
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.linalg import SuperLU, splu
 
 from masonry_opt.deadline import SAME_TIME, check_time, seconds_left
 from masonry_opt.effort import Effort
@@ -36,7 +37,7 @@ class LinearProgram:
     high: np.ndarray  #: upper bounds of the columns, shape (columns,)
     #: Map from the name or ``id`` of each variable to the indices of its columns.
     columns: Mapping[int | str, np.ndarray] = field(default_factory=dict)
-    #: Map from the name or ``id`` of each constraint that is declared in CVXPY to the indices of its rows.
+    #: Map from the name or ``id`` of each constraint to the indices of its rows.
     rows: Mapping[int | str, np.ndarray] = field(default_factory=dict)
 
     @classmethod
@@ -74,7 +75,7 @@ class LinearProgram:
     @classmethod
     def of_pyomo(cls, program: Any) -> "LinearProgram":
         """Convert a linear program that is declared in Pyomo to arrays."""
-        from pyomo.environ import Var
+        from pyomo.environ import Constraint, Var
         from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 
         form: Any = LinearStandardFormCompiler().write(program, mixed_form=True, set_sense=None)
@@ -82,6 +83,7 @@ class LinearProgram:
         rhs = np.asarray(form.rhs, dtype=float)
         bounds = [variable.bounds for variable in form.columns]
         column = {id(variable): index for index, variable in enumerate(form.columns)}
+        number = {id(row.constraint): index for index, row in enumerate(form.rows)}
         return cls(
             cost=np.asarray(form.c.toarray(), dtype=float)[0],
             matrix=sp.csc_array(form.A),
@@ -92,6 +94,10 @@ class LinearProgram:
             columns={
                 id(variable): np.array([column[id(data)] for data in variable.values()], dtype=np.int32)
                 for variable in program.component_objects(Var)
+            },
+            rows={
+                constraint.name: np.array([number[id(data)] for data in constraint.values()], dtype=np.int32)
+                for constraint in program.component_objects(Constraint, active=True)
             },
         )
 
@@ -123,6 +129,25 @@ class LinearProgram:
         terms = np.concatenate([terms, column_terms])
         value = float(terms.sum() - len(terms) * _UNIT_ROUNDOFF * np.abs(terms).sum())
         return value, np.where(has_bound, 0.0, np.abs(reduced)) + rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Vertex:
+    """Vertex of a linear program: the equations of its basis, which define the dual values.
+
+    The reduced cost of each basic column is zero, and so is the dual value of each basic row.
+    """
+
+    rows: np.ndarray  #: indices of the rows that are not basic
+    columns: np.ndarray  #: indices of the basic columns; there are as many as in ``rows``
+    factors: SuperLU  #: factors of the transposed matrix of these rows and columns
+    row_count: int  #: number of rows of the program
+
+    def multipliers(self, costs: np.ndarray) -> np.ndarray:
+        """Return the dual values of all rows, shape (rows,), for costs of all columns, shape (columns,)."""
+        y = np.zeros(self.row_count)
+        y[self.rows] = self.factors.solve(costs[self.columns])
+        return y
 
 
 _STATUS = highspy.HighsModelStatus
@@ -281,6 +306,19 @@ class HighsSession:
     def multipliers(self) -> np.ndarray:
         """Return the dual values of all rows after the latest run, shape (rows,); empty if HiGHS has none."""
         return np.array(self._highs.getSolution().row_dual)
+
+    def vertex(self) -> "Vertex | None":
+        """Return the vertex of the last basis, or None if there is no basis or its matrix is singular."""
+        basis, basic = self._highs.getBasis(), highspy.HighsBasisStatus.kBasic
+        if not basis.valid:
+            return None
+        columns = np.flatnonzero([status == basic for status in basis.col_status])
+        rows = np.flatnonzero([status != basic for status in basis.row_status])
+        try:
+            factors = splu(sp.csc_array(self.lp.matrix[rows][:, columns].T))
+        except RuntimeError:  # the matrix is singular
+            return None
+        return Vertex(rows, columns, factors, len(self.lp.row_lower))
 
     def least(self) -> tuple[float, np.ndarray]:
         """Compute a rigorous lower bound on the cost from the dual values of the most recent run.

@@ -91,7 +91,7 @@ def test_a_proof_prints_as_a_sentence():
     proof = mo.solve(CASES / "gilbert" / "two_blocks.toml").proof
     text = str(proof)
     assert text.startswith("no collapse state has a load factor from 0 to 0.149999925: proof by ")
-    assert f"{len(proof.conflicts)} conflicts of {proof.conditions} yield conditions" in text
+    assert f"{len(proof.conflicts)} conflicts, for {proof.conditions} yield conditions" in text
     assert "\n" not in text
 
 

@@ -18,6 +18,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.methods.bounds.settings import ProofSettings
 from masonry_opt.methods.exact.refiner import programs
 from masonry_opt.problem.problem import Problem, Scaled
+from masonry_opt.solution.products import NormalLimit
 from masonry_opt.solution.proof import REACH, Conflict, EnergyBound, KinematicConflict, StaticConflict
 from masonry_opt.solvers.highs import SMALLEST_COEFFICIENT, HighsSession, LinearProgram
 from masonry_opt.solvers.registry import Verdict
@@ -58,12 +59,13 @@ def senses_of(problem: Problem) -> np.ndarray:
     return np.column_stack([first, first + len(first)])
 
 
-def live_range(problem: Problem, d: np.ndarray, highest: float) -> float:
-    """Return the minimum, over λ from 0 to ``highest``, of the power of the live load λ f_L in a mechanism.
+def live_range(problem: Problem, d: np.ndarray, within: tuple[float, float]) -> float:
+    """Return the least power of the live load λ f_L in a mechanism, for λ in an interval.
 
     The mechanism ``d`` consists of block velocities, shape (3b,).
     """
-    return min(0.0, highest * float(problem.live @ d))
+    work = float(problem.live @ d)
+    return min(within[0] * work, within[1] * work)
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,10 +170,13 @@ class Statics(Theory):
         forces, _ = programs(scaled.problem)
         super().__init__(scaled, forces, effort, settings)
         self._height = scaled.problem.B.shape[0]
+        self._lowest = 0.0  # smallest load factor in the linear program, in the units of the scene
 
-    def set_highest(self, highest: float) -> None:
-        """Set the upper limit on the load factor in the program, in units of the scaled problem."""
-        self._session.set_bounds("load_factor", 0.0, highest)
+    def set_range(self, lowest: float, highest: float) -> None:
+        """Set the smallest and the largest load factor of the program, in the units of the scene."""
+        self._lowest = lowest
+        unit = self._scaled.load_factor
+        self._session.set_bounds("load_factor", lowest / unit, highest / unit)
 
     def slacks(self) -> np.ndarray:
         """Return the slack of each face at the present optimum, divided by max(1, μ), shape (faces,)."""
@@ -223,13 +228,7 @@ class Statics(Theory):
         """
         sliders, alone = len(problem.sliding), np.arange(problem.faces) == condition
         cost = friction_excess(problem)[condition] * problem.N[[condition % sliders]].toarray()[0]
-        self._session.set_costs("q", cost)
-        self._restrict(alone)
-        self._restricted = alone
-        try:
-            verdict = self._solve()
-        finally:
-            self._session.set_costs("q", np.zeros_like(cost))
+        verdict = self._solve_for(cost, alone)
         if verdict is Verdict.INFEASIBLE:
             ray = self._session.dual_ray()
             return None if ray is None else self._confirmed(ray, alone, problem, highest)
@@ -240,6 +239,36 @@ class Statics(Theory):
             return None
         d, p, value = proof
         return EnergyBound(condition, value - self._settings.margin * total_load(problem, highest), d, p)
+
+    def largest_normal_force(self, problem: Problem, joint: int, highest: float) -> NormalLimit | None:
+        """Return an upper bound on the normal force of a joint that can slide.
+
+        ``joint`` is the position of the joint among the joints that can slide. The result is None if the
+        normal force is unlimited, if HiGHS has no answer, or if the matrices do not confirm the bound.
+        """
+        nothing = np.zeros(problem.faces, dtype=bool)
+        cost = -problem.N[[joint]].toarray()[0]
+        if self._solve_for(cost, nothing) is not Verdict.OPTIMAL:
+            return None
+        proof = self._verified(self._session.multipliers(), problem, highest, cost, nothing)
+        if proof is None:
+            return None
+        d, p, value = proof
+        margin = self._settings.margin * total_load(problem, highest)
+        return NormalLimit(int(problem.sliding[joint]), margin - value, d, p)
+
+    def _solve_for(self, cost: np.ndarray, at_yield: np.ndarray) -> Verdict:
+        """Minimise cost·q over the admissible forces at which the conditions ``at_yield`` are at yield.
+
+        ``cost`` has the shape (3c + t,), and ``at_yield`` the shape (faces,). Later programs have no costs.
+        """
+        self._session.set_costs("q", cost)
+        self._restrict(at_yield)
+        self._restricted = at_yield
+        try:
+            return self._solve()
+        finally:
+            self._session.set_costs("q", np.zeros_like(cost))
 
     def _verified(
         self, ray: np.ndarray, problem: Problem, highest: float, cost: np.ndarray, at_yield: np.ndarray
@@ -278,7 +307,9 @@ class Statics(Theory):
         p = np.where(at_yield, p, np.maximum(p, 0.0))
         load = total_load(problem, highest)
         departure = problem.B.T @ d + cost - problem.true_yield.T @ p
-        gain = float(problem.dead @ d - problem.face_cohesion @ p) + live_range(problem, d, highest)
+        gain = float(problem.dead @ d - problem.face_cohesion @ p) + live_range(
+            problem, d, (self._lowest, highest)
+        )
         allowed = self._settings.margin * load if cost.any() else gain
         if np.abs(departure).max() * REACH * load > _SAFETY * allowed:
             return None

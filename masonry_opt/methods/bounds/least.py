@@ -1,17 +1,35 @@
-"""The least Coulomb load factor of a plane scene, with a proof by conflict learning."""
+"""The least Coulomb load factor of a plane scene, with a proof by conflict learning and by products.
+
+Conflict learning (:mod:`masonry_opt.methods.bounds.search`) and relaxations by products
+(:mod:`masonry_opt.methods.bounds.products`) take turns. Many scenes are proven quickly by one of them only. A
+relaxation that does not reach the load factor still helps: the search for conflicts then includes only states
+above the bound of the relaxation.
+"""
 
 import time
+from dataclasses import replace
 
 from masonry_opt.deadline import seconds_left
 from masonry_opt.effort import ProgramLimitReached
 from masonry_opt.methods.bounds.conflicts import Undecided
-from masonry_opt.methods.bounds.search import ConflictSearch, ConflictSearchTimeout
+from masonry_opt.methods.bounds.products import WORTH_REPEATING, ProductChain
+from masonry_opt.methods.bounds.search import ConflictSearch, ConflictSearchTimeout, bound_below
 from masonry_opt.methods.bounds.settings import SETTINGS, ProofSettings
 from masonry_opt.methods.task import Task
+from masonry_opt.models.pyomo_products import Pairs
 from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.answer import Answer
 from masonry_opt.solution.proof import Proof
+
+#: Relaxations interrupt the search for conflicts. After each interruption, the number of solved programs at
+#: the next one is multiplied by this factor. With a smaller factor, more time is spent on relaxations.
+_NEXT_PRODUCTS = 5
+
+
+#: If the relaxations so far prove less than this share of the lowest known λ, no larger one is tried. With a
+#: smaller share, more time is spent on relaxations that prove little.
+_LEAST_SHARE = 0.5
 
 
 def refusal(problem: Problem) -> str:
@@ -47,6 +65,9 @@ class LeastProof:
         self._start = _start(known, upper, settings, self._scale)
         self.why = refusal(task.problem) or _without_range(task.problem, self._start)
         self._search: ConflictSearch | None = None
+        self._chain: ProductChain | None = None
+        self._selections = list[Pairs]()
+        self._next_products = settings.first_products
 
     @property
     def is_open(self) -> bool:
@@ -81,8 +102,20 @@ class LeastProof:
         return True
 
     def _continue(self, ends: float, programs: int) -> None:
-        most = min(programs, self._settings.most_programs - self.programs)
-        with self._task.effort.at_most(most):
+        """Search for a proof until the time ``ends``, or until ``programs`` more programs are solved."""
+        last = self.programs + min(programs, self._settings.most_programs - self.programs)
+        while self.proof is None:
+            try:
+                self._search_conflicts(ends, min(last, self._next_products))
+            except ProgramLimitReached:
+                if self.programs >= last:
+                    raise
+                self._next_products *= _NEXT_PRODUCTS
+                self._raise_bound(ends)
+
+    def _search_conflicts(self, ends: float, last: int) -> None:
+        """Search for conflicts until the proof is complete, or ``last`` programs have been solved in all."""
+        with self._task.effort.at_most(last - self.programs):
             if self._search is None:
                 assert self._start is not None
                 self._search = ConflictSearch(self._task, self._start, self._settings)
@@ -95,6 +128,37 @@ class LeastProof:
                 if search.best is not None:
                     self.lower_to(search.best)
         self.proof = search.proof()
+        if self._chain is not None and self._chain.steps:
+            steps, excluded = tuple(self._chain.steps), self._chain.bound
+            self.proof = replace(self.proof, relaxations=steps, excluded_by_products=excluded)
+
+    def _raise_bound(self, ends: float) -> None:
+        """Solve relaxations by products, as long as each closes much of the gap between the bounds on λ.
+
+        The proof is complete if the bound reaches the lowest known load factor.
+        """
+        if self.best is None:
+            return
+        if self._chain is None:
+            self._chain = ProductChain(self._task.problem, self._task.effort, self._settings)
+            self._selections = self._chain.selections.copy()
+        if not self._selections:
+            return
+        chain, load_factor = self._chain, self.best.load_factor
+        needed = bound_below(load_factor, self._settings, self._scale)
+        selected = self._selections.pop(0)
+        gains = True
+        while gains and time.perf_counter() < ends:
+            before = chain.bound
+            chain.raise_bound(load_factor, selected, ends - time.perf_counter())
+            if chain.bound >= needed:
+                self.proof = chain.proof(load_factor, needed)
+                return
+            gains = chain.bound - before > WORTH_REPEATING * (load_factor - before)
+        if chain.bound < _LEAST_SHARE * load_factor:
+            self._selections.clear()
+        if self._search is not None:
+            self._search.raise_to(chain.bound)
 
 
 def _start(

@@ -61,7 +61,8 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self.conflicts: list[Conflict] = []
         self.energy_bounds: list[EnergyBound] = []
         self.senses = senses_of(task.problem)
-        self._statics.set_highest(self.highest / self._scaled.load_factor)
+        self._lowest = 0.0  # load factor up to which products exclude all states
+        self._statics.set_range(0.0, self.highest)
         self._kinematics = Kinematics(self._scaled, self._energy(), self._effort, settings)
         self._kinematics.set_highest(self.highest / self._scaled.load_factor)
         #: Value of each yield condition in the SAT solver, shape (faces,). It is 1 if the condition is at
@@ -121,9 +122,18 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self.highest = bound_below(load_factor, self._settings, self._scale)
         if self.highest <= 0:
             raise Undecided("a collapse state at λ = 0 exists, and a proof cannot cover λ below zero")
-        for theory in (self._statics, self._kinematics):
-            theory.set_highest(self.highest / self._scaled.load_factor)
+        self._statics.set_range(self._lowest, self.highest)
+        self._kinematics.set_highest(self.highest / self._scaled.load_factor)
         self._slacks = self._motion = None
+
+    def raise_to(self, lowest: float) -> None:
+        """Restrict the search to load factors above ``lowest``; a proof must exclude all smaller ones.
+
+        All conflicts remain valid, because they hold for every interval within the present one.
+        """
+        self._lowest = lowest
+        self._statics.set_range(lowest, self.highest)
+        self._slacks = None
 
     @property
     def programs(self) -> int:

@@ -9,7 +9,7 @@ from masonry_opt.solution.load_history import LoadHistory
 
 @dataclass(frozen=True)
 class ProofSettings(Settings):
-    """Settings of the proof by conflict learning. Proofs are valid for all values of the settings."""
+    """Settings of the proof by conflicts and products. Proofs are valid for all values of the settings."""
 
     #: A proof excludes load factors up to (1 − gap) times the lowest known load factor. With a smaller gap,
     #: rounding errors make more conflicts of a proof invalid.
@@ -37,6 +37,11 @@ class ProofSettings(Settings):
     #: Number of linear programs after which a search ends without a proof. Unlike a time limit, this number
     #: makes results independent of the machine.
     most_programs: int = 10_000_000
+
+    #: Number of linear programs after which relaxations by products first interrupt the search for conflicts.
+    #: The next interruptions follow after 5, 25, … times this number. With a smaller number, proofs by
+    #: products are found earlier, and proofs by conflicts later.
+    first_products: int = 2000
 
     #: Time limit in seconds of a single linear program, because HiGHS may never end without a limit. With a
     #: shorter limit, more combinations of yield conditions remain undecided.

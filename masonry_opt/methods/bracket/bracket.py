@@ -11,7 +11,10 @@ from pydantic import Field, Strict
 
 from masonry_opt.deadline import TimeLimitReached, limited, seconds_left, unlimited
 from masonry_opt.methods.associative import associative
-from masonry_opt.methods.bracket.relaxation import Rising, StateBounds, a_little_above, assumed_rates, closed
+from masonry_opt.methods.bounds.products import a_little_above
+from masonry_opt.methods.bounds.search import bound_below
+from masonry_opt.methods.bounds.settings import SETTINGS
+from masonry_opt.methods.bracket.relaxation import Rising, assumed_rates, closed
 from masonry_opt.methods.coulomb.method import CoulombOptions, coulomb
 from masonry_opt.methods.coulomb.search import SearchLimits, search_lower
 from masonry_opt.methods.exact.refiner import refiner_of
@@ -43,9 +46,10 @@ class GlobalOptions(Options):
     Attributes
     ----------
     time_limit: time for both bounds together, in seconds. The limit of a single program is at least 1 s.
-    rate_bound: largest sum of slips and edge openings that is assumed if kinematics imposes no limit,
-        relative to the mean velocity of the live load. The lower bound on λ is then valid for states below
-        this sum. The default is ten times the sum in the lowest known state, and at least 100.
+    rate_bound: largest sum of slips and edge openings that is assumed in relaxations of more than 12,000
+        products if kinematics imposes no limit, relative to the mean velocity of the live load. The lower
+        bound on λ is then valid for states below this sum. The default is ten times the sum in the lowest
+        known state, and at least 100. Smaller relaxations assume no limit.
     """
 
     time_limit: Annotated[float, Strict(), Field(gt=0, le=1e6)] = 60.0
@@ -94,7 +98,7 @@ def global_search(task: Task) -> Solution:
         ends = min(began + options.time_limit, time.perf_counter() + seconds_left())
         with unlimited():
             solution = _raised(task, solution, rising, began, ends)
-    solution = _concluded(problem, solution, rising.of, options)
+    solution = _concluded(problem, solution, rising, options)
     solution = replace(solution, below_zero=start.below_zero)
     return solution.telling(*(entry for entry in start.reasons if entry.code is Code.BELOW_ZERO))
 
@@ -142,17 +146,20 @@ def _raised(task: Task, solution: Solution, rising: Rising, began: float, ends: 
     return replace(solution, bound=rising.bound, history=tuple(rising.history))
 
 
-def _concluded(problem: Problem, solution: Solution, of: StateBounds, options: GlobalOptions) -> Solution:
+def _concluded(problem: Problem, solution: Solution, rising: Rising, options: GlobalOptions) -> Solution:
     """Set the status and the reason of a solution, depending on its lower bound."""
     answer = solution.answer
     if answer is None:
         return solution.ended(Status.SOLVER_FAILED, Code.NO_EXACT_STATE, time_limit=options.time_limit)
     bound = min(solution.bound or 0.0, answer.load_factor)
-    derived = of.forces_derived and of.rates_derived
+    limits = rising.limits
+    forces_assumed = limits is not None and not limits.forces_derived
+    rates = None if limits is None or limits.rates_derived else limits.rates
+    derived = not forces_assumed and rates is None
     solution = replace(solution, bound=bound, bound_derived=derived)
     values: dict[str, Any] = {"bound": bound, "load_factor": answer.load_factor}
-    values |= {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
-    if not of.allow(problem, answer.q, answer.d):
+    values |= {"rates": rates, "forces": forces_assumed}
+    if limits is not None and not limits.allow(problem, answer.q, answer.d):
         # The known state exceeds an assumed limit on forces or rates. The lower bound is therefore not valid
         # for all states.
         return replace(solution, bound=0.0).ended(Status.CONVERGED, Code.TOUCHES_IMPOSED, **values)
@@ -160,5 +167,10 @@ def _concluded(problem: Problem, solution: Solution, of: StateBounds, options: G
         code = Code.OUT_OF_TIME if derived else Code.OUT_OF_TIME_WITHIN_IMPOSED
         return solution.ended(Status.CONVERGED, code, **values, time_limit=options.time_limit)
     if derived:
+        if limits is None and rising.chain.steps:
+            needed = bound_below(answer.load_factor, SETTINGS, problem.load_factor_scale)
+            proof = rising.chain.proof(answer.load_factor, min(needed, rising.chain.bound))
+            solution = replace(solution, proof=proof, bound=proof.bound)
+            values["bound"] = proof.bound
         return solution.ended(Status.OPTIMAL, Code.PROVEN, **values)
     return solution.ended(Status.CONVERGED, Code.WITHIN_IMPOSED, **values)

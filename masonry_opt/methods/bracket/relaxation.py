@@ -13,9 +13,16 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import shortest_path
 
 from masonry_opt.effort import Effort
+from masonry_opt.methods.bounds.products import (
+    RADII,
+    WORTH_REPEATING,
+    ProductChain,
+    a_little_above,
+    distances,
+    number_of_products,
+)
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
 from masonry_opt.models.pyomo_products import Pairs, PyomoProducts
 from masonry_opt.problem.edges import EdgeFactors
@@ -59,21 +66,6 @@ _MOST_PROGRAM_ITERATIONS = 500
 
 #: Smallest time limit of one program of method "global", in seconds.
 LEAST_TIME = 1.0
-
-#: Each pair of numbers selects the products in one of the successive programs of method "global". The first
-#: number is the largest distance between two joints at which a force of one joint is multiplied by a rate of
-#: the other joint. The second is the largest distance between joint and block at which a force of the joint
-#: is multiplied by a velocity of the block. Distances are in blocks, see :func:`distances`. The next pair is
-#: used if the bounds on λ still differ and time remains.
-RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
-
-#: The programs limit λ to the lowest known λ, increased by this relative margin. Without a margin, the
-#: feasible set would have no interior, which interior-point methods need.
-_LOAD_FACTOR_MARGIN = 1e-4
-
-#: If a program closes more than this fraction of the gap between the bounds on λ, the program is solved again
-#: with tighter force limits. Otherwise a larger program follows, which takes three to ten times as long.
-_WORTH_REPEATING = 0.5
 
 #: Largest number of products of a force and a motion in one program of method "global". Programs with more
 #: products are skipped, because they would need too much memory.
@@ -266,20 +258,6 @@ class BoundStep:
     seconds: float  #: time since the method began
 
 
-def distances(problem: Problem) -> Pairs:
-    """Return the distances between joints, shape (c, c), and from joints to blocks, shape (c, b).
-
-    A distance is a number of steps, each from one block to an adjacent block. Two joints of one block have
-    the distance 0.
-    """
-    touches = problem.matrices.ends.toarray()
-    between = shortest_path(touches @ touches.T, directed=False, unweighted=True)
-    of_joint = [np.flatnonzero(column) for column in touches.T]
-    to_blocks = np.array([between[blocks].min(axis=0) for blocks in of_joint])
-    to_joints = np.array([to_blocks[:, blocks].min(axis=1) for blocks in of_joint]).T
-    return to_joints, to_blocks
-
-
 def relaxed(
     problem: Problem, highest: float, of: StateBounds, selected: Pairs, seconds: float, effort: Effort
 ) -> tuple[float, list[np.ndarray], LpSize]:
@@ -388,16 +366,26 @@ def _solved(
 
 
 class Rising:
-    """Lower bound on λ, which is raised by relaxations of increasing size."""
+    """Lower bound on λ, which is raised by relaxations of increasing size.
+
+    Relaxations of moderate size are solved to a vertex, and their bound assumes no limit on forces or rates.
+    Larger relaxations are solved less accurately. Their bound assumes limits if statics and kinematics imply
+    none.
+    """
 
     def __init__(self, problem: Problem, best: float, rates: float, effort: Effort) -> None:
-        self._problem, self._effort = problem, effort
+        self._problem, self._effort, self._assumed_rates = problem, effort, rates
         self.best = best  #: lowest known load factor, λ > 0; callers may set a lower value
         self.bound = 0.0  #: lower bound on λ from all programs solved so far
         self.history: list[BoundStep] = []  #: records of all programs solved so far
-        #: Upper bounds, derived or assumed, on the forces and rates of all states up to the lowest known load
-        #: factor.
-        self.of = bounds_of(problem, a_little_above(best), rates, effort)
+        self.chain = ProductChain(problem, effort)  #: relaxations solved to a vertex, and their bound
+        self._limits: StateBounds | None = None
+        self._vertices_are_found = True  # False after a relaxation that could not be solved to a vertex
+
+    @property
+    def limits(self) -> StateBounds | None:
+        """Limits on forces and rates that the lower bound assumes, or None if it needs no assumption."""
+        return None if self.chain.steps and self.chain.bound >= self.bound else self._limits
 
     def programs(
         self, ends: float = inf, began: float = 0.0
@@ -416,32 +404,50 @@ class Rising:
         (to_joints, to_blocks), before = distances(self._problem), 0
         for radii in RADII:
             selected = to_joints <= radii[0], to_blocks <= radii[1]
-            products = 12 * int(selected[0].sum()) + 9 * int(selected[1].sum())
+            products = number_of_products(selected)
             if products == before or products > _MOST_PRODUCTS:
                 continue
             gains = True
             while gains:
                 if before and ends - time.perf_counter() < LEAST_TIME:
                     return
-                highest, last = a_little_above(self.best), self.bound
-                if last > self.of.lowest:
-                    self.of = tightened(self.of, self._problem, last, highest, self._effort)
-                before, time_left = products, ends - time.perf_counter()
-                proven, forces, size = relaxed(
-                    self._problem, highest, self.of, selected, time_left, self._effort
-                )
-                self.bound, seconds = max(last, min(proven, self.best)), time.perf_counter() - began
-                step = BoundStep(proven, self.of.lowest, self.best, *radii, products, seconds)
+                before, last = products, self.bound
+                step, forces, size = self._solved(selected, ends)
+                self.bound, seconds = max(last, min(step.bound, self.best)), time.perf_counter() - began
+                step = replace(step, rates_within=radii[0], velocities_within=radii[1], seconds=seconds)
                 self.history.append(step)
                 yield step, size, [] if closed(self._problem, self.bound, self.best) else forces
                 if closed(self._problem, self.bound, self.best):
                     return
-                gains = self.bound - last > _WORTH_REPEATING * (self.best - last)
+                gains = self.bound - last > WORTH_REPEATING * (self.best - last)
 
+    def _solved(self, selected: Pairs, ends: float) -> tuple[BoundStep, list[np.ndarray], LpSize]:
+        """Solve a relaxation before the time ``ends``, to a vertex if possible.
 
-def a_little_above(best: float) -> float:
-    """Return the largest λ that the programs admit: slightly more than the lowest known load factor."""
-    return best + _LOAD_FACTOR_MARGIN * max(abs(best), 1e-3)
+        Return the record of the relaxation without its distances and its time, joint forces of shape (3c,)
+        each, and the size of the program.
+        """
+        products = number_of_products(selected)
+        step = BoundStep(0.0, self.chain.bound, self.best, 0, 0, products, 0.0)
+        largest = max(map(number_of_products, self.chain.selections), default=0)
+        if self._vertices_are_found and products <= largest:
+            # If the relaxation cannot be solved to a vertex in half of the time, the other half remains for a
+            # less accurate solution.
+            half = (ends - time.perf_counter()) / 2
+            solved = self.chain.raise_bound(self.best, selected, max(half, LEAST_TIME))
+            if solved is not None:
+                forces = _forces(solved.model, solved.point)
+                return replace(step, bound=solved.bound), forces, solved.size
+            self._vertices_are_found = False
+        highest = a_little_above(self.best)
+        if self._limits is None:
+            self._limits = bounds_of(self._problem, highest, self._assumed_rates, self._effort)
+        if self.bound > self._limits.lowest:
+            self._limits = tightened(self._limits, self._problem, self.bound, highest, self._effort)
+        time_left = max(ends - time.perf_counter(), LEAST_TIME)
+        solution = relaxed(self._problem, highest, self._limits, selected, time_left, self._effort)
+        bound, forces, size = solution
+        return replace(step, bound=bound, lowest=self._limits.lowest), forces, size
 
 
 def assumed_rates(problem: Problem, d: np.ndarray | None) -> float:

@@ -7,7 +7,6 @@ seconds.
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, Protocol
 
-from masonry_opt.errors import counted
 from masonry_opt.methods.associative import associative, with_associative
 from masonry_opt.methods.coulomb.run import CoulombRun
 from masonry_opt.methods.incremental.method import IncrementalOptions, incremental
@@ -188,7 +187,7 @@ class LeastProven:
     def _note(search: "LeastProof", upper: float | None) -> str:
         """Return a sentence for the log that says how the search ended."""
         if search.proof is not None:
-            proven = f"proven by {counted(len(search.proof.conflicts), 'conflict')}"
+            proven = f"proven by {search.proof.contents}"
             return proven if search.best is not None else f"no state up to λ = {upper:.6g}, {proven}"
         if search.why:
             return f"not proven: {search.why}"

@@ -12,7 +12,8 @@ from scipy.optimize import linprog
 
 import masonry_opt as mo
 from masonry_opt.effort import Effort
-from masonry_opt.methods.bracket.relaxation import bounds_of, distances, tightened
+from masonry_opt.methods.bounds.products import distances
+from masonry_opt.methods.bracket.relaxation import bounds_of, tightened
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.methods.exact.settings import SEARCH
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
