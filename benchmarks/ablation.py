@@ -179,7 +179,7 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "a-heavier-energy": ("coulomb", {_SETTINGS + "weights_in_plane": (1e4, 1e5)}),
     "search-neighbours": ("search", {_SEARCH + "_KINDS_IN_PLANE": _without("neighbour")}),
     "search-fixed-points": ("search", {_SEARCH + "_KINDS_IN_PLANE": _without("fixed point")}),
-    "repeat-what-pays": ("global", {_BOUND + "_WORTH_REPEATING": inf}),
+    "repeat-what-pays": ("global", {_BOUND + "WORTH_REPEATING": inf}),
     "older-interior-point": ("global", {_BOUND + "_FEW_ROWS": 0}),
     "coarse-interior-point": ("global", {_BOUND + "_TOLERANCE_OVER_GAP": 0.0}),
     "fastest-velocity": ("global", {_BOUND + "_LARGEST_RATE": 1e3}),
