@@ -227,7 +227,7 @@ class _Checker:
                 faults.append(f"relaxation no. {number}: {fault}")
         if not faults and self._lowest < Fraction(self._proof.excluded_by_products):
             faults.append(
-                f"the products do not exclude all states up to λ = {self._proof.excluded_by_products:.9g}"
+                f"the relaxations do not exclude all states up to λ = {self._proof.excluded_by_products:.9g}"
             )
         return faults
 

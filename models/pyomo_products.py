@@ -118,8 +118,8 @@ class PyomoProducts:
         ]
         motions = [*compatibility, Factor("live work", 0, factors.live_work())]
         # Complementarity of z₁ and p₁ needs the row z₁ p₁ = 0, because z₁ is a linear form of several
-        # unknowns. The products x₂ u₂, x₃ u₃ and z₀ p₀ have single unknowns as factors. They are known to be
-        # zero, and need neither a row nor a variable.
+        # unknowns. The factors of x₂ u₂, x₃ u₃ and z₀ p₀ are single unknowns. By complementarity these
+        # products are zero in all rows, so that they need no variables.
         complementary = [
             (slack, Factor("rate", rate, {rate: 1.0}))
             for slack, rate in zip(slacks, factors.other_slacks, strict=True)

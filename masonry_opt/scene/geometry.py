@@ -443,7 +443,8 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, line_name:
     abscissae = abscissae[np.r_[True, np.diff(abscissae) > shapes.tolerance]]
     middle = (abscissae[1:] + abscissae[:-1]) / 2
     edge = _uppermost_edges(tail, tip, middle, np.interp(middle, *points.T) + 2 * shapes.tolerance)
-    # A new piece begins where another edge begins, or where the line (such as a road) has a corner.
+    # Parts of the line (such as a road) are on one edge, and have one slope. A new part therefore begins at
+    # each corner of the line, and where another edge begins.
     slope = np.searchsorted(points[1:-1, 0], middle)
     begins = np.r_[True, (edge[1:] != edge[:-1]) | (slope[1:] != slope[:-1])]
     edge, starts = edge[begins], abscissae[:-1][begins]

@@ -140,9 +140,8 @@ class Code(StrEnum):
     # The load factors of the loop repeat in a cycle of ``period`` sub-problems, with values from ``lowest``
     # to ``highest``. The value ``exact`` is True if the loop ends with an exact state.
     REPEATS = "repeats"
-    # The solver failed in a linear program of the loop, or the first linear program of the loop has no
-    # optimum. The value ``number`` is the number of this sub-problem. The value ``word`` is the status of the
-    # solver.
+    # The solver failed in a sub-problem (a linear program of the loop), or the first sub-problem has no
+    # optimum. ``number`` is the number of the sub-problem, and ``word`` is the status of the solver.
     SUB_PROBLEM_FAILED = "sub-problem failed"
     # A linear program of the loop has no equilibrium state. The value ``number`` is the number of this
     # sub-problem.

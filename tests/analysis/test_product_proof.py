@@ -299,7 +299,10 @@ CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
         lambda proof: with_step(proof, lambda step: {"multipliers": step.multipliers * np.nan}),
         "not finite numbers",
     ),
-    "no products": (lambda proof: replace(proof, relaxations=()), "do not exclude all states up to"),
+    "no products": (
+        lambda proof: replace(proof, relaxations=()),
+        "the relaxations do not exclude all states up to",
+    ),
 }
 
 

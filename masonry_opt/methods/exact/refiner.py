@@ -56,9 +56,9 @@ class ExactState:
     q: np.ndarray  #: joint forces, shape (3c,)
     d: np.ndarray  #: block velocities, shape (3b,)
     rates: np.ndarray  #: rates p of the mechanism, one for each yield condition (face), shape (faces,)
-    #: Dual variables of the constraints z = 0, shape (faces,). Yield conditions with a nonzero rate have this
-    #: constraint; for all other yield conditions, the entry is zero. The larger an entry is, the more
-    #: strongly the constraint keeps λ from decreasing.
+    #: Dual variables of the constraints z = 0, shape (faces,). The constraint is imposed on each yield
+    #: condition whose rate is not zero; the entries of all others are zero. The larger an entry is, the more
+    #: strongly its constraint keeps λ from decreasing.
     duals: np.ndarray
     #: Load factor of the state with λ ≤ 0 that the search for a lower λ reached from this state. Infinite if
     #: the search reached no such state.

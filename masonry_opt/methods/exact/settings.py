@@ -108,9 +108,9 @@ class SearchSettings(Settings):
     #: 1e-10 already permits violations of yield conditions by 3e-8.
     tolerances: tuple[float, ...] = (1e-11, 1e-10, 1e-9)
 
-    #: Largest energy z·p, relative to the work λ f_L·d of the live load, of a state that the alternation
-    #: between mechanisms and forces may return. Other states are discarded. With a larger limit, states are
-    #: less exact. With a smaller limit, more starts lead to no state.
+    #: Tolerance of z·p, as a fraction of the work λ f_L·d of the live load. The alternation between
+    #: mechanisms and forces discards states with a larger z·p. With a larger tolerance, states are less
+    #: exact. With a smaller tolerance, more starts lead to no state.
     largest_energy: float = 1e-5
 
 

@@ -65,7 +65,7 @@ class FacingFaces(sides.Facing):
         return mean_thickness(self.extent, shapely.length(self.polygon))
 
     def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Return a tangent vector and the outline of each shared polygon; see :meth:`.Facing.outlines`.
+        """Return, for each shared polygon, a tangent vector and the outline; see :meth:`.Facing.outlines`.
 
         The tangent is parallel to the longest side. Among sides of equal length, the side closest to the
         direction of the first axis of the frame is chosen, and then the side closest to the second axis. The

@@ -66,8 +66,8 @@ def stones_between_faces(points: np.ndarray, faces: list[list[int]]) -> list[lis
         for cell_sides, fills in zip(sides, is_stone, strict=True)
         if fills
     ]
-    # Where faces cover the same area, a cell may be on both sides of a face, or have too few faces for a
-    # solid.
+    # If faces of the drawing overlap, a cell can be on both sides of one face, or have too few faces for a
+    # solid. The faces then define no stones.
     are_solids = all(len(set(stone)) == len(stone) >= FEWEST_SIDES for stone in stones)
     return sorted(sorted(stone) for stone in stones) if are_solids else None
 
