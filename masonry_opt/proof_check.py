@@ -149,7 +149,7 @@ def _faults_of_form(problem: Problem, proof: Proof) -> list[str]:
 
 
 def _faults_of_products_form(problem: Problem, proof: Proof) -> list[str]:
-    """Return a list with the first fault in the form of the products of a proof, or []."""
+    """Return a list with the first fault in the data of the products of a proof, or []."""
     if not 0 <= proof.excluded_by_products <= proof.load_factor:
         return ["products can exclude states only up to a number between zero and the load factor"]
     if proof.relaxations and not permits_products(problem):

@@ -87,7 +87,7 @@ def _movement(text: str) -> tuple[str, tuple[float, ...]]:
 _VIEW = "Azimuth and elevation of the viewer in degrees, for a scene in space."
 _DRAW = "Draw the answer to FILE (.png, .svg, .pdf{})."
 PICTURE = typer.Option(metavar="FILE", help=_DRAW.format(""))
-#: Text in the help of an option without a value. By default Typer prints "<bool>", as if it took a value.
+#: Metavar of an option that takes no value. By default Typer prints "<bool>", as if it took a value.
 _NO_VALUE = ""
 #: Arguments ``subject`` and ``needed`` of :func:`refuse_without` for options that apply only to a picture.
 PICTURE_NEEDS = ("a picture", "--plot FILE")

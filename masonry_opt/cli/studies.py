@@ -107,8 +107,8 @@ def capacity(
     periods = None if spectrum is None else _spectrum(spectrum)
     scene = as_scene(case, arguments.pop("load_case", None))
     with waiting("capacity") as work:
-        # Refuse an impossible curve here, because the analysis below may take long. ``solve`` reports a
-        # missing live load, and a time limit that ends the search for joints.
+        # Refuse an impossible curve before the long analysis. Two errors are left to ``solve``: a missing
+        # live load, and a time limit that ends the search for joints.
         with contextlib.suppress(TimeLimitReached), limited(arguments.get("time_limit")):
             assembly = assemble(scene)
             refuse_parts_not_followed(assembly)

@@ -53,7 +53,7 @@ class LoadFactorScale:
         return abs(first - second) <= EQUALITY_TOLERANCE * self.divisor(larger)
 
     def is_distinctly_lower(self, load_factor: float, than: float) -> bool:
-        """Return True if λ is lower than another λ, and the two are not equal (see :meth:`equal`)."""
+        """Return True if λ is lower than another λ by more than the tolerance of :meth:`equal`."""
         return load_factor < than and not self.equal(load_factor, than)
 
     def is_lower(self, load_factor: float, than: float) -> bool:

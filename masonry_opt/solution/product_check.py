@@ -36,7 +36,7 @@ class InvalidProduct(Exception):
 class ProductBound:
     """Lower bound on λ from products, which decreases with the size of the motions that it covers."""
 
-    value: Fraction  #: lower bound on λ for motions whose velocities and rates have the sum zero
+    value: Fraction  #: lower bound on λ before any ``decrease`` is subtracted
     #: Decrease of the lower bound if the sum of all velocities and rates grows by the mean velocity of the
     #: live load. It is zero if the multipliers have no rounding errors.
     decrease: Fraction
@@ -104,7 +104,7 @@ class ProductChecker:
                 by_motion[k] += shortfall * self._largest(i)
         value -= by_motion.pop(self._kinematic_one, _ZERO)
         value += min(of_load_factor * self._lowest, of_load_factor * self._highest)
-        # ``reach`` limits rates. The rate of rocking at an edge is half of its opening u₂ or u₃.
+        # The openings u₂ and u₃ are twice the rates of rocking, which ``reach`` limits.
         decreases = (
             2 * own if k < self._first_velocity and k % 4 < 2 else own for k, own in by_motion.items()
         )
@@ -144,7 +144,7 @@ class ProductChecker:
             )
 
     def _static_form(self, name: str, index: int) -> ExactForm:
-        """Return the static form of a kind in ``STATIC_FACTORS`` that has a given index."""
+        """Return a static form, given its kind in ``STATIC_FACTORS`` and its index."""
         one, load_factor, joints = self._static_one, self._load_factor, self._joints
         if name == "equilibrium":
             return self._equilibrium(_checked(index, len(self._rows)))
@@ -185,7 +185,7 @@ class ProductChecker:
         return form
 
     def _kinematic_form(self, name: str, index: int) -> ExactForm:
-        """Return the kinematic form of a kind in ``KINEMATIC_FACTORS`` that has a given index."""
+        """Return a kinematic form, given its kind in ``KINEMATIC_FACTORS`` and its index."""
         if name == "one":
             return {self._kinematic_one: Fraction(1)}
         if name == "rate":

@@ -72,8 +72,8 @@ class ProductRelaxation:
     #: Kinematic form of each product, by ``KINEMATIC_FACTORS``. Shape (products, 2).
     kinematic: np.ndarray
     multipliers: np.ndarray  #: multiplier of each product, shape (products,)
-    #: Correction of each multiplier for its rounding error, shape (products,). The proof uses their sum.
-    #: Without corrections, the bound would be valid only for smaller motions.
+    #: Correction of each multiplier for its rounding error, shape (products,). The proof adds it to the
+    #: multiplier. Without it, the bound would be valid only for smaller motions.
     corrections: np.ndarray
 
     __repr__ = brief

@@ -133,7 +133,7 @@ class LinearProgram:
 
 @dataclass(frozen=True, eq=False)
 class Vertex:
-    """Vertex of a linear program: the equations of its basis, which define the dual values.
+    """Vertex (basic solution) of a linear program, with the equations for its dual values.
 
     The reduced cost of each basic column is zero, and so is the dual value of each basic row.
     """

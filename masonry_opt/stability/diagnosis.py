@@ -37,9 +37,9 @@ DIAGNOSIS = "diagnosis"
 #: the cone programs.
 _MOST_PROGRAMS = 40
 
-#: Largest number of joints for which further programs decide if a load drives a mechanism, after the first
-#: program does not decide it. The simplex method solves the further programs, and is slow on larger scenes.
-#: With a smaller value, more scenes remain undecided.
+#: If the first program does not decide whether a load drives a mechanism, further programs follow up to this
+#: number of joints. They are solved by the simplex method, which is slow on larger scenes. With a smaller
+#: value, more scenes remain undecided.
 _SIMPLEX_UP_TO = 2000
 
 #: The smallest multiplier of all friction coefficients with which a scene is stable is computed up to this

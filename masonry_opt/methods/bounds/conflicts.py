@@ -60,7 +60,7 @@ def senses_of(problem: Problem) -> np.ndarray:
 
 
 def live_range(problem: Problem, d: np.ndarray, within: tuple[float, float]) -> float:
-    """Return the least power of the live load λ f_L in a mechanism, for λ in an interval.
+    """Return the least power of the live load λ f_L in a mechanism, over an interval of λ.
 
     The mechanism ``d`` consists of block velocities, shape (3b,).
     """

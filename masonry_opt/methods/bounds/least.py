@@ -22,13 +22,13 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.answer import Answer
 from masonry_opt.solution.proof import Proof
 
-#: Relaxations interrupt the search for conflicts. After each interruption, the number of solved programs at
-#: the next one is multiplied by this factor. With a smaller factor, more time is spent on relaxations.
+#: Relaxations interrupt the search for conflicts at numbers of solved programs that grow by this factor. With
+#: a smaller factor, more time is spent on relaxations.
 _NEXT_PRODUCTS = 5
 
 
-#: If the relaxations so far prove less than this share of the lowest known λ, no larger one is tried. With a
-#: smaller share, more time is spent on relaxations that prove little.
+#: No larger relaxation is tried if the bound so far is below this share of the lowest known λ. With a smaller
+#: share, more time is spent on relaxations that prove little.
 _LEAST_SHARE = 0.5
 
 

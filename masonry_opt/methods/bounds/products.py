@@ -6,7 +6,7 @@ relaxation by products treats all conditions at once, see
 bonds, where proofs by conflicts are long, the optimum often equals the least load factor.
 
 The multipliers of an interior-point method are not accurate enough for a proof. The relaxation is therefore
-solved to a vertex, and the multipliers of the vertex are refined. The bound that they prove is computed in
+solved to a vertex (basic solution), whose multipliers are refined. The bound that they prove is computed in
 exact arithmetic. A further relaxation includes only states above the last bound. The forces of these states
 have smaller limits, so that an equal number of products may prove a higher bound.
 """
@@ -50,8 +50,8 @@ _VERTEX_TOLERANCE = 1e-9
 _LOAD_FACTOR_MARGIN = 1e-4
 
 #: Largest number of products in a relaxation that is solved to a vertex. Running bonds of 41 joints have
-#: fewer products, and the walls of Table 1 have more. With a larger number, lower bounds of larger scenes
-#: assume nothing, and take longer.
+#: fewer products, and the walls of Table 1 have more. With a larger number, more lower bounds hold
+#: without assumed limits, but take longer.
 _MOST_PRODUCTS_AT_VERTEX = 12_000
 
 
@@ -150,7 +150,7 @@ class ProductChain:
         return SolvedRelaxation(bound, model, session.point()[columns], lp.size)
 
     def proof(self, load_factor: float, bound: float) -> Proof:
-        """Return the proof that no state has a load factor from 0 to ``bound``, at most ``self.bound``.
+        """Return the proof that no state has a load factor from 0 to ``bound`` ≤ ``self.bound``.
 
         The relaxations exclude load factors below ``self.bound``, but not this load factor itself. The bound
         of the proof is therefore slightly smaller than ``self.bound``, by a rounding error at least.
@@ -186,7 +186,7 @@ class ProductChain:
 
 
 def _selections(problem: Problem) -> list[Pairs]:
-    """Return the selected pairs of each relaxation that can be solved to a vertex, by increasing size."""
+    """Return ``ProductChain.selections`` for a problem, by increasing number of products."""
     selections: list[Pairs] = []
     if not permits_products(problem):
         return selections
@@ -215,7 +215,7 @@ class _Recorder:
         self._problem, self._lp = problem, lp
         self._within, self._limits = within, limits
         columns = np.concatenate(list(lp.columns.values())).tolist()
-        #: Column of the linear program of each product of unknowns.
+        #: Column of each product of unknowns in the linear program.
         self._column = dict(zip(model.product, columns, strict=True))
         self._rows = np.concatenate([lp.rows[name] for name in model.factors_of_rows])
         pairs = [pair for own in model.factors_of_rows.values() for pair in own]

@@ -127,7 +127,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._slacks = self._motion = None
 
     def raise_to(self, lowest: float) -> None:
-        """Restrict the search to load factors above ``lowest``; a proof must exclude all smaller ones.
+        """Restrict the search to load factors above ``lowest``, once products exclude smaller ones.
 
         All conflicts remain valid, because they hold for every interval within the present one.
         """

@@ -27,7 +27,7 @@ class LostJoints(NamedTuple):
     """Pairs of blocks that have no joint, because their sides are narrow compared with the tolerance."""
 
     gaps: Gaps  #: width of the gap between the blocks of each pair, or 0 if their sides touch
-    tolerance: float  #: all pairs have joints only with a tolerance below this value; infinite without pairs
+    tolerance: float  #: upper limit of tolerances with which all pairs have joints; infinite without pairs
 
     def then(self, other: "LostJoints") -> "LostJoints":
         """Return the pairs of both records. For a pair in both, the gap of this record is used."""
@@ -76,13 +76,13 @@ def find_narrow_joints(
         return LostJoints({}, np.inf)
     fine_shapes = replace(shapes, tolerance=shapes.tolerance * _WIDEST_ERROR / NARROWEST)
     strips = facing_sides(scene, fine_shapes, pairs, np.full(len(pairs), shapes.contact_tolerance))
-    # Blocks at a gap narrower than ``breadth / NARROWEST`` count as touching: a tolerance between both values
-    # closes the gap and permits the joint.
+    # Blocks at a gap below ``breadth / NARROWEST`` count as touching: a tolerance between the gap and this
+    # value closes the gap and permits the joint.
     return _lost(pairs, strips, strips.breadth / NARROWEST)
 
 
 def _lost(pairs: np.ndarray, sides: Facing, least_gap: float | np.ndarray) -> LostJoints:
-    """Return the pairs of blocks that share ``sides``. Gaps up to ``least_gap`` are recorded as 0."""
+    """Return the pairs of blocks with facing ``sides``. Gaps up to ``least_gap`` count as 0."""
     widths = np.where(sides.largest_gap > least_gap, sides.largest_gap, 0.0)
     gaps: Gaps = {}
     for (i, j), width in zip(pairs[sides.pair].tolist(), widths.tolist(), strict=True):

@@ -47,7 +47,7 @@ def in_model_space(document: Any) -> list[Any]:
 
 
 def _mark_polylines(document: Any) -> None:
-    """Mark the closed polylines with arcs in block definitions.
+    """In block definitions, mark closed polylines that have arcs.
 
     A reference with different scales along its axes divides such a polyline into lines and parts of ellipses.
     The mark of the parts keeps them separate from the parts of a stone that touches.

@@ -8,7 +8,7 @@ from masonry_opt.errors import shortened
 from masonry_opt.scene.drawings.stones import refuse
 from masonry_opt.scene.tolerance_advice import above_gap
 
-#: Placeholder in a remedy for a length slightly larger than the widest gap among all defects of one kind.
+#: Part of a remedy that is replaced by a length slightly above the widest gap of all defects of one kind.
 WIDEST_GAP = "{widest gap}"
 
 #: Largest number of places that a message lists for one kind of defect; further places are only counted.

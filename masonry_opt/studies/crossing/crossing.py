@@ -365,7 +365,7 @@ def _without_positions(
 
 
 def _warnings_about(passage: search.Passage) -> tuple[str, ...]:
-    """Return the warnings about the scene of a passage as sentences, without a time limit."""
+    """Return the warnings about a passage's scene as sentences, even after the time limit."""
     with unlimited():
         loaded = passage.loaded(passage.live(_first_loaded(passage)))
         return sentences(warnings_of(loaded, None))

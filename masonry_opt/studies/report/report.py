@@ -309,7 +309,7 @@ def _governing(answer: Crossing) -> str:
 
 
 def _in_unit(parts: Sequence[ReportPart], force: str) -> list[ReportPart]:
-    """Return parts in which the facts name the user's unit of force instead of ``FORCE_UNIT``."""
+    """Return parts of a report whose facts name the user's unit of force, not ``FORCE_UNIT``."""
     named = []
     for part in parts:
         facts = {label: text.replace(FORCE_UNIT, f"in {force}", 1) for label, text in part.facts.items()}
