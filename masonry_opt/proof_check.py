@@ -151,7 +151,10 @@ def _faults_of_form(problem: Problem, proof: Proof) -> list[str]:
 def _faults_of_products_form(problem: Problem, proof: Proof) -> list[str]:
     """Return a list with the first fault in the data of the products of a proof, or []."""
     if not 0 <= proof.excluded_by_products <= proof.load_factor:
-        return ["products can exclude states only up to a number between zero and the load factor"]
+        return [
+            f"'excluded_by_products' is {proof.excluded_by_products:.9g}, but must be between 0 and the load "
+            f"factor {proof.load_factor:.9g}"
+        ]
     if proof.relaxations and not permits_products(problem):
         return [
             "proofs by products exist only for joints that slide and rock, without ties, props and crushing"
@@ -239,8 +242,8 @@ class _Checker:
         lowest, highest = Fraction(step.lowest), Fraction(step.highest)
         if not 0 <= lowest <= self._lowest or highest < self._bound:
             return (
-                f"its interval of load factors must begin between 0 and {float(self._lowest):.9g}, and reach "
-                f"the bound {float(self._bound):.9g}"
+                f"its interval of load factors must start between 0 and {float(self._lowest):.9g}, and "
+                f"end at or above the bound {float(self._bound):.9g}"
             )
         for limit in step.limits:
             row = self._problem.N[[limit.joint]].toarray()[0]

@@ -140,7 +140,7 @@ class ProductChecker:
             is_nonnegative = False
         if multiplier < 0 or not is_nonnegative:
             raise InvalidProduct(
-                f"the product of '{statics}' and '{kinematics}' with its multiplier can be negative"
+                f"the product of '{statics}' and '{kinematics}', times its multiplier, can be negative"
             )
 
     def _static_form(self, name: str, index: int) -> ExactForm:

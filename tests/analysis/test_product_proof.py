@@ -217,7 +217,7 @@ ARRAYS = ("static", "kinematic", "multipliers", "corrections")
 CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
     "a higher bound": (
         lambda proof: replace(proof, bound=proof.bound * 1.01, load_factor=proof.load_factor * 1.02),
-        "must begin between",
+        "must start between",
     ),
     "a bound a little higher": (
         lambda proof: replace(proof, bound=proof.bound * 1.00001, load_factor=proof.load_factor * 1.00002),
@@ -281,11 +281,11 @@ CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
     ),
     "an excluded load factor that is no number": (
         lambda proof: replace(proof, excluded_by_products=float("nan")),
-        "between zero and the load factor",
+        "must be between 0 and the load factor",
     ),
     "an infinite excluded load factor": (
         lambda proof: replace(proof, excluded_by_products=float("inf")),
-        "between zero and the load factor",
+        "must be between 0 and the load factor",
     ),
     "a further relaxation that excludes nothing": (
         lambda proof: replace(proof, relaxations=(*proof.relaxations, *proof.relaxations)),
@@ -293,7 +293,7 @@ CORRUPTIONS: dict[str, tuple[Callable[[Proof], Proof], str]] = {
     ),
     "an interval above zero": (
         lambda proof: with_step(proof, lambda _: {"lowest": 0.1}),
-        "must begin between",
+        "must start between",
     ),
     "multipliers that are no numbers": (
         lambda proof: with_step(proof, lambda step: {"multipliers": step.multipliers * np.nan}),
