@@ -8,6 +8,7 @@ above the bound of the relaxation.
 
 import time
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from masonry_opt.deadline import seconds_left
 from masonry_opt.effort import ProgramLimitReached
@@ -16,11 +17,13 @@ from masonry_opt.methods.bounds.products import WORTH_REPEATING, ProductChain
 from masonry_opt.methods.bounds.search import ConflictSearch, ConflictSearchTimeout, bound_below
 from masonry_opt.methods.bounds.settings import SETTINGS, ProofSettings
 from masonry_opt.methods.task import Task
-from masonry_opt.models.pyomo_products import Pairs
 from masonry_opt.problem.load_factor_scale import LoadFactorScale
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.answer import Answer
 from masonry_opt.solution.proof import Proof
+
+if TYPE_CHECKING:
+    from masonry_opt.models.pyomo_products import Pairs
 
 #: Relaxations interrupt the search for conflicts at numbers of solved programs that grow by this factor. With
 #: a smaller factor, more time is spent on relaxations.
@@ -66,7 +69,7 @@ class LeastProof:
         self.why = refusal(task.problem) or _without_range(task.problem, self._start)
         self._search: ConflictSearch | None = None
         self._chain: ProductChain | None = None
-        self._selections = list[Pairs]()
+        self._selections: list[Pairs] = []
         self._next_products = settings.first_products
 
     @property

@@ -13,6 +13,7 @@ have smaller limits, so that an equal number of products may prove a higher boun
 
 from dataclasses import dataclass
 from math import nextafter
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse.csgraph import shortest_path
@@ -20,13 +21,15 @@ from scipy.sparse.csgraph import shortest_path
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bounds.conflicts import Statics
 from masonry_opt.methods.bounds.settings import SETTINGS, ProofSettings
-from masonry_opt.models.pyomo_products import Pairs, PyomoProducts
 from masonry_opt.problem.problem import Problem, in_units_of_load
 from masonry_opt.solution.product_check import ProductChecker, permits_products
 from masonry_opt.solution.products import KINEMATIC_FACTORS, STATIC_FACTORS, NormalLimit, ProductRelaxation
 from masonry_opt.solution.proof import REACH, Proof
 from masonry_opt.solvers.highs import HighsSession, LinearProgram, Vertex
 from masonry_opt.solvers.registry import LpSize, Verdict, find_solver
+
+if TYPE_CHECKING:
+    from masonry_opt.models.pyomo_products import Pairs, PyomoProducts
 
 #: Products in the successive relaxations, one pair of largest distances for each relaxation:
 #:
@@ -60,7 +63,7 @@ def a_little_above(best: float) -> float:
     return best + _LOAD_FACTOR_MARGIN * max(abs(best), 1e-3)
 
 
-def distances(problem: Problem) -> Pairs:
+def distances(problem: Problem) -> "Pairs":
     """Return the distances between joints, shape (c, c), and from joints to blocks, shape (c, b).
 
     A distance is a number of steps, each from one block to an adjacent block. Two joints of one block have
@@ -74,7 +77,7 @@ def distances(problem: Problem) -> Pairs:
     return to_joints, to_blocks
 
 
-def number_of_products(selected: Pairs) -> int:
+def number_of_products(selected: "Pairs") -> int:
     """Return the number of products of forces with rates and velocities in a relaxation."""
     return 12 * int(selected[0].sum()) + 9 * int(selected[1].sum())
 
@@ -84,7 +87,7 @@ class SolvedRelaxation:
     """Solution of a relaxation at a vertex, and the lower bound on λ that its multipliers prove."""
 
     bound: float  #: lower bound on λ of states whose motion is within ``REACH``
-    model: PyomoProducts
+    model: "PyomoProducts"
     point: np.ndarray  #: value of each variable, in the order of ``model.product``
     size: LpSize  #: size of the linear program
 
@@ -107,7 +110,7 @@ class ProductChain:
         self._problem, self._effort, self._settings = problem, effort, settings
         self.selections = _selections(problem)
 
-    def raise_bound(self, load_factor: float, selected: Pairs, seconds: float) -> SolvedRelaxation | None:
+    def raise_bound(self, load_factor: float, selected: "Pairs", seconds: float) -> SolvedRelaxation | None:
         """Solve one relaxation, and raise the bound if the relaxation proves a higher one.
 
         Parameters
@@ -122,6 +125,9 @@ class ProductChain:
             None if the relaxation proves nothing: statics does not limit the normal force of a joint, the
             time is over, or the solver fails.
         """
+        # The import is local, because importing Pyomo takes half a second.
+        from masonry_opt.models.pyomo_products import PyomoProducts
+
         problem, within = self._problem, (self.bound, a_little_above(load_factor))
         limits = self._normal_limits(within)
         if limits is None:
@@ -185,7 +191,7 @@ class ProductChain:
         return tuple(limits)
 
 
-def _selections(problem: Problem) -> list[Pairs]:
+def _selections(problem: Problem) -> "list[Pairs]":
     """Return ``ProductChain.selections`` for a problem, by increasing number of products."""
     selections: list[Pairs] = []
     if not permits_products(problem):
@@ -207,7 +213,7 @@ class _Recorder:
     def __init__(
         self,
         problem: Problem,
-        model: PyomoProducts,
+        model: "PyomoProducts",
         lp: LinearProgram,
         within: tuple[float, float],
         limits: tuple[NormalLimit, ...],
