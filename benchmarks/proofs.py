@@ -11,7 +11,8 @@ some seconds of processor time. A second table counts the scenes that are proven
 programs; a proof that would need more than --programs linear programs is not counted. Below the tables are
 the scenes on which the default's lowest load factor is above the least load factor.
 
-With --bounds, the script instead prints the lower bounds by method "global" within some seconds.
+With --conflicts, the proofs use no relaxations by products. With --bounds, the script instead prints the
+lower bounds by method "global" within some seconds.
 """
 
 import argparse
@@ -63,7 +64,7 @@ NO_LOAD = 1e-6
 COLUMNS = (
     *("name", "joints", "associative", "before", "default", "default_proven", "default_seconds"),
     *("proof_seconds", "least", "proven", "why", "seconds", "programs"),
-    *("conflicts", "checked", "check_seconds", "cpu_seconds", "cpu_without_proof"),
+    *("conflicts", "products", "checked", "check_seconds", "cpu_seconds", "cpu_without_proof"),
 )
 
 
@@ -115,8 +116,11 @@ def timed(scene: mo.Scene, **options: Any) -> tuple[mo.Result, float]:
     return result, round(time.process_time() - began, 3)
 
 
-def measured(name: str, scene: mo.Scene, programs: int) -> dict[str, Any]:
-    """Return the row of a scene. The search ends after ``programs`` linear programs, on any machine."""
+def measured(name: str, scene: mo.Scene, programs: int, products: bool) -> dict[str, Any]:
+    """Return the row of a scene. The search ends after ``programs`` linear programs, on any machine.
+
+    If ``products`` is False, the search uses no relaxations by products.
+    """
     problem = mo.assemble(scene).problem
     row: dict[str, Any] = {"name": name, "joints": problem.joints}
     try:
@@ -131,6 +135,8 @@ def measured(name: str, scene: mo.Scene, programs: int) -> dict[str, Any]:
     row |= _proof_by_default(result)
     began = time.process_time()
     settings = replace(SETTINGS, most_programs=programs)
+    if not products:
+        settings = replace(settings, first_products=programs)
     found = prove_least(Task(problem), answer, LONG, settings=settings)
     row |= {"seconds": round(time.process_time() - began, 3), "programs": found.programs}
     row |= {"proven": found.proof is not None, "why": found.why}
@@ -139,7 +145,8 @@ def measured(name: str, scene: mo.Scene, programs: int) -> dict[str, Any]:
     if found.proof is not None:
         began = time.process_time()
         check = mo.check_proof(scene, found.proof)
-        row |= {"conflicts": len(found.proof.conflicts), "checked": check.holds}
+        row |= {"conflicts": len(found.proof.conflicts), "products": found.proof.product_count}
+        row |= {"checked": check.holds}
         row["check_seconds"] = round(time.process_time() - began, 3)
     return row
 
@@ -229,6 +236,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=1_820_000, help="first seed")
     parser.add_argument("--programs", type=int, default=100_000, help="linear programs of each search")
     parser.add_argument("--out", type=Path, default=Path("proofs.csv"), help="the CSV file")
+    parser.add_argument("--conflicts", action="store_true", help="use no relaxations by products")
     parser.add_argument("--bounds", type=float, metavar="SECONDS", help="only bounds by method 'global'")
     asked = parser.parse_args()
     if asked.bounds:
@@ -243,7 +251,7 @@ def main() -> None:
         for family in asked.families:
             for name, scene in FAMILIES[family](asked):
                 if name not in done:
-                    writer.writerow(measured(name, scene, asked.programs))
+                    writer.writerow(measured(name, scene, asked.programs, not asked.conflicts))
                     file.flush()
     summed_up(read_rows(asked.out))
 
