@@ -111,9 +111,10 @@ def capacity(
         # live load, and a time limit that ends the search for joints.
         with contextlib.suppress(TimeLimitReached), limited(arguments.get("time_limit")):
             assembly = assemble(scene)
-            refuse_parts_not_followed(assembly)
             if assembly.problem.live.any():
                 curve_forces(assembly, **following)
+            else:
+                refuse_parts_not_followed(assembly)
         steps: dict[str, Any] = {"phases": work.phase, "progress": work.step}
         onset = mo.solve(scene, incremental=False, **steps, **arguments.keywords_for(mo.solve))
         work.show("capacity: following the mechanism")
