@@ -100,6 +100,7 @@ _SETTINGS = "exact.settings:SEARCH."
 _SEARCH = "exact.search:"
 _RUN = "loop.run:"
 _BOUND = "bracket.relaxation:"
+_PRODUCTS = "bounds.products:"
 _REMEDIES = "loop.nonassociative:REMEDIES"
 _ENERGY = "exact.alternation:ExactPrograms.forces.__defaults__"
 
@@ -179,12 +180,12 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "a-heavier-energy": ("coulomb", {_SETTINGS + "weights_in_plane": (1e4, 1e5)}),
     "search-neighbours": ("search", {_SEARCH + "_KINDS_IN_PLANE": _without("neighbour")}),
     "search-fixed-points": ("search", {_SEARCH + "_KINDS_IN_PLANE": _without("fixed point")}),
-    "repeat-what-pays": ("global", {_BOUND + "WORTH_REPEATING": inf}),
+    "repeat-what-pays": ("global", {_PRODUCTS + "_WORTH_REPEATING": inf}),
     "older-interior-point": ("global", {_BOUND + "_FEW_ROWS": 0}),
     "coarse-interior-point": ("global", {_BOUND + "_TOLERANCE_OVER_GAP": 0.0}),
     "fastest-velocity": ("global", {_BOUND + "_LARGEST_RATE": 1e3}),
     "excess-of-unbalanced-forces": ("incremental", {"incremental.analysis:_excess": lambda _: _no_excess}),
-    "near-products-first": ("global", {_BOUND + "RADII": lambda old: old[3:]}),
+    "near-products-first": ("global", {_PRODUCTS + "_RADII": lambda old: old[3:]}),
     **IN_SPACE,
 }
 

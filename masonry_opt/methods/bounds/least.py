@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from masonry_opt.deadline import seconds_left
 from masonry_opt.effort import ProgramLimitReached
 from masonry_opt.methods.bounds.conflicts import Undecided
-from masonry_opt.methods.bounds.products import WORTH_REPEATING, ProductChain
+from masonry_opt.methods.bounds.products import ProductChain, closes_much
 from masonry_opt.methods.bounds.search import ConflictSearch, ConflictSearchTimeout, bound_below
 from masonry_opt.methods.bounds.settings import SETTINGS, ProofSettings
 from masonry_opt.methods.task import Task
@@ -157,7 +157,7 @@ class LeastProof:
             if chain.bound >= needed:
                 self.proof = chain.proof(load_factor, needed)
                 return
-            gains = chain.bound - before > WORTH_REPEATING * (load_factor - before)
+            gains = closes_much(before, chain.bound, load_factor)
         if chain.bound < _LEAST_SHARE * load_factor:
             self._selections.clear()
         if self._search is not None:

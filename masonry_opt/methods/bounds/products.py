@@ -11,6 +11,7 @@ exact arithmetic. A further relaxation includes only states above the last bound
 have smaller limits, so that an equal number of products may prove a higher bound.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import nextafter
 from typing import TYPE_CHECKING
@@ -38,12 +39,12 @@ if TYPE_CHECKING:
 #:
 #: A distance is a number of steps between adjacent blocks, see :func:`distances`. The next pair is used if
 #: the bounds on λ still differ and time remains.
-RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
+_RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
 #: A relaxation is repeated, with tighter force limits, if it closes more than this fraction of the gap
 #: between the lower and the upper bound on λ. Otherwise the next relaxation has more products, and takes two
 #: to ten times as long.
-WORTH_REPEATING = 0.5
+_WORTH_REPEATING = 0.5
 
 #: Tolerance of the interior-point method, and of the crossover from its solution to a vertex.
 _VERTEX_TOLERANCE = 1e-9
@@ -82,6 +83,30 @@ def number_of_products(selected: "Pairs") -> int:
     return 12 * int(selected[0].sum()) + 9 * int(selected[1].sum())
 
 
+def selections(problem: Problem, most: int) -> Iterator[tuple[tuple[int, int], "Pairs"]]:
+    """Generate the products of each relaxation, by increasing size and up to ``most`` products.
+
+    Yields the two largest distances of the products, and masks that select the pairs of joints, and of joints
+    and blocks. Relaxations without further products are left out.
+    """
+    to_joints, to_blocks = distances(problem)
+    before = 0
+    for radii in _RADII:
+        selected = to_joints <= radii[0], to_blocks <= radii[1]
+        products = number_of_products(selected)
+        if before < products <= most:
+            yield radii, selected
+        before = products
+
+
+def closes_much(before: float, after: float, load_factor: float) -> bool:
+    """Return True if a relaxation that raised the lower bound on λ is worth repeating.
+
+    ``load_factor`` is the lowest known λ, which is the upper bound.
+    """
+    return after - before > _WORTH_REPEATING * (load_factor - before)
+
+
 @dataclass(frozen=True, eq=False)
 class SolvedRelaxation:
     """Solution of a relaxation at a vertex, and the lower bound on λ that its multipliers prove."""
@@ -108,7 +133,9 @@ class ProductChain:
         self.bound = 0.0
         self.steps: list[ProductRelaxation] = []
         self._problem, self._effort, self._settings = problem, effort, settings
-        self.selections = _selections(problem)
+        self.selections: list[Pairs] = []
+        if permits_products(problem):
+            self.selections = [selected for _, selected in selections(problem, _MOST_PRODUCTS_AT_VERTEX)]
 
     def raise_bound(self, load_factor: float, selected: "Pairs", seconds: float) -> SolvedRelaxation | None:
         """Solve one relaxation, and raise the bound if the relaxation proves a higher one.
@@ -189,22 +216,6 @@ class ProductChain:
                 return None
             limits.append(limit)
         return tuple(limits)
-
-
-def _selections(problem: Problem) -> "list[Pairs]":
-    """Return ``ProductChain.selections`` for a problem, by increasing number of products."""
-    selections: list[Pairs] = []
-    if not permits_products(problem):
-        return selections
-    to_joints, to_blocks = distances(problem)
-    before = 0
-    for joints_within, blocks_within in RADII:
-        selected = to_joints <= joints_within, to_blocks <= blocks_within
-        products = number_of_products(selected)
-        if before < products <= _MOST_PRODUCTS_AT_VERTEX:
-            selections.append(selected)
-        before = products
-    return selections
 
 
 class _Recorder:

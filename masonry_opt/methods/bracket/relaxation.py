@@ -16,12 +16,11 @@ import scipy.sparse as sp
 
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bounds.products import (
-    RADII,
-    WORTH_REPEATING,
     ProductChain,
     a_little_above,
-    distances,
+    closes_much,
     number_of_products,
+    selections,
 )
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
 from masonry_opt.models.pyomo_products import Pairs, PyomoProducts
@@ -401,17 +400,12 @@ class Rising:
         smaller limits, so that an equal number of products proves a higher bound. A program is therefore
         repeated as long as each repetition closes a large fraction of the gap.
         """
-        (to_joints, to_blocks), before = distances(self._problem), 0
-        for radii in RADII:
-            selected = to_joints <= radii[0], to_blocks <= radii[1]
-            products = number_of_products(selected)
-            if products == before or products > _MOST_PRODUCTS:
-                continue
+        for radii, selected in selections(self._problem, _MOST_PRODUCTS):
             gains = True
             while gains:
-                if before and ends - time.perf_counter() < LEAST_TIME:
+                if self.history and ends - time.perf_counter() < LEAST_TIME:
                     return
-                before, last = products, self.bound
+                last = self.bound
                 step, forces, size = self._solved(selected, ends)
                 self.bound, seconds = max(last, min(step.bound, self.best)), time.perf_counter() - began
                 step = replace(step, rates_within=radii[0], velocities_within=radii[1], seconds=seconds)
@@ -419,7 +413,7 @@ class Rising:
                 yield step, size, [] if closed(self._problem, self.bound, self.best) else forces
                 if closed(self._problem, self.bound, self.best):
                     return
-                gains = self.bound - last > WORTH_REPEATING * (self.best - last)
+                gains = closes_much(last, self.bound, self.best)
 
     def _solved(self, selected: Pairs, ends: float) -> tuple[BoundStep, list[np.ndarray], LpSize]:
         """Solve a relaxation before the time ``ends``, to a vertex if possible.
