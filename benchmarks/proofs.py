@@ -11,8 +11,9 @@ some seconds of processor time. A second table counts the scenes that are proven
 programs; a proof that would need more than --programs linear programs is not counted. Below the tables are
 the scenes on which the default's lowest load factor is above the least load factor.
 
-With --conflicts, the proofs use no relaxations by products. With --bounds, the script instead prints the
-lower bounds by method "global" within some seconds.
+With --set NAME=VALUE, a setting of the proof has another value. With most_products=0, all proofs are by
+conflicts, without relaxations by products. With --bounds, the script instead prints the lower bounds by
+method "global" within some seconds.
 """
 
 import argparse
@@ -35,7 +36,7 @@ from csv_rows import read_rows, rows_to_continue  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
 from masonry_opt.methods.bounds.least import prove_least  # noqa: E402
-from masonry_opt.methods.bounds.settings import SETTINGS  # noqa: E402
+from masonry_opt.methods.bounds.settings import SETTINGS, ProofSettings  # noqa: E402
 from masonry_opt.methods.task import Task  # noqa: E402
 
 #: Ranges of the number of joints, including both ends.
@@ -116,11 +117,17 @@ def timed(scene: mo.Scene, **options: Any) -> tuple[mo.Result, float]:
     return result, round(time.process_time() - began, 3)
 
 
-def measured(name: str, scene: mo.Scene, programs: int, products: bool) -> dict[str, Any]:
-    """Return the row of a scene. The search ends after ``programs`` linear programs, on any machine.
+def with_values(settings: ProofSettings, entries: list[str]) -> ProofSettings:
+    """Return settings in which each entry NAME=VALUE replaces the value of a field."""
+    for entry in entries:
+        name, _, value = entry.partition("=")
+        kind = type(getattr(settings, name))
+        settings = replace(settings, **{name: kind(value)})
+    return settings
 
-    If ``products`` is False, the search uses no relaxations by products.
-    """
+
+def measured(name: str, scene: mo.Scene, settings: ProofSettings) -> dict[str, Any]:
+    """Return the row of a scene. The number of programs of the settings ends the search, on any machine."""
     problem = mo.assemble(scene).problem
     row: dict[str, Any] = {"name": name, "joints": problem.joints}
     try:
@@ -134,9 +141,6 @@ def measured(name: str, scene: mo.Scene, programs: int, products: bool) -> dict[
     row |= {"associative": result.associative, "default": answer.load_factor}
     row |= _proof_by_default(result)
     began = time.process_time()
-    settings = replace(SETTINGS, most_programs=programs)
-    if not products:
-        settings = replace(settings, first_products=programs)
     found = prove_least(Task(problem), answer, LONG, settings=settings)
     row |= {"seconds": round(time.process_time() - began, 3), "programs": found.programs}
     row |= {"proven": found.proof is not None, "why": found.why}
@@ -236,13 +240,15 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=1_820_000, help="first seed")
     parser.add_argument("--programs", type=int, default=100_000, help="linear programs of each search")
     parser.add_argument("--out", type=Path, default=Path("proofs.csv"), help="the CSV file")
-    parser.add_argument("--conflicts", action="store_true", help="use no relaxations by products")
+    help_of_set = "set a field of ProofSettings, for example most_products=0 (may be repeated)"
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help=help_of_set)
     parser.add_argument("--bounds", type=float, metavar="SECONDS", help="only bounds by method 'global'")
     asked = parser.parse_args()
     if asked.bounds:
         for family in asked.families:
             print_bounds(FAMILIES[family](asked), asked.bounds)
         return
+    settings = with_values(replace(SETTINGS, most_programs=asked.programs), asked.set)
     done = {row["name"] for row in rows_to_continue(asked.out, COLUMNS)}
     with asked.out.open("a", newline="") as file:
         writer = csv.DictWriter(file, COLUMNS)
@@ -251,7 +257,7 @@ def main() -> None:
         for family in asked.families:
             for name, scene in FAMILIES[family](asked):
                 if name not in done:
-                    writer.writerow(measured(name, scene, asked.programs, not asked.conflicts))
+                    writer.writerow(measured(name, scene, settings))
                     file.flush()
     summed_up(read_rows(asked.out))
 

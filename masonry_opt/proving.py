@@ -100,7 +100,7 @@ def prove_least(
     upper = BUDGET.range_end(result.assembly.problem, result.associative, result.solution.load_history)
     if known is None and upper is None:
         return LeastLoadFactor(None, None, result.message)
-    settings = SETTINGS if products else replace(SETTINGS, first_products=SETTINGS.most_programs)
+    settings = SETTINGS if products else replace(SETTINGS, most_products=0)
     outcome = prove_least_state(Task(result.assembly.problem), known, seconds, upper, settings)
     load_factor = None if outcome.best is None else outcome.best.load_factor
     return LeastLoadFactor(load_factor, outcome.proof, outcome.why)

@@ -10,6 +10,7 @@ from scenes import CASES, WALLS, small_wall, solved, two_blocks, values_of
 import masonry_opt as mo
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bounds.products import distances
+from masonry_opt.methods.bounds.settings import SETTINGS
 from masonry_opt.methods.bracket import bracket
 from masonry_opt.methods.bracket.relaxation import BoundStep, bounds_of, relaxed, tightened
 from masonry_opt.methods.coulomb.search import LowerState
@@ -51,7 +52,7 @@ def test_a_proof_of_the_default_needs_no_programs_of_products():
 @pytest.fixture
 def no_vertex(monkeypatch):
     """Solve no relaxation to a vertex, as on scenes with many products."""
-    monkeypatch.setattr("masonry_opt.methods.bounds.products._MOST_PRODUCTS_AT_VERTEX", 0)
+    monkeypatch.setattr("masonry_opt.methods.bracket.relaxation.SETTINGS", replace(SETTINGS, most_products=0))
 
 
 @pytest.mark.slow

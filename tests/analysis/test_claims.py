@@ -1,10 +1,12 @@
 """Claims about the least load factor, on a scene whose least one is half of the associative one."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import masonry_opt as mo
+from masonry_opt.methods.bounds.settings import SETTINGS
 
 #: A random wall with 13 joints. With few starts, all three load factors are 32.025. The least load factor is
 #: 16.4710: method "global" found this state, and its certificate is computed from the matrices alone.
@@ -35,7 +37,7 @@ def test_a_bound_that_assumes_something_names_its_assumption(no_proof, monkeypat
 
     The summary then does not say "least, proven".
     """
-    monkeypatch.setattr("masonry_opt.methods.bounds.products._MOST_PRODUCTS_AT_VERTEX", 0)
+    monkeypatch.setattr("masonry_opt.methods.bracket.relaxation.SETTINGS", replace(SETTINGS, most_products=0))
     result = mo.solve(TWO_STATES, "global")
     assert result.load_factor == pytest.approx(LOWER, rel=1e-5)
     assert result.exact

@@ -125,7 +125,7 @@ def test_both_kinds_of_proof_agree(seed):
     """The least load factor of a wall by products is that of a proof by conflicts alone."""
     scene = random_scene("wall", seed)
     problem = assemble(scene).problem
-    without = replace(SETTINGS, first_products=10**9)
+    without = replace(SETTINGS, most_products=0)
     by_conflicts = prove_least(Task(problem), None, 300.0, mo.solve(scene, "static").required(), without)
     early = replace(SETTINGS, first_products=1)
     answer = mo.solve(scene, incremental=False).solution.answer

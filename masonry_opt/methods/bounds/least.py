@@ -25,15 +25,6 @@ from masonry_opt.solution.proof import Proof
 if TYPE_CHECKING:
     from masonry_opt.models.pyomo_products import Pairs
 
-#: Relaxations interrupt the search for conflicts at numbers of solved programs that grow by this factor. With
-#: a smaller factor, more time is spent on relaxations.
-_NEXT_PRODUCTS = 5
-
-
-#: No larger relaxation is tried if the bound so far is below this share of the lowest known λ. With a smaller
-#: share, more time is spent on relaxations that prove little.
-_LEAST_SHARE = 0.5
-
 
 def refusal(problem: Problem) -> str:
     """Return the reason why no proof is possible for a problem, or "" if a proof is possible."""
@@ -70,7 +61,7 @@ class LeastProof:
         self._search: ConflictSearch | None = None
         self._chain: ProductChain | None = None
         self._selections: list[Pairs] = []
-        self._next_products = settings.first_products
+        self._next_products = float(settings.first_products)
 
     @property
     def is_open(self) -> bool:
@@ -109,11 +100,11 @@ class LeastProof:
         last = self.programs + min(programs, self._settings.most_programs - self.programs)
         while self.proof is None:
             try:
-                self._search_conflicts(ends, min(last, self._next_products))
+                self._search_conflicts(ends, min(last, round(self._next_products)))
             except ProgramLimitReached:
                 if self.programs >= last:
                     raise
-                self._next_products *= _NEXT_PRODUCTS
+                self._next_products *= self._settings.products_growth
                 self._raise_bound(ends)
 
     def _search_conflicts(self, ends: float, last: int) -> None:
@@ -157,8 +148,8 @@ class LeastProof:
             if chain.bound >= needed:
                 self.proof = chain.proof(load_factor, needed)
                 return
-            gains = closes_much(before, chain.bound, load_factor)
-        if chain.bound < _LEAST_SHARE * load_factor:
+            gains = closes_much(before, chain.bound, load_factor, self._settings)
+        if chain.bound < self._settings.least_share * load_factor:
             self._selections.clear()
         if self._search is not None:
             self._search.raise_to(chain.bound)

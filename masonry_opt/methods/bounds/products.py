@@ -41,22 +41,12 @@ if TYPE_CHECKING:
 #: the bounds on λ still differ and time remains.
 _RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
-#: A relaxation is repeated, with tighter force limits, if it closes more than this fraction of the gap
-#: between the lower and the upper bound on λ. Otherwise the next relaxation has more products, and takes two
-#: to ten times as long.
-_WORTH_REPEATING = 0.5
-
 #: Tolerance of the interior-point method, and of the crossover from its solution to a vertex.
 _VERTEX_TOLERANCE = 1e-9
 
 #: The programs limit λ to the lowest known λ, increased by this relative margin. Without a margin, the
 #: feasible set would have no interior, which interior-point methods need.
 _LOAD_FACTOR_MARGIN = 1e-4
-
-#: Largest number of products in a relaxation that is solved to a vertex. Running bonds of 41 joints have
-#: fewer products, and the walls of Table 1 have more. With a larger number, more lower bounds hold
-#: without assumed limits, but take longer.
-_MOST_PRODUCTS_AT_VERTEX = 12_000
 
 
 def a_little_above(best: float) -> float:
@@ -99,12 +89,12 @@ def selections(problem: Problem, most: int) -> Iterator[tuple[tuple[int, int], "
         before = products
 
 
-def closes_much(before: float, after: float, load_factor: float) -> bool:
+def closes_much(before: float, after: float, load_factor: float, settings: ProofSettings) -> bool:
     """Return True if a relaxation that raised the lower bound on λ is worth repeating.
 
     ``load_factor`` is the lowest known λ, which is the upper bound.
     """
-    return after - before > _WORTH_REPEATING * (load_factor - before)
+    return after - before > settings.worth_repeating * (load_factor - before)
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +125,7 @@ class ProductChain:
         self._problem, self._effort, self._settings = problem, effort, settings
         self.selections: list[Pairs] = []
         if permits_products(problem):
-            self.selections = [selected for _, selected in selections(problem, _MOST_PRODUCTS_AT_VERTEX)]
+            self.selections = [selected for _, selected in selections(problem, settings.most_products)]
 
     def raise_bound(self, load_factor: float, selected: "Pairs", seconds: float) -> SolvedRelaxation | None:
         """Solve one relaxation, and raise the bound if the relaxation proves a higher one.

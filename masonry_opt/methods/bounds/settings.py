@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from masonry_opt.methods.settings import Settings, zero_or_more
+from masonry_opt.methods.settings import Settings, above_one, zero_or_more
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.load_history import LoadHistory
 
@@ -39,9 +39,26 @@ class ProofSettings(Settings):
     most_programs: int = 10_000_000
 
     #: Number of linear programs after which relaxations by products first interrupt the search for conflicts.
-    #: The next interruptions follow after 5, 25, … times this number. With a smaller number, proofs by
-    #: products are found earlier, and proofs by conflicts later.
+    #: With a smaller number, proofs by products are found earlier, and proofs by conflicts later.
     first_products: int = 2000
+
+    #: The numbers of linear programs at which relaxations interrupt the search for conflicts grow by this
+    #: factor. With a smaller factor, more time is spent on relaxations.
+    products_growth: float = above_one(5.0)
+
+    #: Largest number of products in a relaxation that is solved to a vertex; 0 for proofs by conflicts alone.
+    #: Running bonds of 41 joints have fewer products, and the walls of Table 1 have more. With a larger
+    #: number, more lower bounds hold without assumed limits, but take longer.
+    most_products: int = zero_or_more(12_000)
+
+    #: A relaxation is repeated, with tighter force limits, if it closes more than this fraction of the gap
+    #: between the lower and the upper bound on λ. Otherwise the next relaxation has more products, and takes
+    #: two to ten times as long. With a smaller fraction, more relaxations are repeated.
+    worth_repeating: float = 0.5
+
+    #: No larger relaxation is tried if the bound so far is below this share of the lowest known λ. With a
+    #: smaller share, more time is spent on relaxations that prove little.
+    least_share: float = zero_or_more(0.5)
 
     #: Time limit in seconds of a single linear program, because HiGHS may never end without a limit. With a
     #: shorter limit, more combinations of yield conditions remain undecided.

@@ -22,6 +22,7 @@ from masonry_opt.methods.bounds.products import (
     number_of_products,
     selections,
 )
+from masonry_opt.methods.bounds.settings import SETTINGS
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
 from masonry_opt.models.pyomo_products import Pairs, PyomoProducts
 from masonry_opt.problem.edges import EdgeFactors
@@ -377,7 +378,8 @@ class Rising:
         self.best = best  #: lowest known load factor, λ > 0; callers may set a lower value
         self.bound = 0.0  #: lower bound on λ from all programs solved so far
         self.history: list[BoundStep] = []  #: records of all programs solved so far
-        self.chain = ProductChain(problem, effort)  #: relaxations solved to a vertex, and their bound
+        #: Relaxations solved to a vertex, and their bound.
+        self.chain = ProductChain(problem, effort, SETTINGS)
         self._limits: StateBounds | None = None
         self._vertices_are_found = True  # False after a relaxation that could not be solved to a vertex
 
@@ -413,7 +415,7 @@ class Rising:
                 yield step, size, [] if closed(self._problem, self.bound, self.best) else forces
                 if closed(self._problem, self.bound, self.best):
                     return
-                gains = closes_much(last, self.bound, self.best)
+                gains = closes_much(last, self.bound, self.best, SETTINGS)
 
     def _solved(self, selected: Pairs, ends: float) -> tuple[BoundStep, list[np.ndarray], LpSize]:
         """Solve a relaxation before the time ``ends``, to a vertex if possible.

@@ -38,6 +38,8 @@ OFF = [
     (mo.SearchSettings, "steps_in_space", ()),
     (mo.SearchSettings, "repairs", 0),
     (mo.ProofBudget, "most_joints", 0),
+    (ProofSettings, "most_products", 0),
+    (ProofSettings, "least_share", 0),
 ]
 
 
