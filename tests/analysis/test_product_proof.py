@@ -19,7 +19,7 @@ import masonry_opt as mo
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bounds.least import prove_least
 from masonry_opt.methods.bounds.products import ProductChain
-from masonry_opt.methods.bounds.search import bound_below
+from masonry_opt.methods.bounds.search import ConflictSearch, NoLoadFactorLeft, bound_below
 from masonry_opt.methods.bounds.settings import SETTINGS
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import assemble
@@ -31,6 +31,9 @@ from masonry_opt.solution.proof import REACH, Proof
 
 #: Friction of the running bonds.
 FRICTION = 0.65
+#: Least load factor of the tower of running_bond(1, 6). Five courses rotate about the toe of the tower, with
+#: the half brick at the toe, and the other half brick stays. Bricks are 4 wide and 1.75 high.
+TOWER = (5 * 2.0 + 0.5 * 1.0) / (5 * 6.125 + 0.5 * 0.875)
 
 
 def running_bond(width: int, height: int) -> mo.Scene:
@@ -72,6 +75,31 @@ def test_a_bond_that_slides_is_proven(proven):
     assert found.reach >= REACH
     assert f"{found.products} products of a static and a kinematic form" in str(found)
     assert f"proof by {found.products:,} products".replace(",", "") in str(proof).replace(",", "")
+
+
+@pytest.mark.parametrize(("width", "height", "least"), [(2, 3, FRICTION), (1, 6, TOWER)])
+@pytest.mark.parametrize("with_known_state", [True, False])
+def test_a_proof_of_the_exact_bound_is_confirmed(width, height, least, with_known_state):
+    """Products prove exactly the least load factor, which may exceed that of the state by rounding errors."""
+    scene = running_bond(width, height)
+    problem = assemble(scene).problem
+    answer = mo.solve(scene, incremental=False).solution.answer if with_known_state else None
+    upper = mo.solve(scene, "static").required()
+    outcome = prove_least(Task(problem), answer, 60.0, upper, replace(SETTINGS, first_products=50))
+    assert outcome.best.load_factor == pytest.approx(least, rel=1e-9)
+    assert outcome.proof.excluded_by_products <= outcome.best.load_factor
+    assert outcome.proof.relaxations
+    assert check(problem, outcome.proof).faults == ()
+
+
+def test_the_search_ends_at_a_state_below_which_products_exclude_all_others():
+    problem = assemble(running_bond(1, 6)).problem
+    search = ConflictSearch(Task(problem), 0.355, SETTINGS)
+    search.raise_to(TOWER * (1 - 1e-8))
+    with pytest.raises(NoLoadFactorLeft):
+        search.run(np.inf)
+    assert search.known == pytest.approx(TOWER, rel=1e-9)
+    assert search.best.exact
 
 
 @pytest.mark.slow

@@ -14,7 +14,12 @@ from masonry_opt.deadline import seconds_left
 from masonry_opt.effort import ProgramLimitReached
 from masonry_opt.methods.bounds.conflicts import Undecided
 from masonry_opt.methods.bounds.products import ProductChain, closes_much
-from masonry_opt.methods.bounds.search import ConflictSearch, ConflictSearchTimeout, bound_below
+from masonry_opt.methods.bounds.search import (
+    ConflictSearch,
+    ConflictSearchTimeout,
+    NoLoadFactorLeft,
+    bound_below,
+)
 from masonry_opt.methods.bounds.settings import SETTINGS, ProofSettings
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.load_factor_scale import LoadFactorScale
@@ -114,16 +119,20 @@ class LeastProof:
                 assert self._start is not None
                 self._search = ConflictSearch(self._task, self._start, self._settings)
             search = self._search
-            if self.best is not None:
-                search.lower_to(self.best.load_factor)
             try:
+                if self.best is not None:
+                    search.lower_to(self.best.load_factor)
                 search.run(ends)
+            except NoLoadFactorLeft:
+                assert self._chain is not None
+                self.proof = self._chain.proof(search.known, search.highest)
+                return
             finally:
                 if search.best is not None:
                     self.lower_to(search.best)
         self.proof = search.proof()
         if self._chain is not None and self._chain.steps:
-            steps, excluded = tuple(self._chain.steps), self._chain.bound
+            steps, excluded = tuple(self._chain.steps), self._chain.excluded(search.known)
             self.proof = replace(self.proof, relaxations=steps, excluded_by_products=excluded)
 
     def _raise_bound(self, ends: float) -> None:

@@ -172,6 +172,14 @@ class ProductChain:
         columns = np.concatenate(list(lp.columns.values()))
         return SolvedRelaxation(bound, model, session.point()[columns], lp.size)
 
+    def excluded(self, load_factor: float) -> float:
+        """Return the load factor up to which a proof excludes states by products.
+
+        This load factor is ``bound``, which may exceed the least load factor by rounding errors. A proof
+        therefore never claims more than ``load_factor``, which is the lowest one of all known exact states.
+        """
+        return min(self.bound, load_factor)
+
     def proof(self, load_factor: float, bound: float) -> Proof:
         """Return the proof that no state has a load factor from 0 to ``bound`` ≤ ``self.bound``.
 
@@ -179,15 +187,16 @@ class ProductChain:
         of the proof is therefore slightly smaller than ``self.bound``, by a rounding error at least.
         """
         assert bound <= self.bound
+        excluded = self.excluded(load_factor)
         return Proof(
-            bound=min(bound, nextafter(self.bound, 0.0)),
+            bound=min(bound, nextafter(excluded, 0.0)),
             load_factor=load_factor,
             conditions=self._problem.faces,
             conflicts=(),
             energy_bounds=(),
             senses=np.zeros((0, 2), dtype=int),
             relaxations=tuple(self.steps),
-            excluded_by_products=self.bound,
+            excluded_by_products=excluded,
         )
 
     def _normal_limits(self, within: tuple[float, float]) -> tuple[NormalLimit, ...] | None:

@@ -39,6 +39,10 @@ class ConflictSearchTimeout(Exception):
     """Error that is raised if the search reaches its time limit."""
 
 
+class NoLoadFactorLeft(Exception):
+    """Error that is raised if products exclude all load factors below the lowest known state."""
+
+
 class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no types
     """Search for collapse states below the lowest known λ, until the learned conflicts exclude them all.
 
@@ -84,7 +88,8 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
 
         Raise ConflictSearchTimeout when ``time.perf_counter`` reaches ``ends``, and ProgramLimitReached when
         the effort permits no further linear program. A further call continues the search with its learned
-        clauses. Raise Undecided if the programs leave an assignment undecided.
+        clauses. Raise Undecided if the programs leave an assignment undecided. Raise NoLoadFactorLeft if the
+        search finds a state below which products exclude all others.
         """
         self._ends = ends
         self._stopped = self._clause = None
@@ -113,8 +118,8 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
     def lower_to(self, load_factor: float) -> None:
         """Restrict the search to load factors below ``load_factor``.
 
-        All conflicts remain valid, because they hold for every lower load factor. Raise Undecided if the load
-        factor is zero, because no lower load factor remains.
+        All conflicts remain valid, because they hold for every lower load factor. Raise NoLoadFactorLeft if
+        products exclude all lower load factors. Raise Undecided if the load factor is zero.
         """
         if load_factor >= self.known:
             return
@@ -122,6 +127,8 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self.highest = bound_below(load_factor, self._settings, self._scale)
         if self.highest <= 0:
             raise Undecided("a collapse state at λ = 0 exists, and a proof cannot cover λ below zero")
+        if self.highest <= self._lowest:
+            raise NoLoadFactorLeft
         self._statics.set_range(self._lowest, self.highest)
         self._kinematics.set_highest(self.highest / self._scaled.load_factor)
         self._slacks = self._motion = None
