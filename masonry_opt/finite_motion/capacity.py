@@ -270,7 +270,7 @@ class Capacity:
 
     @property
     def _onset_of_moving(self) -> tuple[np.ndarray, np.ndarray, float]:
-        """Values of ``_onset``, restricted to the live forces on blocks that move.
+        """Same values as ``_onset``, but only for the live forces that act on moving blocks.
 
         Blocks at rest do not belong to the kinematic chain, so their masses do not participate.
         """

@@ -285,8 +285,8 @@ def _far_away(assembly: Assembly) -> list[Reason]:
     bounds, axes = np.column_stack([low, -high]), low.shape[1]
     lowest = np.full((groups, 2 * axes), np.inf)
     np.minimum.at(lowest, group, bounds)
-    # For each group, compute the bounding box of all other groups: the least bounds of all groups, or the
-    # second least if the group itself has the least.
+    # For each group, compute the bounding box of all other groups. A bound of this box is the least bound of
+    # all groups. If this bound belongs to the group itself, it is the second least.
     least, second = np.sort(lowest, axis=0)[:2]
     other_boxes = np.where(lowest == least, second, least)
     size, other_sizes = (

@@ -42,8 +42,8 @@ class ProofSettings(Settings):
     #: With a smaller number, proofs by products are found earlier, and proofs by conflicts later.
     first_products: int = 2000
 
-    #: The numbers of linear programs at which relaxations interrupt the search for conflicts grow by this
-    #: factor. With a smaller factor, more time is spent on relaxations.
+    #: Relaxations interrupt the search again after this factor times as many linear programs, then after the
+    #: square of the factor, and so on. With a smaller factor, more time is spent on relaxations.
     products_growth: float = above_one(5.0)
 
     #: Largest number of products in a relaxation that is solved to a vertex; 0 for proofs by conflicts alone.

@@ -76,8 +76,8 @@ class SearchSettings(Settings):
     #: value, conditions that are not at yield may have nonzero rates.
     at_yield: float = 1e-7
 
-    #: If a start leads to no exact state, the search is repeated from forces nearer to a collapse state, at
-    #: most this number of times. More repetitions seldom lead to a lower λ.
+    #: A start may lead to no exact state. The search is then repeated from corrected forces, which are nearer
+    #: to a collapse state. This is the largest number of repetitions. More of them seldom lead to a lower λ.
     repairs: int = zero_or_more(2)
 
     #: Time limit of a linear program of the search, in seconds per joint. Without a limit, HiGHS may never

@@ -29,9 +29,9 @@ _COMPONENT_TYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<
 #: Code of a primitive whose corners form separate triangles. Primitives of points or lines have other codes,
 #: and are ignored.
 _TRIANGLES = 4
-#: Code of a primitive whose corners form a strip of triangles.
+#: glTF code of a mesh primitive (list of corners) that is a strip of triangles.
 _STRIP = 5
-#: Code of a primitive whose corners form a fan of triangles.
+#: glTF code of a mesh primitive (list of corners) that is a fan of triangles.
 _FAN = 6
 #: Codes of all primitives with triangles.
 _TRIANGLE_MODES = (_TRIANGLES, _STRIP, _FAN)

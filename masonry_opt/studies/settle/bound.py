@@ -71,7 +71,7 @@ class Bound:
 
     @property
     def answered_by(self) -> str | None:
-        """Key in ``results`` of the result that determines ``reaction``; None if there is no reaction.
+        """Key of ``results`` under which the result with the ``reaction`` is stored; None without reaction.
 
         It is the kind of the chosen method if this method found a load factor in the direction of movement.
         Otherwise it is "incremental", for the incremental analysis.
