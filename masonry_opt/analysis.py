@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from masonry_opt.deadline import TimeLimitReached, limited
-from masonry_opt.effort import Effort, Phases, refuse_if_no_function
+from masonry_opt.effort import Effort, Phases, ignore_progress, refuse_if_no_function
 from masonry_opt.errors import TimeLimitError
 from masonry_opt.methods.incremental.analysis import IncrementalAnalysis
 from masonry_opt.methods.incremental.settings import IncrementalSettings
@@ -65,7 +65,7 @@ class Session:
         return replace(self, how=replace(self.how, incremental=False))
 
     def solve(
-        self, scene: Scene, progress: Progress = lambda _: None, effort: Effort | None = None
+        self, scene: Scene, progress: Progress = ignore_progress, effort: Effort | None = None
     ) -> Result:
         """Solve a scene and return its result.
 
@@ -327,8 +327,8 @@ def solve(  # noqa: PLR0913 - each option of the public API is an argument
     time_limit: float | None = None,
     load_case: str | None = None,
     settled: Movements | None = None,
-    progress: Progress = lambda _: None,
-    phases: Phases = lambda _: None,
+    progress: Progress = ignore_progress,
+    phases: Phases = ignore_progress,
     **options: Any,
 ) -> Result:
     """Find the load factor at which a scene collapses; for a scene without live load, decide if it is stable.

@@ -26,6 +26,10 @@ PARTS = (
 )
 
 
+def ignore_progress(*_: object) -> None:
+    """Do nothing. This is the default of the options ``progress`` and ``phases``."""
+
+
 def refuse_if_no_function(name: str, value: object) -> None:
     """Raise OptionError if the value of an option is not a function."""
     if not callable(value):
@@ -37,7 +41,7 @@ def phases_from(options: dict[str, Any]) -> Phases:
 
     The option is documented in :func:`~masonry_opt.solve`. Raises OptionError if its value is not a function.
     """
-    phases: Phases = options.pop("phases", lambda _: None)
+    phases: Phases = options.pop("phases", ignore_progress)
     refuse_if_no_function("phases", phases)
     return phases
 
@@ -51,7 +55,7 @@ class Effort:
 
     __repr__ = brief
 
-    def __init__(self, phases: Phases = lambda _: None) -> None:
+    def __init__(self, phases: Phases = ignore_progress) -> None:
         """Start with zero effort.
 
         ``phases`` is called with the name of each phase as the phase begins, and again with the name and the

@@ -12,6 +12,7 @@ import pandas as pd
 
 from masonry_opt.brief import brief
 from masonry_opt.drawing.marks import moved as carried
+from masonry_opt.effort import ignore_progress
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable, rounded
 from masonry_opt.finite_motion.capacity_pictures import curve_picture, displaced_picture
 from masonry_opt.finite_motion.curve_input import CURVE_STEPS, curve_forces
@@ -58,7 +59,7 @@ def capacity(
     block: str | None = None,
     point: tuple[float, ...] | None = None,
     steps: int = CURVE_STEPS,
-    progress: PathProgress = lambda number, load_factor: None,
+    progress: PathProgress = ignore_progress,
 ) -> "Capacity":
     """Compute the capacity curve of a result, from the onset of collapse down to λ = 0.
 

@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ConfigDict
 
-from masonry_opt.effort import Effort
+from masonry_opt.effort import Effort, ignore_progress
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.settings import Settings
 from masonry_opt.problem.problem import Problem
@@ -37,7 +37,7 @@ class Task:
     solver: Solver = field(default_factory=lambda: find_solver("cvxpy", None))
     options: Any = None  #: options of the method, or None if the method has no options
     effort: Effort = field(default_factory=Effort)  #: counts of time, programs and solvers
-    progress: Progress = lambda _: None
+    progress: Progress = ignore_progress
     #: Cache of compiled programs. Analyses of the same scene with other friction, cohesion or dilatancy use
     #: them again.
     cache: ProgramCache = field(default_factory=ProgramCache)

@@ -53,9 +53,16 @@ class LoadFactorScale:
         return abs(first - second) <= EQUALITY_TOLERANCE * self.divisor(larger)
 
     def is_distinctly_lower(self, load_factor: float, than: float) -> bool:
-        """Return True if λ is lower than another λ by more than the tolerance of :meth:`equal`."""
+        """Return True if the difference between two load factors matters to the user.
+
+        The tolerance is that of :meth:`equal`. Warnings and verdicts about load factors use this method. It
+        ignores differences that may come from inaccurate solvers.
+        """
         return load_factor < than and not self.equal(load_factor, than)
 
     def is_lower(self, load_factor: float, than: float) -> bool:
-        """Return True if λ is lower than another λ by a relative difference above ``RELATIVE_ROUNDING``."""
+        """Return True if λ is lower than another λ by more than rounding errors (``RELATIVE_ROUNDING``).
+
+        Comparisons between exact states use this method, because their load factors are accurate.
+        """
         return load_factor < than - RELATIVE_ROUNDING * self.divisor(than)

@@ -61,12 +61,16 @@ class Scene(SceneKeys):
     Raises
     ------
     CaseError
-        If names repeat, or no block can move. If no block is fixed, and no tie or prop ends at ``"ground"``.
-        If an exception or a load names a block that does not exist, or a load acts on a fixed block. If a
-        tilted scene has loads other than weights, or a scene with an earthquake has other live loads. If a
-        load case names a group to which no load belongs. If a scene in space has keys of the plane (edge
-        loads, fills, ``thickness``, ``strength``, ``dilatancy_stress``), or a scene in the plane has keys of
-        space. If fills lie above each other, or gravity is not straight down in a scene with fills.
+        If the records contradict each other. The message names the record and the remedy. These are errors:
+
+        - Two blocks have one name, no block can move, or nothing holds the blocks. Blocks are held by a fixed
+          block, or by a tie or prop that ends at ``"ground"``.
+        - An exception or a load names a block that does not exist, or a load acts on a fixed block.
+        - A tilted scene has loads other than weights, or a scene with an earthquake has other live loads.
+        - A load case names a group to which no load belongs.
+        - A scene in space has keys of the plane (edge loads, fills, ``thickness``, ``strength``,
+          ``dilatancy_stress``), or a scene in the plane has keys of space.
+        - Fills lie above each other, or gravity is not straight down in a scene with fills.
     """
 
     _origin: str = "scene"

@@ -128,8 +128,8 @@ class Solid(Body):
     Raises
     ------
     CaseError
-        If a key is unknown, or a value is not a finite number. If the shape or the weight is missing or given
-        twice. If a face names a corner twice, or names a corner that does not exist.
+        If a key is unknown, a value is not a finite number, the shape or the weight is missing or given
+        twice, or a face names a corner twice or a corner that does not exist.
     """
 
     LOADS: ClassVar[tuple[str, ...]] = ("live", "live_per_weight", "live_moment", "dead", "dead_moment")

@@ -23,7 +23,7 @@ from math import inf
 
 import numpy as np
 
-from masonry_opt.effort import Effort
+from masonry_opt.effort import Effort, ignore_progress
 from masonry_opt.methods.incremental.collapse_state import solve_collapse_state
 from masonry_opt.methods.incremental.contact_law import mean_force_and_compliance
 from masonry_opt.methods.incremental.equilibrium import (
@@ -152,7 +152,7 @@ class IncrementalAnalysis:
         """
         return self.solver.equilibrate(self.solver.at_rest(self.problem.settled), self.problem.dead)
 
-    def run(self, progress: Callable[[LoadStep], None] = lambda _: None) -> IncrementalResult:
+    def run(self, progress: Callable[[LoadStep], None] = ignore_progress) -> IncrementalResult:
         """Compute the load history up to collapse, and call ``progress`` with each load step."""
         if isinstance(self.preload, Collapse):
             return IncrementalResult(End.UNSTABLE, LoadHistory(), collapse=self.preload)

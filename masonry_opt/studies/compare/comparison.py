@@ -14,6 +14,7 @@ from typing import Any
 
 import pandas as pd
 
+from masonry_opt.effort import ignore_progress
 from masonry_opt.errors import NoRunSolvedError, OptionError
 from masonry_opt.files import refuse_outputs, write_folder
 from masonry_opt.scene.case_file import case_folder
@@ -61,7 +62,7 @@ def compare(  # noqa: PLR0913 - options of the public API are keywords
     out: str | Path = DEFAULT_FOLDER,
     force: bool = False,
     cases: str | Path | None = None,
-    progress: Callable[[str], None] = lambda _: None,
+    progress: Callable[[str], None] = ignore_progress,
 ) -> judge.Comparison:
     """Measure the times of methods and solvers on scenes, judge their answers, and write the results.
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from masonry_opt.analysis import Session, prepare
 from masonry_opt.deadline import TimeLimitReached, limited, unlimited
-from masonry_opt.effort import Effort, Phases, phases_from
+from masonry_opt.effort import Effort, Phases, ignore_progress, phases_from
 from masonry_opt.errors import MasonryError, TimeLimitError, counted
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.settled import Movements
@@ -41,7 +41,7 @@ def crossing(
     load_case: str | None = None,
     settled: Movements | None = None,
     required_factor: float | None = None,
-    progress: Callable[[float, float], None] = lambda position, load_factor: None,
+    progress: Callable[[float, float], None] = ignore_progress,
     **options: Any,
 ) -> Crossing:
     """Move axles over a scene in the plane and find the position with the least load factor.
@@ -128,8 +128,8 @@ def cross(
     *,
     settled: Movements | None = None,
     questions: Questions = _NO_QUESTIONS,
-    progress: Callable[[float, float], None] = lambda position, load_factor: None,
-    phases: Phases = lambda _: None,
+    progress: Callable[[float, float], None] = ignore_progress,
+    phases: Phases = ignore_progress,
 ) -> Crossing:
     """Move axles over a scene, solve it by the method of a session, and return the answer.
 
@@ -215,7 +215,7 @@ def _solve_first_positions(
     for passage in passages:
         position = _first_loaded(passage)
         try:
-            result = session.solve(passage.scene(position), lambda _: None, Effort(phases))
+            result = session.solve(passage.scene(position), ignore_progress, Effort(phases))
         except TimeLimitError:
             return firsts, _limit_of(session)
         except KeyboardInterrupt as caught:
@@ -421,4 +421,4 @@ def _solve_equal_positions(by_case: list[search.PassageTrials]) -> None:
 
 def _solve(session: Session, passage: search.Passage, effort: Effort) -> search.SolveLive:
     """Return a function that solves the scene of a passage under a given live load, by the chosen method."""
-    return lambda live: session.pushed(passage.loaded(live), lambda _: None, effort)
+    return lambda live: session.pushed(passage.loaded(live), ignore_progress, effort)

@@ -16,7 +16,7 @@ from masonry_opt.brief import brief
 from masonry_opt.drawing.colours import AT_REST, BLACK, SERIES, VERMILION
 from masonry_opt.drawing.elements import title_of
 from masonry_opt.drawing.figure import Picture, entitle, finish, style
-from masonry_opt.effort import Effort, Phases, phases_from
+from masonry_opt.effort import Effort, Phases, ignore_progress, phases_from
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.finite_motion.kinematic_check import activation
 from masonry_opt.finite_motion.settled_state import settled_scene
@@ -336,8 +336,8 @@ def solve_cases(
     method: str = DEFAULT,
     *,
     settled: Movements | None = None,
-    progress: Progress = lambda _: None,
-    phases: Phases = lambda _: None,
+    progress: Progress = ignore_progress,
+    phases: Phases = ignore_progress,
     **options: Any,
 ) -> Cases:
     """Solve all load cases of a scene. Geometry, joints and matrices are computed once.
@@ -399,7 +399,7 @@ def directions(
     vertical: float | Sequence[float] | None = None,
     load_case: str | None = None,
     settled: Movements | None = None,
-    progress: Progress = lambda _: None,
+    progress: Progress = ignore_progress,
     **options: Any,
 ) -> Directions:
     """Solve a scene for earthquakes from all sides. They replace the live loads of the scene.

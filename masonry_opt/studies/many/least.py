@@ -14,6 +14,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from masonry_opt.analysis import prepare
+from masonry_opt.effort import ignore_progress
 from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError, TimeLimitError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble
@@ -55,7 +56,7 @@ def least(  # noqa: PLR0913 - options of the public API are keywords
     method: str = DEFAULT,
     tolerance: float = THRESHOLD_TOLERANCE,
     samples: int = SAMPLES,
-    progress: Tried = lambda _: None,
+    progress: Tried = ignore_progress,
     **options: Any,
 ) -> Threshold:
     """Find the least value of a parameter at which a scene is stable, or carries a required load.
@@ -112,7 +113,7 @@ def most(  # noqa: PLR0913 - options of the public API are keywords
     method: str = DEFAULT,
     tolerance: float = THRESHOLD_TOLERANCE,
     samples: int = SAMPLES,
-    progress: Tried = lambda _: None,
+    progress: Tried = ignore_progress,
     **options: Any,
 ) -> Threshold:
     """Find the greatest value of a parameter at which a scene is stable, or carries a required load.

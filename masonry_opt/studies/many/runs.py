@@ -15,6 +15,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from masonry_opt.analysis import Session
+from masonry_opt.effort import ignore_progress
 from masonry_opt.errors import CaseError, NoRunSolvedError, OptionError, counted
 from masonry_opt.files import refuse_outputs, write_folder
 from masonry_opt.methods.registry import HowToSolve
@@ -135,7 +136,7 @@ def run_many(
     *,
     output: StudyOutput | None = None,
     by: tuple[int | None, str | None] = (None, None),
-    progress: RunProgress = lambda done, of: None,
+    progress: RunProgress = ignore_progress,
 ) -> pd.DataFrame:
     """Solve a scene for each dictionary of values, and return a table with one row per dictionary.
 

@@ -11,6 +11,7 @@ import pandas as pd
 from scipy import stats
 
 from masonry_opt.analysis import prepare
+from masonry_opt.effort import ignore_progress
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.problem.arguments import list_of_numbers, refuse_shares
@@ -45,8 +46,7 @@ if TYPE_CHECKING:
 RUNS = 128  #: Default number of runs: a power of two, for which Sobol points are most uniform.
 CONFIDENCE = 0.95  #: Default confidence of intervals of quantiles, probabilities and correlations.
 CHART_KINDS = ("fragility", "sensitivity")  #: Kinds of chart.
-#: Names of the files of statistics, written in addition to the table of runs.
-_TABLES = ("quantiles.csv", "fragility.csv", "sensitivity.csv")
+_TABLES = ("quantiles.csv", "fragility.csv", "sensitivity.csv")  #: Names of the files of statistics.
 _PRINTED_CORRELATIONS = 5  #: Largest number of rank correlations that are printed; weaker ones are omitted.
 #: Bound on the absolute correlations whose Fisher transform is computed. Larger correlations are replaced by
 #: this value, because the transform of 1 is infinite.
@@ -439,7 +439,7 @@ def sample(  # noqa: PLR0913 - options of the public API are keywords
     force: bool = False,
     workers: int | None = None,
     dask: str | None = None,
-    progress: RunProgress = lambda done, of: None,
+    progress: RunProgress = ignore_progress,
     **options: Any,
 ) -> Sample:
     """Solve a scene for random, independent values of its uncertain parameters.

@@ -12,6 +12,7 @@ import pandas as pd
 
 from masonry_opt.analysis import prepare
 from masonry_opt.drawing.elements import title_of
+from masonry_opt.effort import ignore_progress
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.reporting.load_factors import meaning
@@ -44,7 +45,7 @@ def sweep(  # noqa: PLR0913 - options of the public API are keywords
     force: bool = False,
     workers: int | None = None,
     dask: str | None = None,
-    progress: RunProgress = lambda done, of: None,
+    progress: RunProgress = ignore_progress,
     **options: Any,
 ) -> pd.DataFrame:
     """Solve a scene for every combination of values of its parameters.

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.analysis import prepare
-from masonry_opt.effort import Effort, phases_from
+from masonry_opt.effort import Effort, ignore_progress, phases_from
 from masonry_opt.errors import OptionError, rounded
 from masonry_opt.finite_motion.freed_supports import (
     freed,
@@ -126,7 +126,7 @@ def settle(
         """
         dead = assembly.problem.dead - sign * start * assembly.problem.live
         preloaded = replace(assembly, problem=replace(assembly.problem, dead=dead, settled=settled))
-        results = [method.push(preloaded, lambda _: None, Effort(phases)) for method in sessions]
+        results = [method.push(preloaded, ignore_progress, Effort(phases)) for method in sessions]
         end = Bound(results[0], results[-1], unit * start, -sign * unit, movement)
         if movement is not None and movement > end.largest_movement:
             raise OptionError(
