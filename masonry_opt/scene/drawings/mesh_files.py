@@ -1,5 +1,6 @@
 """Read OBJ, PLY, STL and glTF meshes, and folders of them, as scenes in space."""
 
+import codecs
 import io
 import re
 import warnings
@@ -258,8 +259,10 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
 
     Raises ValueError if the file cannot be read.
     """
-    data = read_bytes(path, _LARGEST_MESH, "simplify the blocks")
+    data = read_bytes(path, _LARGEST_MESH, "simplify the blocks").removeprefix(codecs.BOM_UTF8)
     ending = path.suffix.lower()
+    if ending != ".stl" and data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise ValueError("the file is in the encoding UTF-16: save it in the encoding UTF-8")
     if ending == ".obj":
         meshes = _obj_meshes(data)
     elif ending == ".ply":
@@ -342,9 +345,10 @@ def _obj_meshes(data: bytes) -> list[Mesh]:
                 faces.setdefault(key, []).append(face)
                 layers[key] = group
         except ValueError:
+            has_commas = word == "v" and "," in arguments
+            advice = "write numbers with a decimal point" if has_commas else "export the blocks again"
             raise ValueError(
-                f"the file is not valid OBJ in line {number} ('{stones.block_name(line)[:60]}'): "
-                "export the blocks again"
+                f"the file is not valid OBJ in line {number} ('{stones.block_name(line)[:60]}'): {advice}"
             ) from None
     corners = np.array(points).reshape(-1, 3)
     if any(corner >= len(corners) for mesh in faces.values() for face in mesh for corner in face):

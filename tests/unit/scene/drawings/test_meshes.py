@@ -1,5 +1,6 @@
 """OBJ, PLY and STL files are read as scenes in space, and the command `convert` writes case files."""
 
+import codecs
 import random
 import re
 import shlex
@@ -50,6 +51,15 @@ def test_each_closed_mesh_is_a_block(file, write, name):
     assert sorted(contacts_of(scene).extent) == pytest.approx([2, 2], rel=1e-6)
     # Both stones overturn together: their width of 2 over their height of 5.
     assert mo.solve(scene, "static").required() == pytest.approx(2 / 5, rel=1e-5)
+
+
+@pytest.mark.parametrize(("write", "name"), [(obj, "a.obj"), (ply, "a.ply")])
+def test_a_byte_order_mark_of_utf_8_is_ignored(file, write, name):
+    data = write(STONES)
+    if write is obj:
+        data = data[data.index(b"v ") :]  # the first line is then a corner
+    plain, marked = (read(file(start + data, name), fixed_below=-0.5) for start in (b"", codecs.BOM_UTF8))
+    assert [block.vertices for block in marked.blocks] == [block.vertices for block in plain.blocks]
 
 
 def test_objects_and_groups_name_blocks_set_apart_by_blanks_or_tabs(file):
@@ -166,6 +176,11 @@ WRONG = {
     "two of one name": (obj(STONES) + b"\n" + obj({"low": STONES["low"]}), "two blocks are named 'low'"),
     "a corner that is not there": (obj(STONES) + b"\nf 1 2 99", "not valid OBJ"),
     "no number": (obj(STONES) + b"\nv 1 x 2", "not valid OBJ in line "),
+    "decimal commas": (
+        obj(STONES).replace(b".", b","),
+        r"not valid OBJ in line 3 \('v .*'\): write numbers with a decimal point",
+    ),
+    "UTF-16": (obj(STONES).decode().encode("utf-16"), "encoding UTF-16: save it in the encoding UTF-8"),
     "infinite": (obj(STONES).replace(b"5.000000000", b"1e999"), "block 'high' has a coordinate"),
     "empty": (b"", "has no complete faces"),
     "a grain": (obj(STONES | {"dust": GRAIN}, 12), "block 'dust' is smaller"),
