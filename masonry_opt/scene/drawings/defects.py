@@ -11,6 +11,12 @@ from masonry_opt.scene.tolerance_advice import above_gap
 #: Part of a remedy that is replaced by a length slightly above the widest gap of all defects of one kind.
 WIDEST_GAP = "{widest gap}"
 
+#: A gap of an open outline is probably an error of the drawing if it is at most this fraction of the
+#: outline's length. An error message then advises a larger `outline_tolerance`, which closes the gap. If the
+#: gap is wider, the message advises drawing the missing side. With a larger value, messages would advise
+#: tolerances that are as large as stones.
+WIDEST_ERROR = 0.05
+
 #: Largest number of places that a message lists for one kind of defect; further places are only counted.
 _MOST_PLACES = 10
 

@@ -7,8 +7,8 @@ import shapely
 
 from masonry_opt.errors import shortened
 from masonry_opt.scene.drawings import dxf_layers
-from masonry_opt.scene.drawings.defects import Defect, Defects, near
-from masonry_opt.scene.drawings.loops import WIDEST_ERROR, OpenLine
+from masonry_opt.scene.drawings.defects import WIDEST_ERROR, Defect, Defects, near
+from masonry_opt.scene.drawings.loops import OpenLine
 from masonry_opt.scene.drawings.outlines import Curve
 from masonry_opt.scene.drawings.stones import SLAB_THICKNESS, SUPPORT_WORDS
 

@@ -8,15 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from masonry_opt.errors import rounded
-from masonry_opt.scene.drawings.defects import WIDEST_GAP, Defect, Defects, near
+from masonry_opt.scene.drawings.defects import WIDEST_ERROR, WIDEST_GAP, Defect, Defects, near
 from masonry_opt.scene.drawings.meshes import first_near, rings_of
 from masonry_opt.scene.drawings.outlines import Curve
-
-#: A gap of an open outline is probably an error of the drawing if it is at most this fraction of the
-#: outline's length. An error message then advises a larger `outline_tolerance`, which closes the gap. If the
-#: gap is wider, the message advises drawing the missing side. With a larger value, messages would advise
-#: tolerances that are as large as stones.
-WIDEST_ERROR = 0.05
 
 
 class OpenLine(NamedTuple):

@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 
 from masonry_opt.errors import CaseError, rounded
-from masonry_opt.scene.drawings.defects import Defect, Defects, near
+from masonry_opt.scene.drawings.defects import WIDEST_ERROR, WIDEST_GAP, Defect, Defects, near
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
 from masonry_opt.scene.tables import broken, library, read_bytes
 
@@ -404,7 +404,8 @@ def _add_loose_joints(
 ) -> None:
     """Add a defect for each loose joint line, which ends inside a cell.
 
-    The place of the defect is the middle of the longest piece inside a cell.
+    The place of the defect is the middle of the longest piece inside a cell. If an end of the line misses
+    another line by little, the remedy is a tolerance that closes the gap.
     """
     tree = shapely.STRtree(lines)
     named_joints = set()
@@ -415,9 +416,26 @@ def _add_loose_joints(
             continue
         named_joints.add(owner)
         place = f"{near(middle.x, middle.y)}, over a length of {rounded(piece.length)}"
-        remedy = "extend the line, raise 'outline_tolerance', or omit its layer with 'without_layers'"
+        gap = _widest_gap(owner, lines, tolerance)
+        change = "extend the line"
+        if gap > 0:
+            change = f"set 'outline_tolerance' (--outline-tolerance) to {WIDEST_GAP} to close the gaps"
+        remedy = f"{change}, or use 'without_layers' (--without-layer) to omit layers without joints"
         plural_mistake = "lines end inside a block"
-        defects.add(Defect(joints[owner].label, "ends inside a block", plural_mistake, remedy, place))
+        defects.add(Defect(joints[owner].label, "ends inside a block", plural_mistake, remedy, place, gap))
+
+
+def _widest_gap(number: int, lines: np.ndarray, tolerance: float) -> float:
+    """Return the larger distance between the two ends of a line and the nearest other line.
+
+    Distances up to the tolerance are left out, and also distances that are too large for a drawing error.
+    The result is zero if no distance remains.
+    """
+    line = lines[number]
+    ends = shapely.get_point(line, [0, -1])
+    distance = shapely.distance(ends[:, None], np.delete(lines, number)).min(axis=1, initial=math.inf)
+    is_gap = (distance > tolerance) & (distance <= WIDEST_ERROR * line.length)
+    return float(distance[is_gap].max(initial=0.0))
 
 
 def _node_lines(lines: np.ndarray, tolerance: float, grid: float) -> np.ndarray:

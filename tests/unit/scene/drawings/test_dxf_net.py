@@ -1,6 +1,7 @@
 """Drawings of nets of joint lines, whose cells are the stones, and errors of drawings and scenes."""
 
 import math
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -100,10 +101,25 @@ def test_lines_that_miss_each_other_by_a_little(sheet, off):
         return line + off * np.array([-way, way]) / np.hypot(*way)
 
     path = sheet(facade(change), floor=False)
-    assert len(read(path, net=True, outline_tolerance=0.01).blocks) == len(FACADE)
-    missed = r"lines end inside a block \(LINE \w+ on layer 'joints' near .*'outline_tolerance'"
-    with pytest.raises(mo.CaseError, match=missed):
+    missed = r"lines end inside a block \(LINE \w+ on .*: set 'outline_tolerance' .* to ([\d.]+) to close"
+    with pytest.raises(mo.CaseError, match=missed) as refused:
         read(path, net=True)
+    advised = float(re.search(missed, str(refused.value))[1])
+    # Two short lines that should meet at a corner of the façade are √2 times as far apart.
+    assert advised == pytest.approx(abs(off) * (math.sqrt(2) if off < 0 else 1), rel=0.01)
+    assert len(read(path, net=True, outline_tolerance=advised).blocks) == len(FACADE)
+
+
+def test_a_line_that_ends_far_from_others_needs_no_tolerance(sheet):
+    """No tolerance is advised for a joint that ends in the middle of a block."""
+
+    def make(space):
+        facade()(space)
+        space.add_line((-1, 0.6), (0.25, 0.75), dxfattribs={"layer": "joints"})
+
+    with pytest.raises(mo.CaseError, match=r"ends inside a block .*: extend the line, or use") as refused:
+        read(sheet(make, floor=False), net=True)
+    assert "outline_tolerance" not in str(refused.value)
 
 
 def test_layers_are_left_out(sheet):
