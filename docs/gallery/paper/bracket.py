@@ -68,7 +68,7 @@ for (_, end), of in table_steps.groupby(["wall", "end"]):
 figure = Figure(figsize=(9, 6), layout="constrained")
 ends = {
     "λ": ("lowest exact state found", "#D55E00"),
-    "bound": ("lower bound, of a largest sum of rates", "#0072B2"),
+    "bound": ("lower bound, for states with a limited sum of rates", "#0072B2"),
 }
 for axes, row in zip(figure.subplots(2, 3, sharex=True).flat, rows, strict=True):
     of_wall = table_steps[table_steps["wall"] == row["wall"]]
