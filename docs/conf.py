@@ -47,7 +47,6 @@ nb_output_stderr = "remove-warn"
 
 # Options of the reference, which is made from docstrings.
 autodoc_typehints = "none"
-autodoc_preserve_defaults = True
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
