@@ -8,6 +8,7 @@ above the bound of the relaxation.
 
 import time
 from dataclasses import replace
+from math import ceil
 from typing import TYPE_CHECKING
 
 from masonry_opt.deadline import seconds_left
@@ -28,7 +29,7 @@ from masonry_opt.solution.answer import Answer
 from masonry_opt.solution.proof import Proof
 
 if TYPE_CHECKING:
-    from masonry_opt.models.pyomo_products import Pairs
+    pass
 
 
 def refusal(problem: Problem) -> str:
@@ -64,9 +65,9 @@ class LeastProof:
         self._start = _start(known, upper, settings, self._scale)
         self.why = refusal(task.problem) or _without_range(task.problem, self._start)
         self._search: ConflictSearch | None = None
-        self._chain: ProductChain | None = None
-        self._selections: list[Pairs] = []
-        self._next_products = float(settings.first_products)
+        self._chain = ProductChain(task.problem, task.effort, settings)
+        self._selections = self._chain.selections.copy()  # products of the relaxations that remain
+        self._next_products = settings.first_products
 
     @property
     def is_open(self) -> bool:
@@ -105,11 +106,11 @@ class LeastProof:
         last = self.programs + min(programs, self._settings.most_programs - self.programs)
         while self.proof is None:
             try:
-                self._search_conflicts(ends, min(last, round(self._next_products)))
+                self._search_conflicts(ends, min(last, self._next_products) if self._selections else last)
             except ProgramLimitReached:
                 if self.programs >= last:
                     raise
-                self._next_products *= self._settings.products_growth
+                self._next_products = ceil(self._next_products * self._settings.products_growth)
                 self._raise_bound(ends)
 
     def _search_conflicts(self, ends: float, last: int) -> None:
@@ -124,14 +125,13 @@ class LeastProof:
                     search.lower_to(self.best.load_factor)
                 search.run(ends)
             except NoLoadFactorLeft:
-                assert self._chain is not None
                 self.proof = self._chain.proof(search.known, search.highest)
                 return
             finally:
                 if search.best is not None:
                     self.lower_to(search.best)
         self.proof = search.proof()
-        if self._chain is not None and self._chain.steps:
+        if self._chain.steps:
             steps, excluded = tuple(self._chain.steps), self._chain.excluded(search.known)
             self.proof = replace(self.proof, relaxations=steps, excluded_by_products=excluded)
 
@@ -141,11 +141,6 @@ class LeastProof:
         The proof is complete if the bound reaches the lowest known load factor.
         """
         if self.best is None:
-            return
-        if self._chain is None:
-            self._chain = ProductChain(self._task.problem, self._task.effort, self._settings)
-            self._selections = self._chain.selections.copy()
-        if not self._selections:
             return
         chain, load_factor = self._chain, self.best.load_factor
         needed = bound_below(load_factor, self._settings, self._scale)

@@ -79,6 +79,10 @@ def selections(problem: Problem, most: int) -> Iterator[tuple[tuple[int, int], "
     Yields the two largest distances of the products, and masks that select the pairs of joints, and of joints
     and blocks. Relaxations without further products are left out.
     """
+    # Each joint is at distance 0 from itself. On large scenes these products alone are too many, and the
+    # distances would need much memory.
+    if number_of_products((np.ones(problem.joints), np.zeros(0))) > most:
+        return
     to_joints, to_blocks = distances(problem)
     before = 0
     for radii in _RADII:
