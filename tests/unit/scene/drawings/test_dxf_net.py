@@ -101,6 +101,7 @@ def test_lines_that_miss_each_other_by_a_little(sheet, off):
         return line + off * np.array([-way, way]) / np.hypot(*way)
 
     path = sheet(facade(change), floor=False)
+    assert len(read(path, net=True, outline_tolerance=0.01).blocks) == len(FACADE)
     missed = r"lines end inside a block \(LINE \w+ on .*: set 'outline_tolerance' .* to ([\d.]+) to close"
     with pytest.raises(mo.CaseError, match=missed) as refused:
         read(path, net=True)
