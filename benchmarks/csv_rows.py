@@ -1,8 +1,9 @@
-"""Read the CSV files in which benchmarks store one row per scene, to continue an interrupted run."""
+"""Read and continue the CSV files in which benchmarks store their rows, after an interrupted run too."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:
@@ -27,3 +28,14 @@ def rows_to_continue(path: Path, columns: Sequence[str]) -> list[dict[str, str]]
                 f"{', '.join(columns)}: choose another file with --out"
             )
     return read_rows(path)
+
+
+def append_rows(path: Path, columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> None:
+    """Append rows to a CSV file, each as soon as it is generated. A new file begins with the columns."""
+    with path.open("a", newline="") as file:
+        writer = csv.DictWriter(file, columns)
+        if file.tell() == 0:
+            writer.writeheader()
+        for row in rows:
+            writer.writerow(row)
+            file.flush()

@@ -11,7 +11,6 @@ least load factor in the columns ``default``, ``search``, ``orders`` and ``witho
 """
 
 import argparse
-import csv
 import sys
 import time
 from collections.abc import Iterator
@@ -27,7 +26,7 @@ from atlas.held_scenes import held  # noqa: E402
 from atlas.random_scenes import KINDS, random_scene  # noqa: E402
 from atlas.random_scenes_in_space import KINDS as KINDS_IN_SPACE  # noqa: E402
 from atlas.random_scenes_in_space import random_scene_in_space  # noqa: E402
-from csv_rows import read_rows, rows_to_continue  # noqa: E402
+from csv_rows import append_rows, read_rows, rows_to_continue  # noqa: E402
 from mappings import mapped, mirrored  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
@@ -160,15 +159,13 @@ def main() -> None:
     parser.add_argument("--against", type=Path, help="a CSV file of the same scenes")
     asked = parser.parse_args()
     done = {(row["family"], row["kind"], int(row["seed"])) for row in rows_to_continue(asked.out, COLUMNS)}
-    with asked.out.open("a", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS)
-        if file.tell() == 0:
-            writer.writeheader()
-        for family in asked.families:
-            for kind, seed, scene in scenes(family, asked.first, asked.scenes):
-                if (family, kind, seed) not in done:
-                    writer.writerow(measured(family, kind, seed, scene, asked))
-                    file.flush()
+    rows = (
+        measured(family, kind, seed, scene, asked)
+        for family in asked.families
+        for kind, seed, scene in scenes(family, asked.first, asked.scenes)
+        if (family, kind, seed) not in done
+    )
+    append_rows(asked.out, COLUMNS, rows)
     summed_up(read_rows(asked.out), read_rows(asked.against) if asked.against else [])
 
 

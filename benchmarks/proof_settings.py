@@ -12,10 +12,7 @@ that are proven within some seconds of processor time, the total time, and how m
 of the two values only. An unsuccessful proof counts with the time until its end.
 """
 
-import argparse
-import csv
 import sys
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -26,13 +23,11 @@ import numpy as np
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "benchmarks"))
 
-from csv_rows import read_rows, rows_to_continue  # noqa: E402
-from proofs import FAMILIES, LONG, NO_LOAD  # noqa: E402
+from csv_rows import append_rows, read_rows, rows_to_continue  # noqa: E402
+from proofs import FAMILIES, NO_LOAD, parser_of, proof_columns  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
-from masonry_opt.methods.bounds.least import prove_least  # noqa: E402
 from masonry_opt.methods.bounds.settings import SETTINGS  # noqa: E402
-from masonry_opt.methods.task import Task  # noqa: E402
 
 #: Each changed setting and its other values. With ``worth_repeating`` 1 no relaxation is repeated, because it
 #: would have to close more than the whole gap.
@@ -48,7 +43,10 @@ UNCHANGED = "default"
 LEAST_JOINTS = 14
 #: Seconds of processor time of the columns of the table.
 WITHIN = (1, 5, 20, 60)
-COLUMNS = ("name", "joints", "setting", "proven", "least", "seconds", "programs", "products", "checked")
+COLUMNS = (
+    *("name", "joints", "setting", "least", "proven", "why", "seconds", "programs"),
+    *("conflicts", "products", "checked", "check_seconds"),
+)
 
 
 def settings_to_compare(programs: int) -> Iterator[tuple[str, Any]]:
@@ -62,8 +60,8 @@ def settings_to_compare(programs: int) -> Iterator[tuple[str, Any]]:
 
 def rows_of(name: str, scene: mo.Scene, programs: int) -> Iterator[dict[str, Any]]:
     """Yield the row of each proof of a scene; none if the default finds no exact state."""
-    problem = mo.assemble(scene).problem
-    if problem.joints < LEAST_JOINTS:
+    joints = mo.assemble(scene).problem.joints
+    if joints < LEAST_JOINTS:
         return
     try:
         answer = mo.solve(scene).solution.answer
@@ -72,17 +70,8 @@ def rows_of(name: str, scene: mo.Scene, programs: int) -> Iterator[dict[str, Any
     if answer is None or not answer.exact or answer.load_factor <= NO_LOAD:
         return
     for setting, settings in settings_to_compare(programs):
-        began = time.process_time()
-        outcome = prove_least(Task(problem), answer, LONG, settings=settings)
-        seconds = time.process_time() - began
-        row = {"name": name, "joints": problem.joints, "setting": setting, "seconds": round(seconds, 3)}
-        row |= {"proven": outcome.proof is not None, "programs": outcome.programs}
-        if outcome.best is not None:
-            row["least"] = outcome.best.load_factor
-        if outcome.proof is not None:
-            row["products"] = outcome.proof.product_count
-            row["checked"] = mo.check_proof(scene, outcome.proof).holds
-        yield row
+        columns = proof_columns(scene, answer, settings)
+        yield {"name": name, "joints": joints, "setting": setting} | columns
 
 
 def summed_up(rows: list[dict[str, str]]) -> None:
@@ -107,24 +96,19 @@ def summed_up(rows: list[dict[str, str]]) -> None:
 
 
 def main() -> None:
-    raw = argparse.RawDescriptionHelpFormatter
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
-    parser.add_argument("families", nargs="+", choices=list(FAMILIES))
-    parser.add_argument("--each", type=int, default=6, help="random scenes of each range of joints")
-    parser.add_argument("--first", type=int, default=8_700_000, help="first seed")
-    parser.add_argument("--programs", type=int, default=25_000, help="linear programs of each proof")
-    parser.add_argument("--out", type=Path, default=Path("proof_settings.csv"), help="the CSV file")
+    parser = parser_of(__doc__)
+    parser.set_defaults(each=6, first=8_700_000, programs=25_000, out=Path("proof_settings.csv"))
     asked = parser.parse_args()
     done = {row["name"] for row in rows_to_continue(asked.out, COLUMNS)}
-    with asked.out.open("a", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS)
-        if file.tell() == 0:
-            writer.writeheader()
-        for family in asked.families:
-            for name, scene in FAMILIES[family](asked):
-                if name not in done:
-                    writer.writerows(list(rows_of(name, scene, asked.programs)))
-                    file.flush()
+    rows = (
+        row
+        for family in asked.families
+        for name, scene in FAMILIES[family](asked)
+        if name not in done
+        # All rows of a scene are written together, so that an interrupted scene is measured again.
+        for row in list(rows_of(name, scene, asked.programs))
+    )
+    append_rows(asked.out, COLUMNS, rows)
     summed_up(read_rows(asked.out))
 
 

@@ -17,7 +17,6 @@ method "global" within some seconds.
 """
 
 import argparse
-import csv
 import sys
 import time
 from collections.abc import Iterator
@@ -32,12 +31,13 @@ sys.path.insert(0, str(ROOT / "tests"))
 
 from atlas.random_scenes import KINDS, arch, random_scene  # noqa: E402
 from atlas.small_scenes import bonded  # noqa: E402
-from csv_rows import read_rows, rows_to_continue  # noqa: E402
+from csv_rows import append_rows, read_rows, rows_to_continue  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
 from masonry_opt.methods.bounds.least import prove_least  # noqa: E402
 from masonry_opt.methods.bounds.settings import SETTINGS, ProofSettings  # noqa: E402
 from masonry_opt.methods.task import Task  # noqa: E402
+from masonry_opt.solution.answer import Answer  # noqa: E402
 
 #: Ranges of the number of joints, including both ends.
 RANGES = ((8, 13), (14, 20), (21, 25), (26, 30))
@@ -139,10 +139,14 @@ def measured(name: str, scene: mo.Scene, settings: ProofSettings) -> dict[str, A
     if answer is None or not answer.exact or answer.load_factor <= NO_LOAD:
         return row | {"why": str(result.status)}
     row |= {"associative": result.associative, "default": answer.load_factor}
-    row |= _proof_by_default(result)
+    return row | _proof_by_default(result) | proof_columns(scene, answer, settings)
+
+
+def proof_columns(scene: mo.Scene, answer: Answer, settings: ProofSettings) -> dict[str, Any]:
+    """Return the columns of a proof that starts from an exact state of a scene; times are processor times."""
     began = time.process_time()
-    found = prove_least(Task(problem), answer, LONG, settings=settings)
-    row |= {"seconds": round(time.process_time() - began, 3), "programs": found.programs}
+    found = prove_least(Task(mo.assemble(scene).problem), answer, LONG, settings=settings)
+    row = {"seconds": round(time.process_time() - began, 3), "programs": found.programs}
     row |= {"proven": found.proof is not None, "why": found.why}
     if found.best is not None:
         row["least"] = found.best.load_factor
@@ -232,14 +236,20 @@ def print_bounds(named: Iterator[tuple[str, mo.Scene]], seconds: float) -> None:
         print("| " + " | ".join(map(str, cells)) + " |", flush=True)
 
 
-def main() -> None:
+def parser_of(description: str | None) -> argparse.ArgumentParser:
+    """Return a parser of the arguments that select scenes, limit their proofs and name the CSV file."""
     raw = argparse.RawDescriptionHelpFormatter
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
+    parser = argparse.ArgumentParser(description=description, formatter_class=raw)
     parser.add_argument("families", nargs="+", choices=list(FAMILIES))
     parser.add_argument("--each", type=int, default=20, help="random scenes of each range of joints")
     parser.add_argument("--first", type=int, default=1_820_000, help="first seed")
     parser.add_argument("--programs", type=int, default=100_000, help="linear programs of each search")
     parser.add_argument("--out", type=Path, default=Path("proofs.csv"), help="the CSV file")
+    return parser
+
+
+def main() -> None:
+    parser = parser_of(__doc__)
     help_of_set = "set a field of ProofSettings, for example most_products=0 (may be repeated)"
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help=help_of_set)
     parser.add_argument("--bounds", type=float, metavar="SECONDS", help="only bounds by method 'global'")
@@ -250,15 +260,13 @@ def main() -> None:
         return
     settings = with_values(replace(SETTINGS, most_programs=asked.programs), asked.set)
     done = {row["name"] for row in rows_to_continue(asked.out, COLUMNS)}
-    with asked.out.open("a", newline="") as file:
-        writer = csv.DictWriter(file, COLUMNS)
-        if file.tell() == 0:
-            writer.writeheader()
-        for family in asked.families:
-            for name, scene in FAMILIES[family](asked):
-                if name not in done:
-                    writer.writerow(measured(name, scene, settings))
-                    file.flush()
+    rows = (
+        measured(name, scene, settings)
+        for family in asked.families
+        for name, scene in FAMILIES[family](asked)
+        if name not in done
+    )
+    append_rows(asked.out, COLUMNS, rows)
     summed_up(read_rows(asked.out))
 
 
