@@ -151,14 +151,35 @@ class Session:
             steps[:] = [step]
             progress(step)
 
+        known: Solution | None = None
         with limited(self.how.time_limit):
             try:
-                return self._pushed(assembly, follow, effort)
+                known = self._solve_associative_first(assembly, effort)
+                return self._pushed(assembly, follow, effort, known)
             except TimeLimitReached as stop:
-                return without_answer(self.how.kind, stop, effort, *steps)
+                return _with_known(without_answer(self.how.kind, stop, effort, *steps), known)
 
-    def _pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:
+    def _solve_associative_first(self, assembly: Assembly, effort: Effort) -> Solution | None:
+        """Return a solution that has only the associative load factor; None without a time limit.
+
+        The associative load factor is an upper bound on λ, and takes much less time than a Coulomb method.
+        Because it is computed first, an analysis that the time limit ends later still has this upper bound.
+        The method's own cache is not used, so that its programs do not depend on the time limit.
+        """
+        if self.how.time_limit is None or not _needs_associative(assembly.problem, self.how.kind):
+            return None
+        from masonry_opt.methods.associative import with_associative
+
+        return with_associative(
+            Task(assembly.problem, effort=effort), Solution(Status.TIME_LIMIT, self.how.kind)
+        )
+
+    def _pushed(
+        self, assembly: Assembly, progress: Progress, effort: Effort, known: Solution | None
+    ) -> Solution:
         """Run the method on a stable scene, and return the solution.
+
+        ``known`` is a solution with the associative load factor; None if it was not computed before.
 
         Raises TimeLimitReached if the time limit passes before an answer is found.
         """
@@ -166,7 +187,7 @@ class Session:
         effort.begins(f"method '{self.method.name}'")
         task = Task(problem, self.how.engine, self.how.own_options, effort, progress, self.cache, incremental)
         solution = replace(run_method(self.method, task), incremental=incremental).accepted()
-        solution = _complete(assembly, task, solution)
+        solution = _complete(assembly, task, solution, known)
         if solution.status not in (Status.SOLVER_FAILED, Status.BELOW_ZERO):
             return solution
         # Without a load factor, the forces and velocities with which the method ended are not a collapse
@@ -238,21 +259,34 @@ def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
     return IncrementalAnalysis(problem).preload_forces is not None
 
 
-def _complete(assembly: Assembly, task: Task, solution: Solution) -> Solution:
+def _needs_associative(problem: Problem, kind: Kind) -> bool:
+    """Return True if the associative load factor is computed in addition to the method's load factor."""
+    return kind is not Kind.ASSOCIATIVE and problem.joints <= _MOST_JOINTS_ASSOCIATIVE
+
+
+def _with_known(solution: Solution, known: Solution | None) -> Solution:
+    """Add the associative load factor of ``known`` to a solution for which it was not computed."""
+    is_computed = solution.associative is not None or solution.associative_ended is not None
+    if known is None or known.associative is None or is_computed:
+        return solution
+    return replace(solution, associative=known.associative, associative_ended=known.associative_ended)
+
+
+def _complete(assembly: Assembly, task: Task, solution: Solution, known: Solution | None) -> Solution:
     """Add the associative load factor to a solution, and return the completed solution.
 
-    If no load factor ≥ 0 was found, the reasons why are added too.
+    The associative load factor is computed, unless ``known`` has it. If no load factor ≥ 0 was found, the
+    reasons why are added too.
 
     The associative load factor is added to Coulomb answers, none of which exceeds it. It is not added if it
     is proven that no load factor exists: statics then carry any multiple of the live load.
     """
     is_associative = solution.kind is Kind.ASSOCIATIVE
-    is_small = task.problem.joints <= _MOST_JOINTS_ASSOCIATIVE
-    if is_small and not is_associative and not solution.proven_none:
+    if _needs_associative(task.problem, solution.kind) and not solution.proven_none:
         from masonry_opt.methods.associative import with_associative
 
         try:
-            solution = with_associative(task, solution)
+            solution = with_associative(task, _with_known(solution, known))
         except TimeLimitReached as stop:
             if solution.load_factor is None:
                 raise
@@ -360,8 +394,9 @@ def solve(  # noqa: PLR0913 - each option of the public API is an argument
     incremental: True if Coulomb methods compute the incremental load factor too (for up to 3000 joints; in
         space, for up to 3000 contact points).
     time_limit: Seconds after which the analysis ends with the lowest collapse state found so far, or without
-        an answer. The reasons of the result then say so. In method "global" it limits the search for the two
-        bounds. If a scene has load cases, each has this time.
+        an answer. The reasons of the result then say so. With a time limit, the associative load factor is
+        computed first, so that this upper bound is known even without an answer. In method "global" the time
+        limits the search for the two bounds. If a scene has load cases, each has this time.
     load_case: Name of a load case of the scene; needed if the scene has load cases. :func:`solve_cases`
         solves all of them.
     settled: Movement of supports before the live load acts, by name: (x, y) or (x, y, rotation). The rotation

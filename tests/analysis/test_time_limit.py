@@ -103,7 +103,77 @@ def test_the_lowest_state_by_then_is_the_answer(monkeypatch):
 def test_a_limit_that_is_not_reached_changes_nothing():
     without, within = mo.solve(WALL), mo.solve(WALL, time_limit=500.0)
     assert within.load_factor == without.load_factor
+    assert within.incremental == without.incremental
+    assert within.associative == pytest.approx(without.associative, rel=1e-12)
     assert not within.time_limit_reached
+
+
+@pytest.mark.parametrize("method", ["coulomb", "incremental", "nonassociative"])
+def test_the_associative_load_factor_is_known_if_the_limit_ends_the_first_steps(method):
+    """The load factor of Table 1 of the paper for associative flow is known although the method is not.
+
+    The table of load factors labels it as an upper bound.
+    """
+
+    def stop(_):
+        raise TimeLimitReached(500.0)
+
+    result = mo.solve(WALL, method, time_limit=500.0, progress=stop)
+    assert result.status is mo.Status.TIME_LIMIT
+    assert result.time_limit_reached
+    assert result.load_factor is None
+    assert result.associative == pytest.approx(0.64286, abs=1e-5)
+    assert result.as_dict()["associative"] == result.associative
+    assert "other load factors λ\n  associative    0.642859   upper bound" in result.summary
+
+
+@pytest.mark.parametrize("limit", [None, 500.0])
+def test_the_associative_load_factor_comes_first_only_with_a_limit(limit):
+    phases = []
+    mo.solve(WALL, descent=False, time_limit=limit, phases=phases.append)
+    associative = [number for number, phase in enumerate(phases) if "associative load factor" in phase]
+    history = [number for number, phase in enumerate(phases) if "incremental analysis" in phase]
+    assert len(associative) == 1
+    assert (associative < history) == (limit is not None)
+
+
+def test_no_load_factor_is_known_if_the_limit_ends_the_associative_program(monkeypatch):
+    def stop(_):
+        raise TimeLimitReached(500.0)
+
+    monkeypatch.setattr("masonry_opt.methods.associative._by_simplex", stop)
+    result = mo.solve(WALL, time_limit=500.0)
+    assert result.status is mo.Status.TIME_LIMIT
+    assert result.associative is None
+    assert "(in step: associative load factor)" in result.message
+
+
+def test_a_load_above_the_associative_load_factor_is_not_carried(monkeypatch):
+    """A search for the least friction is decided although the limit ends each run below this friction.
+
+    The block slides at λ = μ, so that λ = 0.3 needs a friction of 0.3.
+    """
+
+    def stop(_, assembly, *__):
+        if assembly.problem.friction.max() < 0.3:
+            raise TimeLimitReached(500.0)
+
+    monkeypatch.setattr("masonry_opt.analysis.Session._solve_incremental", stop)
+    found = mo.least(lambda mu: block_on_floor(friction=mu), 0.05, 1, load=0.3, samples=2, time_limit=500.0)
+    assert found.value == pytest.approx(0.3, rel=1e-6)
+    assert found.fails.result.status is mo.Status.TIME_LIMIT
+    assert found.fails.number == found.fails.result.associative < 0.3
+
+
+def test_the_command_prints_the_associative_load_factor_with_exit_code_1(monkeypatch, capsys):
+    def stop(*_):
+        raise TimeLimitReached(500.0)
+
+    monkeypatch.setattr("masonry_opt.analysis.Session._solve_incremental", stop)
+    code, printed, _ = run_command(monkeypatch, capsys, "solve", WALL, "--time-limit", "500")
+    assert code == 1
+    assert "stopped by the time limit" in printed
+    assert "associative    0.642859   upper bound" in printed
 
 
 @pytest.mark.parametrize("limit", [0, -1.0, float("inf"), float("nan"), "20", True])
