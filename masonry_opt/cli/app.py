@@ -41,6 +41,9 @@ COMMANDS = {
     "sweep": "Solve CASE for all combinations of values of its parameters, or for random values.",
 }
 
+#: Metavar of an option that takes no value. By default Typer prints "<bool>", as if it took a value.
+NO_VALUE = ""
+
 #: Map from the former name of each renamed option to its current name.
 FORMER_OPTIONS = {"--expected": "--incremental", "--no-expected": "--no-incremental"}
 
@@ -111,7 +114,7 @@ app = typer.Typer(cls=_Commands, add_completion=False, no_args_is_help=True, pre
 
 @app.callback(invoke_without_command=True)
 def about(
-    version: Annotated[bool, typer.Option("--version", metavar="", help="Print the version.")] = False,
+    version: Annotated[bool, typer.Option("--version", metavar=NO_VALUE, help="Print the version.")] = False,
 ) -> None:
     """Find the load at which masonry collapses, by limit analysis of rigid blocks with Coulomb friction."""
     if version:

@@ -23,6 +23,7 @@ from rich.markup import escape
 from typer.models import OptionInfo
 
 from masonry_opt.analysis import solve
+from masonry_opt.cli.app import NO_VALUE
 from masonry_opt.effort import Phases
 from masonry_opt.errors import DrawingWarning, InterruptedByUserError, LongAnalysisWarning, OptionError
 from masonry_opt.files import WRITER, writing
@@ -87,8 +88,6 @@ def _movement(text: str) -> tuple[str, tuple[float, ...]]:
 _VIEW = "Azimuth and elevation of the viewer in degrees, for a scene in space."
 _DRAW = "Draw the answer to FILE (.png, .svg, .pdf{})."
 PICTURE = typer.Option(metavar="FILE", help=_DRAW.format(""))
-#: Metavar of an option that takes no value. By default Typer prints "<bool>", as if it took a value.
-_NO_VALUE = ""
 #: Arguments ``subject`` and ``needed`` of :func:`refuse_without` for options that apply only to a picture.
 PICTURE_NEEDS = ("a picture", "--plot FILE")
 
@@ -196,7 +195,7 @@ def command(
         for name, parameter in options.items():
             info = copy(infos[name])
             if parameter.annotation is bool:
-                info.metavar = _NO_VALUE
+                info.metavar = NO_VALUE
             options[name] = parameter.replace(annotation=Annotated[parameter.annotation, info])
         parsers: dict[str, Function | None] = {}
         for parameter in _parameters(functions):
@@ -261,7 +260,7 @@ def _option(parameter: Parameter, info: OptionInfo, has_parser: bool, required: 
         default = ",".join(map(str, default))
         info.show_default = False
     if kind is bool:
-        info.metavar = _NO_VALUE
+        info.metavar = NO_VALUE
     if repeated and "may be repeated" not in str(info.help):
         info.help = f"{info.help} The option may be repeated."
     kind = list[kind] if repeated else kind
