@@ -459,7 +459,13 @@ class Capacity:
         return lines | {"events": "\n".join(texts)}
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the curve as plain numbers, strings and lists."""
+        """Return the curve as plain numbers, strings and lists.
+
+        Returns
+        -------
+        dict
+            The data by name. The list ``curve`` has a dictionary for each row of :attr:`table`.
+        """
         return {
             "case": self.result.case,
             "load_factor": self.load_factor,
@@ -472,7 +478,13 @@ class Capacity:
         }
 
     def to_json(self) -> str:
-        """Return the content of ``as_dict`` as one JSON object."""
+        """Return the dictionary of ``as_dict`` as one JSON object.
+
+        Returns
+        -------
+        str
+            One JSON object on one line.
+        """
         return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
 
 

@@ -156,7 +156,13 @@ class KinematicCheck:
         return sentences(self.warnings)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the attributes as a dictionary of plain numbers and text."""
+        """Return the attributes as a dictionary of plain numbers and text.
+
+        Returns
+        -------
+        dict
+            The attributes by name, in the same units. Every warning is a dictionary with its ``sentence``.
+        """
         warnings = zip(self.warnings, self.warning_sentences, strict=True)
         records = [{"sentence": sentence} | warning.as_dict() for warning, sentence in warnings]
         return asdict(self) | {"struts": [asdict(strut) for strut in self.struts], "warnings": records}

@@ -145,10 +145,15 @@ class Record(BaseModel, metaclass=_RecordType):
         replaces the whole old value. A key that only one nested record has can be given without a mapping. A
         new value removes the value that it excludes: ``unit_weight`` removes ``weight``.
 
+        Returns
+        -------
+        Record
+            A new record of the same class.
+
         Raises
         ------
         CaseError
-            If a value is not valid.
+            If a key is unknown or ambiguous, or if a value is not valid.
         """
         return type(self)(**self._values_with(changes))
 

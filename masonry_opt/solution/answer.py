@@ -47,7 +47,13 @@ class Certificate:
     complementarity: float
 
     def as_dict(self) -> dict[str, float]:
-        """Return the residuals as a dictionary, keyed by the names that reports use."""
+        """Return the residuals as a dictionary, keyed by the names that reports use.
+
+        Returns
+        -------
+        dict
+            The numbers ``equilibrium``, ``yield``, ``flow`` and ``complementarity``, without units.
+        """
         return {name.rstrip("_"): value for name, value in asdict(self).items()}
 
     @property

@@ -190,7 +190,13 @@ class StudyAnswer(ABC):
 
     @abstractmethod
     def as_dict(self) -> dict[str, Any]:
-        """Return the answer as plain values, with None for numbers that are not finite."""
+        """Return the answer as plain values, with None for numbers that are not finite.
+
+        Returns
+        -------
+        dict
+            The data by name, as the method ``to_json`` writes them.
+        """
 
     @property
     def warning_records(self) -> list[dict[str, Any]]:
@@ -240,7 +246,13 @@ class StudyAnswer(ABC):
         return str(self.plot().source())
 
     def to_json(self) -> str:
-        """Return ``as_dict`` as one JSON object."""
+        """Return the dictionary of ``as_dict`` as one JSON object.
+
+        Returns
+        -------
+        str
+            One JSON object on one line.
+        """
         return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
 
 

@@ -100,7 +100,14 @@ class Crossing(CrossingLoadFactors, StudyAnswer):
         return facts(self)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the answer as plain numbers, strings, lists and dictionaries."""
+        """Return the answer as plain numbers, strings, lists and dictionaries.
+
+        Returns
+        -------
+        dict
+            The data by name. The list ``positions`` has a dictionary for each row of :attr:`table`. The value
+            ``worst`` is the dictionary of the result at the worst position.
+        """
         worst = self.worst.as_dict()
         of_worst = ("case", "load_case", "method", "model", "solver", "status", "load_factor")
         place = ("axles", "direction", "position", "at", "uniform_at", "resolution")

@@ -189,7 +189,14 @@ class Settlement(StudyAnswer):
         return "not found: blocks at rest, with elastic contacts, reach no equilibrium under the dead load"
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the answer as plain numbers, strings, lists and dictionaries."""
+        """Return the answer as plain numbers, strings, lists and dictionaries.
+
+        Returns
+        -------
+        dict
+            The data by name. The values ``least`` and ``greatest`` are dictionaries of a reaction, or None if
+            the scene is unstable with every reaction.
+        """
         names = ("case", "supports", "direction", "turns", "method", "movement", "at_rest")
         result: dict[str, Any] = {name: getattr(self, name) for name in names}
         result |= {"status": str(self.status), "usable": self.usable}
