@@ -2,10 +2,14 @@
 
     python benchmarks/dynamics.py --damping 0.98 --first 910000
     python benchmarks/dynamics.py --damping 0.98 --cases cases/ferris_tinloi/wall_1.toml
+    python benchmarks/dynamics.py --damping 0.98 --scene "rubble 40" 940007 --far 1e7 --steps 20000000
 
 There are 80 random scenes in the plane and 20 in space (tests/atlas): the first scenes of each family with
 seeds from ``--first`` on. A scene is hard if its load history jumps, or if it has no exact collapse state.
 The compiled program tests/contact_dynamics.py raises the load of one scene in each process.
+
+With --scene, the script analyses one random scene, given by its family and seed. With --far and --steps,
+blocks may slide further and longer before the scene counts as collapsed in contact dynamics.
 
 With --cases, the script analyses these case files instead. Case files that are refused, or whose incremental
 load factor is too small for contact dynamics, are named and left out.
@@ -113,6 +117,13 @@ def random_scenes(first: int) -> Iterator[Solved]:
                 yield scene
 
 
+def single_scene(family: str, seed: str) -> Iterator[Solved]:
+    """Yield one random scene. Nothing is yielded if its load factor is below ``LEAST`` or None."""
+    scene = solved(family, int(seed))
+    if scene is not None:
+        yield scene
+
+
 def cases(paths: list[str]) -> Iterator[Solved]:
     """Yield the scenes of case files. Print the name of each file that is left out, and the reason."""
     for path in paths:
@@ -147,13 +158,20 @@ def main() -> None:
         "--steps", type=int, default=DEFAULTS.patience, help="steps that a load waits for rest"
     )
     options.add_argument("--first", type=int, default=910_000, help="first seed of each family")
+    options.add_argument("--far", type=float, default=DEFAULTS.far, help="displacement that is a collapse")
+    options.add_argument("--scene", nargs=2, metavar=("FAMILY", "SEED"), help="a single random scene")
     options.add_argument("--cases", nargs="+", help="case files to analyse instead of random scenes")
     options.add_argument("--processes", type=int, default=2)
     chosen = options.parse_args()
-    settings = replace(DEFAULTS, damping=chosen.damping, patience=chosen.steps)
+    settings = replace(DEFAULTS, damping=chosen.damping, patience=chosen.steps, far=chosen.far)
     print("family,seed,joints,jumps,exact,carried,not carried,incremental,dynamics", flush=True)
-    found = cases(chosen.cases) if chosen.cases else random_scenes(chosen.first)
-    scenes = sorted(found, key=lambda scene: scene.problem.joints)
+    if chosen.cases:
+        asked_for = cases(chosen.cases)
+    elif chosen.scene:
+        asked_for = single_scene(*chosen.scene)
+    else:
+        asked_for = random_scenes(chosen.first)
+    scenes = sorted(asked_for, key=lambda scene: scene.problem.joints)
     asked = [(scene.family, scene.seed, scene.result.load_factor) for scene in scenes]
     with ProcessPoolExecutor(chosen.processes) as pool:
         falls = pool.map(partial(fall, settings=settings), asked)
