@@ -13,7 +13,10 @@ def comments(mark: str, lines: list[str]) -> str:
 
 
 def header(contents: str, assembly: Assembly) -> list[str]:
-    """Return the comment lines at the top of a file: its contents, the case, sizes and units, in ASCII."""
+    """Return the comment lines for the top of an exported file, in ASCII.
+
+    The lines state what the file contains, the case, the size of the problem, and the units.
+    """
     problem, scene = assembly.problem, assembly.scene
     name = " ".join(f"{Path(scene.origin).name} {scene.title}".split())
     points = f", contact points: {problem.joints}" if problem.layout.round else ""

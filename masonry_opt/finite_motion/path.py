@@ -103,7 +103,7 @@ class _Stretch(NamedTuple):
 
     @property
     def motion(self) -> np.ndarray:
-        """Rates of the poses of all blocks for the tangent ``row``, shape (blocks, 3)."""
+        """Velocities of all blocks (rates of x, y and θ) along the tangent ``row``, shape (blocks, 3)."""
         return self.chain.of_blocks(self.row)
 
 

@@ -157,7 +157,7 @@ def _in_zones(whole: FilledPiece, zones: tuple[Fill, ...], shapes: Geometry) -> 
 
 
 def _upright_pieces(profile: Profile, shapes: Geometry) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
-    """Generate each upright piece of an edge that a fill touches.
+    """Generate the pieces of vertical edges that touch the fill.
 
     The values are the index of the edge, the ends of the piece, and the depths of the ends below the road.
     """

@@ -224,7 +224,7 @@ def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None
         raise CaseError(f"only a Scene can be saved (found {type(scene).__name__})")
     path = as_path(path, "a case file", ".toml", ".json")
     if path.suffix.lower() == ".toml":
-        mark = f"# {MARK}. Saving replaces this file without asking. To prevent this, delete this line.\n"
+        mark = f"# {MARK}. As long as this line is here, saving a case replaces this file without asking.\n"
         text = mark + toml_text(scene)
     else:
         keys = {JSON_KEY: WRITER} | scene.model_dump(mode="json", by_alias=True, exclude_defaults=True)

@@ -31,8 +31,8 @@ class JointMotion:
 
     #: True if a joint slips while its sides touch and are not crushed, shape (joints,).
     slides: np.ndarray
-    #: True if a joint opens by rotation about one of its edges, shape (joints,). In space, the rotation is
-    #: about the points that still touch.
+    #: True if a joint opens by rotation, shape (joints,). In the plane, the rotation is about one end of the
+    #: joint. In space, the rotation is about the points that still touch.
     hinges: np.ndarray
     #: Point about which each joint hinges. In the plane, the point is one end of the joint, shape (joints,
     #: 2). In space, it is the mean of the points that still touch, shape (joints, 3).

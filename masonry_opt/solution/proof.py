@@ -29,11 +29,12 @@ from masonry_opt.solution.products import NormalLimit, ProductRelaxation
 #: Version of the file format. A reader refuses files of other versions.
 FORMAT = 2
 
-#: Limit on the states that a proof excludes. A proof excludes a collapse state with λ up to its bound only if
-#: the state satisfies two conditions:
+#: Limit on the forces and velocities of the collapse states that a proof excludes. A proof with the bound λ₀
+#: excludes each collapse state with 0 ≤ λ ≤ λ₀ that satisfies two conditions:
 #:
 #: - The sum of all forces is at most this multiple of the sum of all loads.
-#: - The sum of all velocities and rates is at most this multiple of the mean velocity of the live load.
+#: - The sum of all velocities of blocks and all rates of slip, opening and crushing is at most this multiple
+#:   of the mean velocity of the live load.
 #:
 #: A larger value requires multipliers with smaller rounding errors.
 REACH = 1e6

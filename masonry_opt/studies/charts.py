@@ -31,7 +31,7 @@ _MOST_PANELS_IN_ROW = 4  #: Largest number of panels in a row.
 _PANELS = 24
 _ENTRY = 300  #: Assumed width of a legend entry, in pixels. It determines the number of legend columns.
 _LETTER = 6  #: Mean width of a letter in pixels, for breaking the notes of a chart into lines.
-_FONT = "DejaVu Sans"  #: Font that Matplotlib installs, so that pictures are equal on all computers.
+_FONT = "DejaVu Sans"  #: Font that comes with Matplotlib, so that charts look the same on all computers.
 vl_convert.register_font_directory(str(Path(matplotlib.get_data_path(), "fonts", "ttf")))
 
 _CONFIG: dict[str, Any] = {

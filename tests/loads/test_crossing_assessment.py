@@ -84,7 +84,8 @@ def test_the_picture_shows_a_required_load_factor_far_above_the_least():
 @pytest.mark.slow
 def test_what_a_required_load_factor_is_compared_with():
     found = crossed(required_factor=3.5)
-    assert "proven lower bound for associative flow" in found.facts()["required"] or found.bound == 4
+    proven = "proven lower bound on the associative load factor"
+    assert proven in found.facts()["required"] or found.bound == 4
     # The default method found a lower load factor at the worst position.
     lighter = OVERHANG.replace(
         blocks={"slab": {"weight": 0.75 * WEIGHT, "live": (0.0, -3.0), "live_at": (1, 0.5)}}

@@ -170,7 +170,7 @@ class Statics(Theory):
         forces, _ = programs(scaled.problem)
         super().__init__(scaled, forces, effort, settings)
         self._height = scaled.problem.B.shape[0]
-        self._lowest = 0.0  # smallest load factor in the linear program, in the units of the scene
+        self._lowest = 0.0  # lower limit of λ in the linear program, before scaling
 
     def set_range(self, lowest: float, highest: float) -> None:
         """Set the smallest and the largest load factor of the program, in the units of the scene."""

@@ -48,9 +48,9 @@ class AlignmentSettings:
     #: blocks. A larger value needs more memory. With a smaller value, fewer planes of rubble are excluded, so
     #: that the alignment needs more time.
     most_neighbours: int = 100
-    #: If at most this many joints are linked to a plane (see ``_Links``), they are found by a search from
-    #: block to block. If more joints are linked, all joints of the scene are searched at once, which is
-    #: slower if few joints are linked.
+    #: Joints linked to a plane (see ``_Links``) are searched from block to block. If the search finds more
+    #: than this number, all joints of the scene are searched at once instead. With a larger value, planes
+    #: with many linked joints take longer. With a smaller value, planes with few linked joints take longer.
     most_one_by_one: int = 64
 
 

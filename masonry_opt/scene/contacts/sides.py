@@ -17,10 +17,10 @@ import numpy as np
 from masonry_opt.scene.geometry import Extents
 from masonry_opt.scene.rows import Rows, chunks, combine, dots, lengths, ranges
 
-#: A length counts as small compared with another if it is at most this fraction of it. For example, two
-#: touching edges form a joint if their distance is small, relative to the length of their shared segment. The
-#: tolerance limits the distance too, so the ratio matters only for segments shorter than ten tolerances. With
-#: a larger value, edges at a larger angle form joints.
+#: A length is small relative to another length if their ratio is at most this value. For example, two edges
+#: form a joint only if the gap between them is small relative to the length of their shared segment. The gap
+#: must also be at most the geometric tolerance, so the ratio matters only for segments shorter than ten
+#: tolerances. With a larger value, edges at a larger angle to each other form joints.
 SMALL_LENGTH_RATIO = 0.1
 
 #: Sine of the largest angle between two sides that face each other across a gap, such as undrawn mortar. A
@@ -439,7 +439,7 @@ def to_line(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarra
 def nearest(
     key: np.ndarray, points: np.ndarray, joints: Facing | Touches, joint_key: np.ndarray
 ) -> np.ndarray:
-    """Return each point's distance from the nearest joint of the same block or pair, shape (points,).
+    """Return the distance of each point from the nearest joint with the same key, shape (points,).
 
     The key of a point or joint is the index of its block or pair of blocks. The distance is infinite if no
     joint has the key of the point.

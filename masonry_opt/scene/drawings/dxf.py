@@ -438,8 +438,7 @@ def _blocks(
                 )
         raise ValueError(
             f"no block is a support, because no block is on a layer {condition}: move the supports to such a "
-            "layer, name their layer with 'fixed_layers' (--fixed-layer), or set 'fixed_below' "
-            "(--fixed-below) to a height, so that all blocks whose lowest point is not above this "
-            "height become supports"
+            "layer, name the layer of the supports with 'fixed_layers' (--fixed-layer), or set 'fixed_below' "
+            "(--fixed-below) to a height: blocks whose lowest point is not above it become supports"
         )
     return blocks

@@ -12,7 +12,7 @@ from masonry_opt.scene.drawings.loops import OpenLine
 from masonry_opt.scene.drawings.outlines import Curve
 from masonry_opt.scene.drawings.stones import SLAB_THICKNESS, SUPPORT_WORDS
 
-#: Largest number of lines that one warning lists; further lines are only counted.
+#: Largest number of ground lines that one warning lists; further ground lines are only counted.
 _MOST_GROUND_LINES = 10
 
 

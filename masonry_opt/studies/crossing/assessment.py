@@ -68,7 +68,7 @@ def assessed(answer: CrossingLoadFactors, required: float) -> Assessment:
         return Assessment(AssessmentOutcome.UNDECIDED, min(upper.values(), default=None), why)
     known = upper | _by_chords(answer)
     if answer.bound is not None:
-        known["proven lower bound for associative flow"] = answer.bound
+        known["proven lower bound on the associative load factor"] = answer.bound
     if not known:
         return Assessment(AssessmentOutcome.PASSED, None, "any load is carried")
     name, least = _last_of_least(known)

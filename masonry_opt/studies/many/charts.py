@@ -221,13 +221,13 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> NamedChart:
 
 
 def _names_of_load_factors(frame: pd.DataFrame) -> list[str]:
-    """Return a list with the note that names the load factors; empty if no run has a load factor."""
+    """Return a note that names the load factors in the chart, as a list; empty without load factors."""
     names = frame.loc[frame["load_factor"].notna(), "which"].unique()
     return [f"λ: {', '.join(names)}"] if len(names) else []
 
 
 def _note_on_axles(frame: pd.DataFrame) -> list[str]:
-    """Return a list with the note that axles cross the scene; empty if no axles cross the scene."""
+    """Return a note that axles cross the scene, as a list; empty if no axles cross the scene."""
     return [CROSSED_RUNS] if is_crossed(frame) else []
 
 

@@ -83,8 +83,9 @@ def warnings_of_correlations(sensitivity: pd.DataFrame, method: str) -> Iterator
         if row["upper"] < 0 and is_limit(parameter):
             sentence = (
                 f"the load factor falls as {parameter} grows (rank correlation "
-                f"{numeral(correlation, '+.3f')}): larger values weaken the scene, or lower load "
-                f"factors were missed at smaller values{search_advice(method, 'them')}"
+                f"{numeral(correlation, '+.3f')}): either larger values weaken the scene, or "
+                f"the method did not find the lowest load factors at smaller values"
+                f"{search_advice(method, 'them')}"
             )
             values = {"parameter": parameter, "rank_correlation": correlation}
             yield study_warning(StudyCode.FALLS_WITH_STRENGTH, sentence, **values)

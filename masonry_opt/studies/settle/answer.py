@@ -79,7 +79,7 @@ class Settlement(StudyAnswer):
 
     @property
     def status(self) -> Status:
-        """STABLE if at least one reaction makes the scene stable; otherwise the status of the collapse."""
+        """STABLE if the scene is stable for some support reaction; otherwise the status of the collapse."""
         return self.fallen.status if self.fallen else Status.STABLE
 
     @property
@@ -169,7 +169,7 @@ class Settlement(StudyAnswer):
         facts["at rest"] = self._at_rest_text()
         facts |= {name: bound_text(end) for name, end in self.ends.items()}
         if self.least and self.least.moves_no_support:
-            facts["openings"] = "none, because no support moves in the mechanism at the least reaction"
+            facts["openings"] = "none, because no support moves in the mechanism of the least reaction"
         elif len(self.openings):
             facts["openings"] = in_words(self.openings, self.movement)
         if any(end.result.crushing == "chords" for end in self.ends.values()):
