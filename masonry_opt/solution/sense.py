@@ -71,9 +71,8 @@ _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], .
 _FAR_DISTANCE_RATIO = 10.0
 
 #: Ratio of two unit weights, or of a force to a weight, above which a warning says that their units differ. A
-#: mix of kN and N causes the ratio 1000. The limit is below 1000, because different materials (stone and
-#: timber, ratio 5) can reduce this ratio. Unit weights with a ratio below the limit are compared with typical
-#: values instead.
+#: mix of kN and N causes the ratio 1000, which different materials can reduce by a factor of up to three.
+#: With a smaller value, scenes of very different materials cause wrong warnings.
 _OTHER_UNITS = 300.0
 
 #: The specified weight of a plane block is checked for a wrong unit if its weight per area differs from the

@@ -283,7 +283,8 @@ def test_friction_that_carries_a_load(case, command):
     command.refused("least", case, *asked, "-o", "beta=1")
     assert command.json("least", case, *asked, "--time-limit", "60")["value"] == found["value"]
     without_load = (*asked[:2], "--time-limit", "60")
-    assert "time_limit: add 'load'" in command.refused("least", case, *without_load)
+    refused = command.refused("least", case, *without_load)
+    assert "time_limit: give a required load factor too with 'load'" in refused
 
 
 def test_greatest_push_that_a_block_stands(case, command):

@@ -134,7 +134,7 @@ class ConflictSearch(Propagator):  # type: ignore[misc]  # python-sat has no typ
         self._slacks = self._motion = None
 
     def raise_to(self, lowest: float) -> None:
-        """Restrict the search to load factors above ``lowest``, once products exclude smaller ones.
+        """Restrict the search to load factors above ``lowest``, after a relaxation excluded smaller ones.
 
         All conflicts remain valid, because they hold for every interval within the present one.
         """

@@ -88,8 +88,9 @@ class StateBounds:
 
     lowest: float  #: lower end of the interval of λ
     normal: np.ndarray  #: upper bound on the normal force of each joint, shape (c,)
-    #: Upper bounds on the edge forces x₂ and x₃ and the sliding slack z₀ of each joint, shape (3c,), see
-    #: :class:`.EdgeFactors`. In joints that cannot slide, the bound on the shear s replaces the bound on z₀.
+    #: Upper bounds on the edge forces x₂ and x₃ and on the sliding slack z₀ of each joint, shape (3c,). The
+    #: class :class:`.EdgeFactors` defines these symbols. In joints that cannot slide, the bound on the shear
+    #: s replaces the bound on z₀.
     forces: np.ndarray
     rates: float  #: upper bound on the sum of all slips and edge openings
     #: True if statics implies the limits on the forces. If False, some limits are assumed, and bounds on λ

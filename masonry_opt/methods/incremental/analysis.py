@@ -80,9 +80,9 @@ class IncrementalResult:
     #: Remaining unbalanced forces under the load factor ``carried``, divided by the norm of the live load,
     #: shape (3b,). None if the scene is unstable.
     unbalanced: np.ndarray | None = None
-    #: Largest amount by which ``carried`` may exceed the load factor of the exact state because of unbalanced
-    #: forces: the load factor times a quarter of the setting ``tolerance``. If ``carried`` exceeds the load
-    #: factor of an exact state by more, the state is not the state of the collapse.
+    #: Largest amount by which ``carried`` may exceed the load factor at collapse, because the forces of the
+    #: load history are not exactly balanced: a quarter of the setting ``tolerance``, times the load factor.
+    #: An exact state whose load factor is below ``carried`` by more is not the state of the collapse.
     most_excess: float = 0.0
 
     @property

@@ -70,7 +70,7 @@ class Curve(NamedTuple):
     layer: str  #: name of the drawing layer of the curve
     handle: str  #: handle of the curve in the DXF file
     label: str = ""  #: kind, handle and layer of the curve's entity, for error messages
-    polyline: str = ""  #: mark of the closed polyline of which the curve is a part, or an empty text
+    polyline: str = ""  #: label of the closed polyline to which the curve belongs; empty if there is none
 
 
 class Outline(NamedTuple):
@@ -165,7 +165,7 @@ def mark_polyline(entity: Any, mark: str) -> None:
 
 
 def polyline_mark(entity: Any) -> str:
-    """Return the mark of an entity that is a part of a closed polyline, or an empty text."""
+    """Return the label of the closed polyline to which an entity belongs; empty if it belongs to none."""
     color_name = str(attribute(entity, "color_name", ""))
     return color_name.removeprefix(_POLYLINE_MARK) if color_name.startswith(_POLYLINE_MARK) else ""
 
@@ -261,7 +261,7 @@ def _checked_points(entity: Any, sagitta: float) -> np.ndarray:
         )
     if len(points) == 0 or not np.isfinite(points).all():
         raise _UnreadableError(
-            "an entity that has no points or has a coordinate that is not a finite number",
+            "an entity without points or with a coordinate that is not a finite number",
             "delete entities without valid points",
         )
     if np.ptp(points[:, 2]) > 1e-6 * np.ptp(points[:, :2], axis=0).max():

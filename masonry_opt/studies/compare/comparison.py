@@ -188,9 +188,9 @@ def run_plan(
     by_parabola = sorted({*results["scene"][results["crushing"] == "parabola"]})
     if by_parabola:
         notes.append(
-            f"{', '.join(by_parabola)}: the errors of conic solvers with methods 'static' and 'kinematic' "
-            "are unknown; conic solvers use the crushing parabola, but the certified bounds use chords "
-            "inside the parabola"
+            f"{', '.join(by_parabola)}: no errors are given for conic solvers with methods 'static' and "
+            "'kinematic', because conic solvers use the crushing parabola, and the certified bounds use "
+            "chords inside the parabola"
         )
     summary = judge.summary(rows, bounds, best)
     coulomb = summary[(summary["question"] == judge.COULOMB) & summary["load_factor"].notna()]

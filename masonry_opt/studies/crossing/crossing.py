@@ -195,7 +195,7 @@ def _ended_by(stop: KeyboardInterrupt | None) -> dict[str, Any]:
 
 
 class _FirstPosition(NamedTuple):
-    """Answers at the position of the axles that is solved first for a load case."""
+    """Results for the first axle position that is solved in a load case."""
 
     trials: search.PassageTrials  #: record of solved positions, with only the first position
     result: Result  #: result at the first position

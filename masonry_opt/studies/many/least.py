@@ -152,8 +152,8 @@ class _Search:
             prepare(method, function=least, **options)
             named = ", ".join(options) or f"method '{method}'"
             raise OptionError(
-                f"{named}: add 'load' (--load), such as 1; without 'load', the search tests stability under "
-                "dead load only, by a fixed method without options"
+                f"{named}: give a required load factor too with 'load' (--load), such as 1, because the "
+                "search without 'load' tests only stability under the dead load"
             )
         self.session = prepare(method, function=least, keeps=True, **({"incremental": False} | options))
         if not callable(make):
@@ -253,9 +253,10 @@ class _Search:
         return number, result.certificate, answer
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
-        """Narrow the interval by Brent's method; return its ends, a trial that holds and a trial that fails.
+        """Narrow the interval by Brent's method, and return the two trials at its ends.
 
-        The distance of the ends is then below the tolerance times the larger of ``least_size`` and the value.
+        The scene carries the required load in the first trial, but not in the second. The distance between
+        the ends is then below the tolerance times the larger of ``least_size`` and the value.
         """
         ends = {True: holds, False: fails}
         size = max(1.0, abs(self.required))
