@@ -33,7 +33,7 @@ _MOST_JOINTS_AT_REST = 500
 
 @dataclass(frozen=True)
 class DeadLoadCheck:
-    """Check whether one scene is stable under its dead load, with the method and cache of a session."""
+    """Check of one scene for stability under its dead load, with the method and programs of a session."""
 
     assembly: Assembly
     how: HowToSolve  #: method, solver and options
@@ -47,7 +47,7 @@ class DeadLoadCheck:
 
     @property
     def _is_small(self) -> bool:
-        """True if the scene is small: elastic contact forces are then computed before programs are solved."""
+        """True if elastic contact forces are computed before programs are solved, as in small scenes."""
         return self.assembly.problem.joints <= _MOST_JOINTS_AT_REST
 
     def fall(self) -> Solution | None:

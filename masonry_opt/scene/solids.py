@@ -30,8 +30,8 @@ def _list_of(count: int, entries: str) -> BeforeValidator:
     return BeforeValidator(checked)
 
 
-#: Discriminator of a pydantic union of a single value and a list of values. It selects one of the two types,
-#: so that errors refer to this type only.
+#: Function by which pydantic decides if an input is a single value or a list of values. Error messages then
+#: refer to only one of these two types.
 ONE_OR_SEVERAL = Discriminator(lambda value: "<several>" if isinstance(value, (list, tuple)) else "<one>")
 Vector = Annotated[tuple[Number, Number, Number], _list_of(3, "three numbers, [x, y, z]")]
 #: A vector with two components in plane scenes and three components in space.
@@ -69,7 +69,7 @@ _BOX_FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 
 
 
 class Polyhedron(NamedTuple):
-    """Polyhedron: corners, shape (corners, 3), and faces, each of which lists corner indices in order."""
+    """Polyhedron: corners, shape (corners, 3), and for each face the corner indices along its outline."""
 
     vertices: np.ndarray
     faces: list[list[int]]

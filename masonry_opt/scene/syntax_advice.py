@@ -27,7 +27,7 @@ _TOML_ADVICE = (
     (r"=\s*[-+]?\d+,\d+\s*(?:#|$)", "write numbers with a decimal point"),
     (r"(?:[=\[,]\s*|[-+])\.\d", "write a digit before the decimal point"),
     (r"(?:[=\[,]\s*)[-+]?\d+\.\s*(?:[,\]#]|$)", "write a digit after the decimal point"),
-    # A number such as 1e5 or 0x1F has no unit, but 1e5 N has one.
+    # The pattern fits a number with a unit, such as 1e5 N, but not 1e5 or 0x1F, whose letters are no unit.
     (
         r"=\s*[-+]?(?!0[xob])\d[\d.]*(?:[eE][-+]?\d+\s*|\s*(?![eE][-+]?\d))[^\W\d_]",
         "write numbers without a unit",
@@ -56,13 +56,13 @@ _LONGEST_LINE = 300
 
 
 def other_content(data: bytes) -> str:
-    """Return a reason and a remedy if the file is a web page, an archive or the like, and "" otherwise."""
+    """Return a reason and a remedy if the file is, for example, a web page or an archive; otherwise ""."""
     head = data[:200]
     return next((text for start, text in _OTHER_CONTENTS if re.match(start, head, re.IGNORECASE)), "")
 
 
 def advice_on_line(text: str, message: str, ending: str) -> str:
-    """Return advice on the line that an error message names, or "" if no mistake is recognised there.
+    """Return advice on the line that an error message names, or "" if the line has no known mistake.
 
     ``ending`` is ".toml" or ".json".
     """

@@ -142,8 +142,8 @@ def _similar_file(path: Path) -> str:
         names = [entry.name for entry in path.parent.iterdir() if entry.is_file()]
     except OSError:  # the user may not list the folder
         return ""
-    # Users often omit the ending of a name. First suggest the files whose names are the path's name plus
-    # ``.toml`` or ``.json``.
+    # Users often omit the ending of a name. If files with the given name plus ``.toml`` or ``.json`` exist,
+    # suggest only these files.
     same_stem = [name for name in names if name in (f"{path.name}.toml", f"{path.name}.json")]
     return did_you_mean(path.name, same_stem or names) or did_you_mean(f"{path.name}.toml", same_stem)
 
@@ -172,7 +172,7 @@ def library(name: str, hint: str) -> Any:
 
 @contextmanager
 def broken(refusal: Callable[[str], Exception]) -> Iterator[None]:
-    """Convert any exception that a library raises for an invalid file to an error with a one-line message."""
+    """Replace an exception that a library raises for an invalid file by an error with a one-line message."""
     try:
         yield
     except MemoryError:

@@ -22,7 +22,7 @@ def set_tolerance(tolerance: float) -> str:
 
 
 def too_thin_for(tolerance: float, thickness: float, limit: float = math.inf) -> str:
-    """Return the part of a message that calls the thinnest block too thin for ``tolerance``, with advice.
+    """Return the end of a message that the thinnest block is too thin for ``tolerance``, with advice.
 
     See :func:`lower_tolerance` for the limit.
     """
@@ -47,7 +47,7 @@ def set_both(gap: float, tolerance: float) -> str:
     """
     return (
         f"{set_contact_tolerance(gap)}, and 'tolerance' to {rounded_up(tolerance, 2)}, which makes nearly "
-        "parallel joints of a survey parallel"
+        "parallel joints parallel"
     )
 
 

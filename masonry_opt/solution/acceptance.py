@@ -13,7 +13,7 @@ class Kind(StrEnum):
     ASSOCIATIVE = "associative"
     #: Answer of the paper's sequence of linear programs (the loop). After the last sub-problem, the loop
     #: seeks forces that obey Coulomb friction and are compatible with a mechanism. If it finds none, the
-    #: answer is the solution of the last sub-problem. Its errors are explained at ``LIMITS``.
+    #: answer is the solution of the last sub-problem. ``LIMITS`` explains the errors of this solution.
     LOOP = "loop"
     #: Answer of the loop without the final search for Coulomb forces, as in the paper (option ``finish`` set
     #: to False). In joints that do not slide, forces may violate the yield conditions by up to the reference
@@ -70,9 +70,9 @@ LIMITS: dict[Kind, Limits] = {
     # of 1e-4.
     Kind.ASSOCIATIVE: Limits(1e-4, 1e-4, 1e-4, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
     # The shear limits of a sub-problem are computed from the normal forces of the previous sub-problem. The
-    # forces of a sub-problem may therefore violate the true friction law, on the walls of Table 1 by up to a
-    # tenth of the median block weight. In the last sub-problems, sliding joints contract by 10⁻³ μ per unit
-    # slip. This contraction violates the flow rule.
+    # forces of a sub-problem may therefore violate the true friction law, by up to a tenth of the median
+    # block weight on the walls of the paper's Table 1. In the last sub-problems, sliding joints contract by
+    # 10⁻³ μ per unit slip, which violates the joints' own flow rule.
     Kind.LOOP: Limits(1e-3, 0.1, 1e-2, 1e-2, work=5e-2, block=5e-2, joint=0.5),
     Kind.BARE_LOOP: Limits(1e-2, inf, 5e-2, 5e-2, work=5e-2, block=5e-2, joint=1.0),
     Kind.NEARLY_COMPLEMENTARY: Limits(1e-8, 1e-8, 1e-8, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
@@ -90,8 +90,8 @@ AGREEMENT = 1e-7
 DUALITY = 1e-6
 
 #: Largest violation of complementarity, Σ|z p| / |λ| (slacks times rates), at which the loop accepts forces
-#: and mechanism as one state. With a larger violation, the loop is repeated with other options. The answer
-#: must also satisfy ``LIMITS``.
+#: and mechanism as a collapse state. With a larger violation, the loop is repeated with other options. The
+#: answer must also satisfy ``LIMITS``.
 MOST_ENERGY = 1e-3
 
 #: Largest residual of a sub-problem's state at which the loop accepts the sub-problem's load factor as
@@ -101,8 +101,8 @@ BORNE_OUT = 1e-3
 #: Largest residual of a valid proof that no load factor exists, or that every multiple of the live load can
 #: be carried. Residuals of forces are divided by the sum of the live loads Σ|f_L|. Residuals of a motion are
 #: divided by the energy f_D·d − c·p that the motion releases. A proof that no load factor exists therefore
-#: does not exclude forces above about 1e8 times the loads. Nor does it exclude velocities above about 1e8
-#: times the mean velocity of the live load, f_L·d / Σ|f_L|.
+#: excludes only collapse states with limited forces and velocities. The limits are about 1e8 times the loads,
+#: and about 1e8 times the mean velocity of the live load, f_L·d / Σ|f_L|.
 PROOF = 1e-8
 
 #: Largest relative difference between λ and its lower bound at which λ counts as proven to be the least load

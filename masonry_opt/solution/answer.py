@@ -18,7 +18,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solution.acceptance import LIMITS, Kind
 
 #: Residuals of a block are divided by the largest force on this block, but at least by this fraction of the
-#: total live load at collapse. Residuals of a joint are divided by the smaller of these values for its two
+#: total live load at collapse. Residuals of a joint are divided by the smaller of the divisors of its two
 #: blocks. With a larger fraction, errors on blocks with small forces count less.
 _SMALLEST_FORCE = 1e-4
 
@@ -75,7 +75,7 @@ def certify(
     z, p = problem.slacks(q), problem.rates(d, slope)
     # With a large μ, the slack of a sliding condition is about μ times the normal force n. At μ = 1e6, a
     # rounding error of 1e-14 in a slip rate would add 1e-8 n to the energy. Therefore divide slip rates by
-    # max(1, μ) / max(1, slope), which is 1 for associative flow.
+    # max(1, μ) / max(1, slope). This divisor is 1 for associative flow, because the slope is then μ.
     steep = problem.steep / np.maximum(problem.limit_factors @ slope, 1.0)
     live_work = float(problem.live @ d) or problem.live_norm
     return Certificate(
@@ -106,10 +106,9 @@ def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.nd
 
 
 def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
-    """Return, for each joint, the smaller of the forces on its two blocks, shape (c,).
+    """Return, for each joint, the smaller of the largest forces on its two blocks, shape (c,).
 
-    The force on a block is the largest force that acts on the block. ``acting`` contains these forces, shape
-    (b,). Only movable blocks count.
+    ``acting`` contains the largest force on each movable block, shape (b,). Fixed blocks do not count.
     """
     lesser = np.full(problem.joints, inf)
     block, joint = problem.matrices.ends.nonzero()
@@ -130,7 +129,7 @@ def unbalanced_shares(problem: Problem, unbalanced: np.ndarray, acting: np.ndarr
 
 
 def violation_shares(problem: Problem, z: np.ndarray, acting: np.ndarray) -> np.ndarray:
-    """Return the violation of each yield condition as a fraction of a reference force, shape (faces,).
+    """Return the violation of each yield condition, relative to forces on the blocks, shape (faces,).
 
     The violation is −z; a negative entry means that the condition is satisfied. The reference force of a
     joint is computed by :func:`of_lesser_block`. The reference force of a force limit is the smallest entry
@@ -235,7 +234,7 @@ class Existence(StrEnum):
     """
 
     NO_MECHANISM = "no load factor exists: the live load does no positive work in any mechanism"
-    #: The proof is that, in every mechanism, the joints that move cannot all be at yield at the same time.
+    #: In every mechanism, the joints that move cannot all be at yield in one state of equilibrium.
     NO_STATE = "no load factor exists: no mechanism is compatible with a state of equilibrium"
     UNBOUNDED = "undecided: every multiple of the live load can be carried, but a mechanism exists"
     UNDECIDED = (
@@ -297,9 +296,9 @@ class InfeasibilityCertificate:
 def ray_residuals(
     problem: Problem, q: np.ndarray, slope: np.ndarray, motionless: np.ndarray | bool = False
 ) -> tuple[float, float]:
-    """Return the residuals of joint forces q that carry the live load alone, without cohesion.
+    """Return the residuals of joint forces q that carry the live load alone, if cohesion is ignored.
 
-    They are the residuals of B q + f_L = 0 and of C(slope) q ≥ 0, each divided by Σ|f_L|. The joint forces q
+    The residuals are those of B q + f_L = 0 and of C(slope) q ≥ 0, each divided by Σ|f_L|. The joint forces q
     have shape (3c + t,). The second condition is not tested for the faces (yield conditions) for which
     ``motionless``, shape (faces,), is True.
     """

@@ -68,7 +68,7 @@ def median_unit_weight(assembly: Assembly) -> float:
 
 
 def unusual_stresses(assembly: Assembly) -> Iterator[Reason]:
-    """Generate warnings about strengths and cohesions whose units seem not to match those of the weights."""
+    """Generate warnings about strengths and cohesions that do not seem to fit the units of the weights."""
     # Use the largest dimension instead of the height: the thrust of a flat arch grows with its span.
     extent = float(assembly.geometry.extent_of(assembly.movable).max())
     weight = median_unit_weight(assembly) * extent

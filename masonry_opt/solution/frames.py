@@ -192,8 +192,8 @@ def _resultants(assembly: Assembly, q: np.ndarray, _: np.ndarray, d: np.ndarray)
     pressed = n > NEGLIGIBLE_SHARE * np.nanmax(n, initial=0.0)
     share = (n_of_points / np.where(pressed, n, np.inf)[joint])[:, None]
     acts = np.where(pressed[:, None], sums(joint, share * joints.point, count), np.nan)
-    # The torsion of a joint is measured at the point of action of its resultant, or at its centroid if the
-    # joint is not pressed.
+    # The torsion is the moment about an axis along the joint's normal. The axis passes through the point of
+    # action of the resultant, or through the joint's centroid if the joint is not pressed.
     about = np.where(pressed[:, None], acts, middle)[joint]
     torsion = np.bincount(joint, dots(normal[joint], np.cross(joints.point - about, of_points)))
     motion = velocities(assembly, d, joints.first, middle) - velocities(assembly, d, joints.second, middle)
@@ -235,8 +235,8 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
     # moment and shear are divided, are raised to at least this value. This avoids a division by zero.
     rounding = NEGLIGIBLE_SHARE * (np.abs(n).max(initial=0.0) or 1.0)
     limit = ShearLimits.true(problem).at(n[problem.sliding])
-    # Compute the largest moment that each joint can carry under its normal force. It is expressed as the
-    # difference of the normal forces at the two ends of the joint.
+    # Compute the largest moment that each joint can carry under its normal force. Moments are expressed as
+    # the difference of the normal forces at the two ends of the joint.
     largest = n.copy()
     largest[problem.crushing] = parabola(n[problem.crushing], problem.crushing_force)
     used = m / np.maximum(largest, rounding)
@@ -248,10 +248,10 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
 
 
 def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataFrame":
-    """Return a table of the limited forces with one of the given roles, such as the forces of ties.
+    """Return a table of the forces with limits that have one of the given roles, such as tie forces.
 
-    A limited force has a lower and an upper limit. The table has one row for each force. Unknown values are
-    NaN.
+    Each of these forces has a lower and an upper limit. The table has one row for each force. Unknown
+    values are NaN.
     """
     problem = assembly.problem
     has_role = [force.role in roles for force in assembly.limited]
@@ -267,8 +267,8 @@ def tie_frame(assembly: Assembly, solution: Solution, *roles: Role) -> "pd.DataF
     within = np.clip(T, lowest, highest)
     T = np.where(np.abs(T - within) <= rounding, within, T)
     goes_on = (highest > 0) & (-closing > MOVES * fastest(assembly, d))
-    # In an unstable scene, the forces T are NaN, but ties can yield. The comparison is negated, because it is
-    # then True for NaN.
+    # In an unstable scene, the forces T are NaN. The comparison is negated, so that ties and props with
+    # unknown forces count as yielding if the mechanism works against them.
     yields = goes_on & ~(AT_HIGHEST * highest > T)
     columns = {
         "name": [force.name for force in forces],

@@ -97,7 +97,7 @@ def joint_motion(assembly: Assembly, solution: Solution, speed: float | None = N
 
 
 def joints_that_move(assembly: Assembly, steps: Sequence[LoadStep]) -> tuple[np.ndarray, np.ndarray]:
-    """Return two masks: joints that slide and joints that are open after each load step.
+    """Return two masks for the end of each load step: joints that slide, and joints that are open.
 
     Both masks have the shape (steps, joints). An entry is True if the joint slides, or is open, at the end of
     the load step. In space, one sliding or open contact of the joint is enough.

@@ -86,7 +86,7 @@ class Outcome:
     iterations: sum of the iterations of the solvers.
     lp_solves: number of linear or cone programs solved, without those for the dead load alone.
     nlp_solves: number of nonlinear programs solved.
-    stationary: True if no mechanism that the search (option ``search``) tried lowers λ, False if the solver
+    stationary: True if the search (option ``search``) found no mechanism that lowers λ, False if the solver
         could not decide for some mechanisms; None if the method did not search.
     lowest: lowest load factor of the exact Coulomb collapse states that the method and the incremental
         analysis found; None if they found no exact state.
@@ -192,7 +192,7 @@ class Outcome:
 
     @property
     def stationary(self) -> bool | None:
-        """True if none of the mechanisms that the search (option ``search``) tried lowers λ.
+        """True if the search (option ``search``) tried other mechanisms, and none of them lowers λ.
 
         False if the solver could not decide for some mechanisms; None if the method did not search.
         """
@@ -439,7 +439,7 @@ class Outcome:
 
     @cached_property
     def exact(self) -> bool:
-        """True if the answer is an exact Coulomb state: its flow rule has the joints' own dilatancy."""
+        """True if the answer is an exact Coulomb state for the joints' own dilatancy."""
         return self.solution.is_exact(self.assembly.problem)
 
     @property

@@ -1,8 +1,8 @@
 """Lower bound on λ that multipliers of products prove, computed in exact arithmetic.
 
-The bound is computed from the matrices of the problem, by no code of the model that finds the multipliers.
-The search also uses this module, to refine its multipliers. :mod:`masonry_opt.solution.products` defines the
-products.
+The bound is computed from the matrices of the problem, without code of the model that finds the multipliers.
+The search for a proof also uses this module, to refine the multipliers.
+:mod:`masonry_opt.solution.products` defines the products.
 """
 
 from collections import defaultdict
@@ -34,7 +34,7 @@ class InvalidProduct(Exception):
 
 @dataclass(frozen=True)
 class ProductBound:
-    """Lower bound on λ from products, which decreases with the size of the motions that it covers."""
+    """Lower bound on λ that products prove. A bound that is valid for larger motions is lower."""
 
     value: Fraction  #: lower bound on λ before any ``decrease`` is subtracted
     #: Decrease of the lower bound if the sum of all velocities and rates grows by the mean velocity of the
@@ -47,7 +47,7 @@ class ProductBound:
 
 
 class ProductChecker:
-    """Checker that multiplies out the products of a proof in exact arithmetic.
+    """Checker of a proof: multiplies out products of static and kinematic forms in exact arithmetic.
 
     The static unknowns are x₂, x₃ and z₀ of each joint, then λ, then 1. The kinematic unknowns are u₂, u₃,
     p₀ and p₁ of each joint, then d, then 1.
@@ -104,7 +104,7 @@ class ProductChecker:
                 by_motion[k] += shortfall * self._largest(i)
         value -= by_motion.pop(self._kinematic_one, _ZERO)
         value += min(of_load_factor * self._lowest, of_load_factor * self._highest)
-        # The openings u₂ and u₃ are twice the rates of rocking, which ``reach`` limits.
+        # ``reach`` limits the rates of rocking. The openings u₂ and u₃ are twice these rates.
         decreases = (
             2 * own if k < self._first_velocity and k % 4 < 2 else own for k, own in by_motion.items()
         )
@@ -129,7 +129,7 @@ class ProductChecker:
     def _refuse_invalid(
         self, statics: str, index: int, motion: tuple[int, int], multiplier: Fraction
     ) -> None:
-        """Raise InvalidProduct unless a product is zero, or is nonnegative and has a multiplier ≥ 0."""
+        """Raise InvalidProduct unless a product is always zero, or never negative with a multiplier ≥ 0."""
         kinematics = KINEMATIC_FACTORS[motion[0]]
         is_equation = statics == "equilibrium" or kinematics in ("compatibility", "live work")
         is_complementary = (statics, kinematics, motion[1]) == ("other slack", "rate", 4 * index + 3)
@@ -144,7 +144,7 @@ class ProductChecker:
             )
 
     def _static_form(self, name: str, index: int) -> ExactForm:
-        """Return a static form, given its kind in ``STATIC_FACTORS`` and its index."""
+        """Return the static form of a given kind and index, as defined at ``STATIC_FACTORS``."""
         one, load_factor, joints = self._static_one, self._load_factor, self._joints
         if name == "equilibrium":
             return self._equilibrium(_checked(index, len(self._rows)))
@@ -166,7 +166,7 @@ class ProductChecker:
         return forms[name]
 
     def _equilibrium(self, row: int) -> ExactForm:
-        """Return a row of B q + λ f_L + f_D as a form of edge forces.
+        """Return a row of B q + λ f_L + f_D as a linear form in the static unknowns.
 
         The shear force of a joint is s = c + μ (x₂ + x₃) − z₀.
         """
@@ -185,7 +185,7 @@ class ProductChecker:
         return form
 
     def _kinematic_form(self, name: str, index: int) -> ExactForm:
-        """Return a kinematic form, given its kind in ``KINEMATIC_FACTORS`` and its index."""
+        """Return the kinematic form of a given kind and index, as defined at ``KINEMATIC_FACTORS``."""
         if name == "one":
             return {self._kinematic_one: Fraction(1)}
         if name == "rate":
@@ -210,17 +210,20 @@ class ProductChecker:
         return {**form, 4 * joint + kind: Fraction(-1), first: -dilatancy, second: -dilatancy}
 
     def _motion(self, joint: int, kind: int) -> ExactForm:
-        """Return an edge opening (``kind`` 0 or 1) or the slip (``kind`` 2) as a form of the velocities."""
+        """Return an edge opening (``kind`` 0 or 1) or the slip (2) as a linear form in the velocities."""
         column = self._columns[kind * self._joints + joint]
         return {self._first_velocity + row: entry for row, entry in column}
 
     def _is_at_rest(self, i: int, k: int) -> bool:
-        """Return True if complementarity sets the product of two unknowns to zero: x₂u₂, x₃u₃ or z₀p₀."""
+        """Return True if complementarity requires that static unknown i times kinematic unknown k is zero.
+
+        These products are x₂u₂, x₃u₃ and z₀p₀ of a joint.
+        """
         joint, kind = divmod(i, 3)
         return i < self._load_factor and k == 4 * joint + kind
 
     def _largest(self, i: int) -> Fraction:
-        """Return an upper bound on the static unknown i."""
+        """Return an upper bound on the static unknown with index i."""
         if i >= self._load_factor:
             return self._highest if i == self._load_factor else Fraction(1)
         joint, kind = divmod(i, 3)

@@ -45,10 +45,10 @@ KINEMATIC_FACTORS = ("one", "rate", "velocity", "opening", "compatibility", "liv
 
 @dataclass(frozen=True, eq=False)
 class NormalLimit:
-    """Upper bound on the normal force of a joint, for all admissible forces with λ between λ₀ and Λ.
+    """Upper bound on the normal force of a joint, for all admissible forces with λ in a given range.
 
-    The multipliers are a motion with Bᵀd − Nᵀ = C(μ)ᵀp and p ≥ 0. Every state of equilibrium satisfies
-    n ≤ c·p − f_D·d − λ f_L·d.
+    The range is from λ₀ to Λ of :class:`ProductRelaxation`. The multipliers are a motion with
+    Bᵀd − Nᵀ = C(μ)ᵀp and p ≥ 0. Every state of equilibrium satisfies n ≤ c·p − f_D·d − λ f_L·d.
     """
 
     joint: int  #: index of the joint
@@ -61,19 +61,20 @@ class NormalLimit:
 
 @dataclass(frozen=True, eq=False)
 class ProductRelaxation:
-    """Multipliers of products that prove a lower bound on λ."""
+    """Products of static and kinematic forms, with the multipliers that prove a lower bound on λ."""
 
     lowest: float  #: λ₀, zero or a load factor up to which earlier products exclude all states
     highest: float  #: Λ, a load factor slightly above the lowest known load factor
     limits: tuple[NormalLimit, ...]  #: upper bound n̂ on the normal force of each joint
-    #: Static form of each product: the position of its kind in ``STATIC_FACTORS``, and its index among the
-    #: forms of this kind. Shape (products, 2).
+    #: Static form of each product: the position of its kind in ``STATIC_FACTORS``, and its index as defined
+    #: there. Shape (products, 2).
     static: np.ndarray
-    #: Kinematic form of each product, by ``KINEMATIC_FACTORS``. Shape (products, 2).
+    #: Kinematic form of each product: the position of its kind in ``KINEMATIC_FACTORS``, and its index as
+    #: defined there. Shape (products, 2).
     kinematic: np.ndarray
     multipliers: np.ndarray  #: multiplier of each product, shape (products,)
-    #: Correction of each multiplier for its rounding error, shape (products,). The proof adds it to the
-    #: multiplier. Without it, the bound would be valid only for smaller motions.
+    #: Correction that is added to each multiplier, to reduce the multiplier's rounding error, shape
+    #: (products,). Without corrections, the bound would be valid only for smaller motions.
     corrections: np.ndarray
 
     __repr__ = brief

@@ -6,8 +6,8 @@ yield (z_i = 0), or zero. One Boolean variable for each condition states whether
 proof is complete if no assignment satisfies all clauses.
 
 Sums of *products* of statics and kinematics prove lower bounds on λ, see
-:mod:`masonry_opt.solution.products`. If they do not reach the bound of the proof, the conflicts exclude the
-states between.
+:mod:`masonry_opt.solution.products`. If these lower bounds are below the bound of the proof, the conflicts
+exclude the states between the two bounds.
 
 The record holds data only. :func:`masonry_opt.check_proof` recomputes every conflict and every sum of
 products from the matrices.
@@ -109,24 +109,24 @@ class Proof:
     """Proof that no collapse state has a load factor from 0 to ``bound``."""
 
     bound: float  #: load factor up to which the proof excludes all collapse states
-    #: Lowest load factor of the exact states found, for information only: ``mo.check_proof`` only checks that
-    #: it exceeds the bound.
+    #: Lowest load factor of the exact states found. ``mo.check_proof`` does not verify that such a state
+    #: exists, but only that this value exceeds ``bound`` and is at least ``excluded_by_products``.
     load_factor: float
     conditions: int  #: number of yield conditions; each corresponds to one Boolean variable
     #: Conflicts with their multipliers. No assignment satisfies the clauses of all conflicts and ``senses``,
-    #: so no collapse state exists between ``lowest`` and the bound. A proof by products alone has no
-    #: conflicts.
+    #: so no collapse state exists between ``excluded_by_products`` and ``bound``. A proof by products alone
+    #: has no conflicts.
     conflicts: tuple[Conflict, ...]
     #: Lower bounds on the energy that friction dissipates. The kinematic conflicts use these bounds.
     energy_bounds: tuple[EnergyBound, ...]
     #: Indices of the two sliding conditions of each joint, shape (pairs, 2). By the flow rule, a joint cannot
     #: slide in both directions at once, so each pair forms a clause.
     senses: np.ndarray
-    #: Successive relaxations by products, each of which raises the load factor up to which states are
-    #: excluded.
+    #: Relaxations whose products prove lower bounds on λ. Each relaxation raises the lower bound of the
+    #: relaxations before it.
     relaxations: tuple[ProductRelaxation, ...] = ()
-    #: Load factor up to which the products exclude all states, zero without products. If it is below the
-    #: bound, the conflicts exclude the states between.
+    #: Load factor up to which the products exclude all states, zero without products. If this load factor is
+    #: below ``bound``, the conflicts exclude the states between the two load factors.
     excluded_by_products: float = 0.0
 
     def __str__(self) -> str:
@@ -284,7 +284,7 @@ class Proof:
 
 
 def _relaxation_of(table: dict[str, Any]) -> ProductRelaxation:
-    """Return a relaxation by products from the parsed contents of a JSON file."""
+    """Return a product relaxation from its table in the parsed JSON file of a proof."""
     limits = tuple(
         NormalLimit(int(limit["joint"]), float(limit["value"]), _floats(limit["d"]), _floats(limit["p"]))
         for limit in table["limits"]

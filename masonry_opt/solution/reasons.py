@@ -160,8 +160,8 @@ class Code(StrEnum):
     # exact state was found nearby. The values ``steps`` and ``jumps`` are the numbers of load steps and of
     # jumps.
     RANGE = "range"
-    # The contact forces grow with the live load in the load history, so the live load has no limit. Value:
-    # ``steps``, the number of load steps.
+    # The contact forces grow with the live load in the load history, so no limit of the live load was
+    # found. Value: ``steps``, the number of load steps.
     UNBOUNDED = "unbounded"
     # The load history led to no collapse state. The value ``word`` is a phrase that states how the history
     # ended. The value ``steps`` is the number of load steps. The value ``looped`` is True if the loop of
@@ -343,12 +343,13 @@ class Code(StrEnum):
     LOST_JOINTS = "lost joints"
     # The option ``tolerance`` of the scene is so large that it closes gaps as wide as mortar joints. The
     # values ``pairs`` and ``widths`` list the two blocks and the width of each gap. The value ``aligning`` is
-    # the ``tolerance`` that would make the sides of the gaps parallel. ``aligning`` is 0 if the present
-    # ``tolerance`` is sufficient, if the angles are too large to be errors of the drawing, or if a sufficient
-    # ``tolerance`` would remove joints of solids.
+    # the ``tolerance`` that would make the sides of the gaps parallel. It is 0 in three cases:
+    # - The present ``tolerance`` is sufficient.
+    # - The angles are too large to be errors of the drawing.
+    # - A sufficient ``tolerance`` would remove joints of solids.
     BRIDGED_BY_TOLERANCE = "bridged by tolerance"
     # The alignment rotated some joints. The value ``pairs`` lists the two blocks of each rotated joint. The
-    # value ``turn`` is the largest rotation, in radians, and ``tolerance`` is the option of the scene.
+    # value ``turn`` is the largest rotation, in radians, and ``tolerance`` is the scene's tolerance.
     ALIGNED = "aligned"
     # Joints of one block are nearly parallel. Values:
     # - ``pairs``: the two blocks of each joint.

@@ -37,7 +37,7 @@ _SMALL_FRICTION = 0.02
 
 
 def _is_small_angle(friction: float) -> bool:
-    """Return True if a friction angle in degrees is so small that it may be a tangent or in radians.
+    """Return True if a small friction angle in degrees may be meant as a tangent or in radians.
 
     Joints store the tangent only. A coefficient with at most six significant digits was given as a
     coefficient, and is intended, such as that of a bearing. Otherwise, the coefficient was given as an angle
@@ -71,7 +71,7 @@ _UNUSUAL: tuple[tuple[Code, tuple[str, ...], Callable[[JointDefaults], bool]], .
 _FAR_DISTANCE_RATIO = 10.0
 
 #: Ratio of two unit weights, or of a force to a weight, above which a warning says that their units differ. A
-#: mix of kN and N causes the ratio 1000, which different materials can reduce by a factor of up to three.
+#: mix of kN and N causes the ratio 1000. If the materials differ too, the ratio can fall to about 330.
 #: With a smaller value, scenes of very different materials cause wrong warnings.
 _OTHER_UNITS = 300.0
 
@@ -242,9 +242,9 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
     if solution is None or not len(limited):
         return []
     if solution.load_factor is None or solution.q is None:
-        # If the analysis finds no limit of the live load, crushing at corners may limit it in reality. No
-        # normal forces are known in this case, so the warning names all corners on joints of limited
-        # strength.
+        # If the analysis finds no limit of the live load, the real limit may be crushing at corners. No
+        # normal forces are known in this case, so the warning names all joints of limited strength at
+        # corners.
         pairs = assembly.pairs(limited)
         if solution.status.unlimited and pairs:
             return [reason(Code.CORNERS_BEAR, pairs=pairs, normal_forces=[])]
@@ -285,7 +285,7 @@ def _far_away(assembly: Assembly) -> list[Reason]:
     lowest = np.full((groups, 2 * axes), np.inf)
     np.minimum.at(lowest, group, bounds)
     # For each group, compute the bounding box of all other groups. A bound of this box is the least bound of
-    # all groups. If this bound belongs to the group itself, it is the second least.
+    # all groups, or the second least bound if the least bound belongs to the group itself.
     least, second = np.sort(lowest, axis=0)[:2]
     other_boxes = np.where(lowest == least, second, least)
     size, other_sizes = (
@@ -345,8 +345,8 @@ def _weights(assembly: Assembly) -> list[Reason]:
     mixed = heavy & differs & in_other_unit(density, median)
     values = {"median": median, "per_area": per_area}
     warnings = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, most, mixed, **values)
-    # A force on a light block, such as a jack's plate, is compared with the median weight, because it may be
-    # much larger than the block's own weight.
+    # A force on a light block, such as a jack's plate, may be much larger than the block's own weight. Such a
+    # force is compared with the median weight.
     weight_near = np.maximum(weight, np.median(weight[heavy]))
     live, dead = (problem.forces(load) * problem.force_unit for load in (problem.live, problem.dead))
     # Weights and forces of fill are subtracted, so that only forces specified by the user are checked.
@@ -386,7 +386,7 @@ def _fill_weights(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _fill_angles(assembly: Assembly) -> Iterator[Reason]:
-    """Generate warnings about friction angles of fills and backings that may be tangents or in radians.
+    """Generate warnings if friction angles of fills or backings may be meant as tangents or in radians.
 
     An angle below ``SMALL_FRICTION_ANGLE``, in degrees, causes a warning if the fill exerts pressure. The
     angle 0 causes no warning, because it is that of a fluid.

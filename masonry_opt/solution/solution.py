@@ -41,10 +41,11 @@ class Solution:
     flow_rule_matters: bool = True
     exact_end: bool = False  #: True if the loop ended with forces that satisfy the exact friction law
     history: tuple[Any, ...] = ()  #: one record for each step of the method
-    #: True if none of the mechanisms that the search (option ``search``) tried lowers λ; None if unknown.
+    #: True if the search (option ``search``) tried other mechanisms, and none of them lowers λ. None if
+    #: unknown.
     stationary: bool | None = None
     associative: float | None = None  #: λ with associative flow; None if unlimited or not computed
-    #: Status of the program that was solved only for ``associative``; None if no such program was solved.
+    #: Status of a program that was solved only for the value ``associative``; None if there was none.
     associative_ended: Status | None = None
     #: Solution of method "incremental", or a solution with the reasons why the method was not run. None if
     #: the incremental load factor was not requested, or if the scene is unstable under its dead load.
@@ -169,7 +170,7 @@ class Solution:
         return is_unbounded or self.proven_none
 
     def is_exact(self, problem: Problem) -> bool:
-        """Return True if the answer is an exact Coulomb state: its flow rule has the joints' own dilatancy.
+        """Return True if the answer is an exact Coulomb state for the joints' own dilatancy.
 
         In space friction is limited by the cone.
         """

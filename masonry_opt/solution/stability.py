@@ -138,10 +138,10 @@ def _least_normal_forces(assembly: Assembly, total: np.ndarray) -> np.ndarray:
 
 
 def _in_plane(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndarray:
-    """Return the distance of each resultant from the nearer end of its joint, as a length and a fraction.
+    """Return the distance of each resultant from the nearer end of its joint, absolute and relative.
 
-    The fraction is the distance divided by half the length of the joint: 1 in the middle, 0 at the ends. The
-    shape is (2, k) for the k joints ``pressed``; ``n`` are the normal forces at the contact points.
+    The relative distance is the distance divided by half the length of the joint: 1 in the middle, 0 at the
+    ends. The shape is (2, k) for the k joints ``pressed``; ``n`` are the normal forces at the contact points.
     """
     first, second = n[assembly.joints.first_point[pressed]], n[assembly.joints.last_point[pressed]]
     share = np.minimum(first, second) / (first + second)
@@ -149,12 +149,12 @@ def _in_plane(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndar
 
 
 def _in_space(assembly: Assembly, n: np.ndarray, pressed: np.ndarray) -> np.ndarray:
-    """Return the distance of each resultant from the nearest edge of its joint, as a length and a fraction.
+    """Return the distance of each resultant from the nearest edge of its joint, absolute and relative.
 
-    For the fraction, the distance of the resultant from an edge is divided by the distance of the joint's
-    middle from this edge: 1 in the middle, 0 at the edge. The smallest fraction of all edges is returned. The
-    edges are the sides of the convex hull of the contact points. The shape is (2, k) for the k joints
-    ``pressed``; ``n`` are the normal forces at the contact points.
+    For the relative distance, the distance of the resultant from an edge is divided by the distance of the
+    joint's middle from this edge: 1 in the middle, 0 at the edge. The smallest value of all edges is
+    returned. The edges are the sides of the convex hull of the contact points. The shape is (2, k) for the k
+    joints ``pressed``; ``n`` are the normal forces at the contact points.
     """
     # Import scipy.spatial only here, because the import takes 0.1 s and scenes in the plane do not need it.
     from scipy.spatial import ConvexHull, QhullError

@@ -55,6 +55,6 @@ FEW_STARTS = 8
 #: large enough. Its magnitude must exceed this fraction of the dead load's work.
 LEAST_OPPOSING_WORK = 1e-2
 
-#: Smallest change of the load factor in a narrow interval of a varied parameter that counts as a jump,
-#: relative to the largest load factor.
+#: A change of the load factor in a narrow interval of a varied parameter counts as a jump only if it exceeds
+#: this fraction of the largest load factor.
 JUMP = 1e-3

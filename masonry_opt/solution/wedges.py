@@ -105,7 +105,7 @@ def uneven_sides(assembly: Assembly) -> Iterator[Reason]:
 
 
 def _errors(assembly: Assembly, first: np.ndarray, second: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Return the position errors of corners that would cause the angles between joints, shape (pairs,).
+    """Return the position errors of corners that would explain the angles of pairs of joints, shape (pairs,).
 
     The joints of each pair, ``first`` and ``second``, are assumed to be parallel in reality. The position
     error is the displacement of a corner of the shorter joint.

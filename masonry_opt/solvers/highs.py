@@ -139,8 +139,8 @@ class Vertex:
     """
 
     rows: np.ndarray  #: indices of the rows that are not basic
-    columns: np.ndarray  #: indices of the basic columns; there are as many as in ``rows``
-    factors: SuperLU  #: factors of the transposed matrix of these rows and columns
+    columns: np.ndarray  #: indices of the basic columns, one for each entry of ``rows``
+    factors: SuperLU  #: factors of the transpose of the square matrix at ``rows`` and ``columns``
     row_count: int  #: number of rows of the program
 
     def multipliers(self, costs: np.ndarray) -> np.ndarray:

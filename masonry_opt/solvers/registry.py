@@ -29,7 +29,7 @@ Options = Callable[[float], dict[str, Any]]
 
 @dataclass(frozen=True)
 class SolverEntry:
-    """Solver as called from one modelling language, or without a language, with its capabilities.
+    """Options and capabilities of a solver in one modelling language, or without a language.
 
     To add a solver, add an entry to ``_ENTRIES``.
     """
@@ -107,10 +107,10 @@ def _highs_simplex(tolerance: float) -> dict[str, Any]:
 
 
 def _highs_interior(tolerance: float, solver: str = "ipx") -> dict[str, Any]:
-    # Crossover is switched off, because it ends in a vertex, but the fixed-point iteration needs the centre
-    # of the set of optimal states.
+    # Crossover is switched off, because it ends in a vertex, at which some joints have no normal force. The
+    # loop of linear programs needs an optimal state in which these joints are pressed.
     interior = {"run_crossover": "off", "ipm_optimality_tolerance": max(tolerance, 1e-12)}
-    # The default solver is "ipx", because the option value "ipm" selects HiPO if HiPO is installed.
+    # The older interior-point method is named "ipx". With "ipm", HiGHS would use the newer HiPO if installed.
     return {"solver": solver, **_feasibility(tolerance), **interior}
 
 

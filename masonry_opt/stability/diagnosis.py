@@ -391,7 +391,7 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
 def _ties_that_would_hold(
     assembly: Assembly, falling: np.ndarray, solver: Solver, effort: Effort
 ) -> list[Reason]:
-    """Check if a scene is stable with ties and props of unlimited strength, and return the reason in a list.
+    """Check if ties and props of unlimited strength make a scene stable; return a list with the reason.
 
     The reason TIES_WOULD_HOLD names the ties and props that yield in the fall. The list is empty if no tie or
     prop yields, if the scene remains unstable, or if the solver cannot decide. ``falling`` are block

@@ -127,7 +127,7 @@ class Cuts:
         self.static, self.kinematic = self._count[_RESTING], self._count[_MOVING]
 
     def _refute(self, choice: np.ndarray) -> None:
-        """Prove that no Coulomb state is compatible with ``choice``.
+        """Prove that no Coulomb state has the zero and nonzero rates that ``choice`` assumes.
 
         The array ``choice`` states for each face whether its rate may be nonzero, see :class:`Cuts`. Raises
         _Undecided if the proof fails.
@@ -169,7 +169,7 @@ class Cuts:
         return None
 
     def _follows(self, choice: np.ndarray) -> bool:
-        """Set ``_OPEN`` entries of a choice to values that cuts imply; return False if a cut excludes it.
+        """Set open entries of a choice to values that cuts imply; return False if a cut excludes the choice.
 
         The cuts imply an entry if they require that the rate of its face is zero, or is nonzero.
         """
@@ -252,8 +252,8 @@ def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> In
     """Try to prove that a stable scene has no load factor, and return the result as a certificate.
 
     The result is None if the scene has too many joints. If ``of_mechanism`` is True, branch and cut also
-    tries to exclude all mechanisms. An associative load factor does not need it, because it depends on
-    statics alone.
+    tries to exclude all mechanisms. Pass False for associative flow, because statics alone then determine
+    whether a load factor exists.
     """
     if problem.joints > _RAYS_UP_TO:
         return None
@@ -276,7 +276,7 @@ def _proof(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
     ray = _ray(problem, problem.friction, effort)
     if ray is None:
         # No joint forces were found that balance the live load alone, so λ may be limited. A collapse state
-        # may therefore exist that the method did not find.
+        # may therefore exist, although the analysis has not found one.
         return InfeasibilityCertificate(Existence.UNDECIDED)
     certificate = InfeasibilityCertificate(Existence.UNBOUNDED, *ray[1])
     opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)

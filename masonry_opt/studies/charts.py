@@ -74,7 +74,7 @@ class NamedChart:
         return _configured(chart, max(1, width // _ENTRY))
 
     def on_page(self) -> dict[str, Any]:
-        """Return the Vega-Lite specification of an untitled chart that fills the width of an HTML page."""
+        """Return the Vega-Lite specification of the chart without title, as wide as an HTML page."""
         chart = self.chart.properties(width="container", autosize={"type": "fit-x", "contains": "padding"})
         if self.panels:
             values = self._panels()

@@ -65,9 +65,9 @@ class Barrel(ArchRing, SolidGenerator):
             The blocks, in the coordinates of the scene.
         """
         solids = []
-        # In a running bond, rows with odd numbers are offset by half a stone. To stagger the joints of a
-        # skewback and of the voussoir next to it, one of the two rows has an odd number and the other an even
-        # number. The numbers of abutments have no effect, because abutments are not cut into stones.
+        # In a running bond, rows with odd numbers are offset by half a stone. To stagger the joints, a
+        # skewback has an odd row number if the voussoir next to it has an even one, and vice versa. The row
+        # numbers of abutments have no effect, because abutments are not cut into stones.
         rows = [*range(self.voussoirs), 1, self.voussoirs, 0, 0]
         for stone, row in zip(self._stones(), rows, strict=False):
             if stone.area is None:
@@ -145,7 +145,7 @@ class Groin(SolidGenerator):
         return int(4 * self.voussoirs * (2 + min(self.bay / 2 / self.stone, 1e9)))
 
     def blocks(self) -> list[Solid]:
-        """Return the stones, and finally the abutments. Stones are ordered by corner in plan, then by course.
+        """Return the stones, and finally the abutments. The order is by corner of the vault, then by course.
 
         For corner 1, names are ``1 g1``, ... on the groin, ``1 y1-1``, ... along y and ``1 x1-1``, ... along
         x. Abutments are named ``abutment 1`` to ``abutment 4``.
@@ -174,7 +174,7 @@ class Groin(SolidGenerator):
         return solids
 
     def _courses(self) -> list[list[Point]]:
-        """Return the cross-sections of the courses, from bottom to crown, and finally of the abutment.
+        """Return the cross-sections of all courses, from bottom to crown, and of the abutment as last entry.
 
         All cross-sections are in the right half of the arch, where x is not negative.
         """
@@ -194,14 +194,14 @@ class Groin(SolidGenerator):
 def _leg(
     section: Sequence[Point], start: float | None, end: float, signs: tuple[int, int], axis: str
 ) -> Shape:
-    """Return the shape of one stone of a course, in the barrel along x or y.
+    """Return the shape of a piece along x or y: a whole stone, or one leg of a groin stone or abutment.
 
     The piece begins at ``start``, or at the groin if ``start`` is None, and ends at ``end``. ``signs`` are
     the signs of x and y in the piece's corner of the vault.
     """
 
     def face(at: float | None) -> list[tuple[float, float, float]]:
-        """Return the corners of the section at position ``at`` along the barrel; None means the groin."""
+        """Return the corners of the section at position ``at``, or at the groin if ``at`` is None."""
         places = [(x, x if at is None else at, z) for x, z in section]
         rotated_places = places if axis == "y" else [(y, x, z) for x, y, z in places]
         return [(signs[0] * x, signs[1] * y, z) for x, y, z in rotated_places]
@@ -262,7 +262,7 @@ class Dome(SolidGenerator):
 
     @property
     def _sector_count(self) -> int:
-        """Return the number of sectors into which the meridians through the stones' corners divide a ring."""
+        """Return the number of equal sectors of a ring; the joints of all rings are between these sectors."""
         return self.voussoirs * (2 if self.bond == "running" else 1)
 
     def blocks(self) -> list[Solid]:
@@ -277,7 +277,7 @@ class Dome(SolidGenerator):
         """
         first = math.radians(self.springing)
         if self.oculus is None:
-            # The block ``key`` at the crown spans half the angle of a ring on either side of the axis.
+            # On each side of the axis, the block ``key`` at the crown spans half the angle that a ring spans.
             step = (math.pi / 2 - first) / (self.rings + 0.5)
         else:
             step = (math.acos(self.oculus / self._inner_radius) - first) / self.rings

@@ -22,13 +22,13 @@ from masonry_opt.scene.tolerance_advice import set_tolerance
 
 #: Estimated error of a corner's position, divided by the corner's distance from the mean plane of its face.
 #: If one corner of a rectangular face is drawn out of plane, the mean plane tilts towards this corner. The
-#: distance is then a quarter of the error. ``TOLERANCE_OVER_ERROR`` times the error is the tolerance that
-#: messages recommend.
+#: distance of this corner is then a quarter of its error. Messages recommend a tolerance of
+#: ``TOLERANCE_OVER_ERROR`` times the estimated error.
 _ERROR_OVER_HEIGHT = 4.0
 
 #: Largest distance of a corner from the plane of its face that may result from inexact coordinates, relative
 #: to the square root of the face's area. If no corner is farther away, the error message suggests a larger
-#: tolerance. With a larger value, it would also suggest a tolerance for faces that are bent on purpose.
+#: tolerance. With a larger value, the message would suggest a tolerance also for faces bent on purpose.
 _LARGEST_PLANARITY_ERROR = 0.02
 
 
@@ -137,7 +137,7 @@ class Surfaces:
 
 
 def place(point: np.ndarray, tolerance: float = 0.0) -> str:
-    """Return the coordinates of a point as text, with 0 for magnitudes up to ``tolerance``."""
+    """Return the coordinates of a point as text; coordinates between ±``tolerance`` become 0."""
     return f"({', '.join(f'{0.0 if abs(value) <= tolerance else value:.6g}' for value in point)})"
 
 
@@ -202,7 +202,7 @@ class OuterFaces(Rows):
         return bounds(face, self.frame.up(plane_points, face), len(self.block))
 
     def sides(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the start and end of each side of all outlines and holes, and the index of the side's face.
+        """Return start, end and face index of each side of the faces, including the sides of holes.
 
         Starts and ends have shape (sides, 3); indices of faces are in ascending order. Seen from outside, the
         face is to the left of each side.
@@ -297,7 +297,7 @@ def _leading_faces(
     block = surfaces.block[surfaces.part]
     first = np.cumsum(count) - count
     leader = np.full(len(count), -1)
-    # Round the areas, so that rounding errors do not decide which one of several equal faces comes first.
+    # Round the areas, so that rounding errors do not decide the order of faces with equal areas.
     rank = np.round(np.log(size[faces] / size.max(initial=0.0)), 6)
     remaining_faces = faces[np.lexsort((faces, -rank, block[faces]))]
     while len(remaining_faces):
@@ -325,9 +325,10 @@ def _leading_faces(
 def _height_of_part(
     surfaces: Surfaces, face: np.ndarray, leader: np.ndarray, geometry: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
-    """Return how far each face's part of the block extends beyond the plane of the face's *leader*.
+    """Return how far the part that contains each face extends beyond a plane that the face may share.
 
-    The leader is a face of the same block whose plane the face may share. The result has shape (faces,).
+    The plane is that of the face's *leader*: a face of the same block, or the face itself. The result has
+    shape (faces,).
 
     A narrow face may lie in a plane that its part crosses elsewhere. With this plane as the plane of the
     face, the part would not be convex.
@@ -389,7 +390,8 @@ def outer_faces(surfaces: Surfaces, planes: FacePlanes, tolerance: float) -> Out
         side_pieces = pieces_of_side[index]
         union = shapely.union_all(side_pieces)
         # Convex pieces do not overlap, so the area of the union must be the sum of their areas. If the areas
-        # differ, the union has failed in floating-point arithmetic: repeat it with corners rounded to a grid.
+        # differ, the union has failed in floating-point arithmetic. In this case, round the corners to a grid
+        # and compute the union again.
         if abs(union.area - shapely.area(side_pieces).sum()) > tolerance * union.length:
             union = shapely.union_all(side_pieces, grid_size=grid)
         side_polygons[index] = union

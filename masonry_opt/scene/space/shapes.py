@@ -60,7 +60,7 @@ class ConvexParts:
         return bounds(self.of_point, self.points, len(self.block))
 
     def beyond(self, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return distances ``nearest`` and ``farthest`` of one part's corners from the planes of another.
+        """Return two distances of one part's corners from another part's planes: ``nearest``, ``farthest``.
 
         The two results have shape (pairs,). A distance is positive on the outer side of the plane.
 

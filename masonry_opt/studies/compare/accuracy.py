@@ -61,7 +61,7 @@ class CertifiedBounds:
 
     lower: float = -np.inf
     upper: float = np.inf
-    unit: float = 1.0  #: unit of the problem's :class:`LoadFactorScale`
+    unit: float = 1.0  #: unit of load factors, see :class:`LoadFactorScale`
 
     @property
     def middle(self) -> float:
